@@ -1,0 +1,36 @@
+"""What a user writes about the periodic MPC (36)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from pdhocbf_drake.config import Config
+
+Tail = Literal["periodic", "truncated", "anticipative"]
+
+
+class MpcConfig(Config):
+    """The periodic MPC.
+
+    Attributes:
+        horizon: H [ticks], a multiple of the gait (Lemma 2).
+        tail: what the ZMP is taken to do after the horizon, eq. (32); the standing start is always
+            anticipative, since it does not repeat.
+        foothold_weight: ε of eq. (36), one squared distance per foothold [1/s²].
+        step_tolerance: how far a foothold may move from the commanded step, in x and y [m].
+        stance_width_min: least lateral distance of a foothold from the stance foot [m].
+        barrier: "soft" pays for a violated barrier row, "hard" forbids it.
+        slack_weight: price of the barrier's slack: linear [m/s³] and quadratic [1/s²].
+        solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
+    """
+
+    horizon: int = Field(80, ge=1)
+    tail: Tail = "periodic"
+    foothold_weight: float = Field(1e4, gt=0)
+    step_tolerance: tuple[float, float] = (0.1, 0.05)
+    stance_width_min: float = Field(0.12, ge=0)
+    barrier: Literal["soft", "hard"] = "soft"
+    slack_weight: tuple[float, float] = (1e2, 1e6)
+    solver: Literal["daqp", "clarabel"] = "daqp"

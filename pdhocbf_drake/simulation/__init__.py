@@ -1,0 +1,1 @@
+"""Scenario in, run folder out: the wiring of every block into one diagram."""

@@ -1,0 +1,71 @@
+"""The variable-height inverted pendulum (22)–(23) with ZMP velocity as input (Remark 4)."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from pdhocbf_drake.errors import InputError
+
+Flow = Literal["euler", "exact"]
+
+
+class Vhip:
+    """One axis of the VHIP: state s = [c, v, p] (CoM [m], CoM velocity [m/s], ZMP [m]), input u = ZMP velocity [m/s].
+
+    Euler, as eq. (23):  c⁺ = c + δv,  v⁺ = v + δ eta_k (c − p),  p⁺ = p + δu.
+    Exact: the flow of c̈ = eta_k (c − p), ṗ = u over a tick in which eta_k and u are constant.
+
+    Attributes:
+        A: state matrices over one period, shape (N, 3, 3).
+        B: input columns, shape (N, 3).
+        eta: (z̈ + g)/z over one period, shape (N,) [1/s²].
+        tick: δ [s].
+    """
+
+    def __init__(self, eta: np.ndarray, tick: float, flow: Flow = "euler") -> None:
+        self.eta = np.array(eta, dtype=float)
+        if self.eta.ndim != 1 or not np.all(np.isfinite(self.eta)) or np.any(self.eta <= 0):
+            raise InputError(f"eta: a row of positive numbers over one period is needed (given: {eta!r})")
+        self.tick = tick
+        self.flow = flow
+        self.period = len(self.eta)
+        make = _euler if flow == "euler" else _exact
+        pairs = [make(value, tick) for value in self.eta]
+        self.A = np.array([a for a, _ in pairs])
+        self.B = np.array([b for _, b in pairs])
+
+    def step(self, tick: int, state: np.ndarray, zmp_velocity: float) -> np.ndarray:
+        """s(k + 1) from s(k), shape (3,)."""
+        phase = tick % self.period
+        return np.asarray(self.A[phase] @ state + self.B[phase] * zmp_velocity)
+
+    def prediction(self, tick: int, horizon: int) -> tuple[np.ndarray, np.ndarray]:
+        """Φ, shape (H + 1, 3, 3), and Γ, shape (H + 1, 3, H), with s(k + i) = Φ_i s(k) + Γ_i [u(k), …, u(k + H − 1)]."""
+        phi = np.empty((horizon + 1, 3, 3))
+        gamma = np.zeros((horizon + 1, 3, horizon))
+        phi[0] = np.eye(3)
+        for i in range(horizon):
+            phase = (tick + i) % self.period
+            phi[i + 1] = self.A[phase] @ phi[i]
+            gamma[i + 1] = self.A[phase] @ gamma[i]
+            gamma[i + 1, :, i] += self.B[phase]
+        return phi, gamma
+
+
+def _euler(eta: float, tick: float) -> tuple[np.ndarray, np.ndarray]:
+    return (
+        np.array([[1.0, tick, 0.0], [eta * tick, 1.0, -eta * tick], [0.0, 0.0, 1.0]]),
+        np.array([0.0, 0.0, tick]),
+    )
+
+
+def _exact(eta: float, tick: float) -> tuple[np.ndarray, np.ndarray]:
+    # c(t) = p + ut + (c − p) cosh ωt + (v − u)/ω sinh ωt with ω = √eta.
+    omega = np.sqrt(eta)
+    ch, sh = np.cosh(omega * tick), np.sinh(omega * tick)
+    return (
+        np.array([[ch, sh / omega, 1.0 - ch], [omega * sh, ch, -omega * sh], [0.0, 0.0, 1.0]]),
+        np.array([tick - sh / omega, 1.0 - ch, tick]),
+    )
