@@ -1,0 +1,78 @@
+"""Drake's own configs inside a scenario: plain data checked and completed through Drake's YAML reader.
+
+Drake checks less than a user needs (a wrong contact model is only found by a plant, NaN by nobody),
+so each config is also tried on a throw-away object.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import yaml
+from pydrake.common.yaml import yaml_dump_typed, yaml_load_typed
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource
+
+T = TypeVar("T")
+
+
+def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
+    """Drake's config from scenario data; raises ValueError with one sentence."""
+    # SAP, because TAMSI ignores the joints' implicit PD gains; points, because hydroelastic soles take twice the time.
+    defaults = MultibodyPlantConfig(discrete_contact_approximation="sap", contact_model="point")
+    config = _load(MultibodyPlantConfig, data, defaults)
+    _try(lambda: AddMultibodyPlant(config, DiagramBuilder()), "plant")
+    return config
+
+
+def simulator_config(data: dict[str, Any]) -> SimulatorConfig:
+    """Drake's config from scenario data; raises ValueError with one sentence."""
+    config = _load(SimulatorConfig, data, SimulatorConfig())
+    _try(lambda: ApplySimulatorConfig(config, Simulator(ConstantVectorSource([0.0]))), "simulator")
+    return config
+
+
+def complete_plant_config(data: dict[str, Any]) -> dict[str, Any]:
+    """The same data with Drake's defaults written out."""
+    return _dump(plant_config(data))
+
+
+def complete_simulator_config(data: dict[str, Any]) -> dict[str, Any]:
+    """The same data with Drake's defaults written out."""
+    return _dump(simulator_config(data))
+
+
+def _load(schema: type[T], data: dict[str, Any], defaults: T) -> T:
+    known = _dump(defaults)
+    for key, value in data.items():
+        if key not in known:
+            raise ValueError(f"unknown key '{key}'; Drake's {schema.__name__} has: {', '.join(sorted(known))}")
+        if not _fits(value, known[key]):
+            raise ValueError(f"{key} must be a {_kind(known[key])}, given {value!r}")
+    return yaml_load_typed(schema=schema, data=yaml.safe_dump(data), defaults=defaults)
+
+
+def _dump(config: Any) -> dict[str, Any]:
+    data: dict[str, Any] = yaml.safe_load(yaml_dump_typed(config))
+    return data
+
+
+def _fits(value: Any, default: Any) -> bool:
+    if isinstance(default, (bool, str)):
+        return type(value) is type(default)
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _kind(default: Any) -> str:
+    return {bool: "true or false", str: "name"}.get(type(default), "finite number")
+
+
+def _try(build: Callable[[], Any], what: str) -> None:
+    try:
+        build()
+    except (RuntimeError, ValueError) as error:
+        raise ValueError(f"Drake refuses this {what} config: {str(error).splitlines()[0]}") from None

@@ -1,0 +1,117 @@
+"""What a run leaves behind: every signal at every tick, and how the run ended."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.simulation.signals import SIGNALS
+
+Array = NDArray[np.float64]
+
+FINISHED: Final = "finished"
+FELL: Final = "fell"
+INTERRUPTED: Final = "interrupted"
+
+_ELEMENTS = {signal.name: signal.elements for signal in SIGNALS}
+_RESERVED = ("time", "ending")
+
+
+class RunLog:
+    """A table with one row per tick.
+
+    Row k holds the state measured at tick k, before that tick's update, and the references *for* tick k.
+
+    Attributes:
+        time: (T,) times of the rows [s].
+        signals: each (T, size) by its name in `simulation.signals`, in the units given there.
+        ending: "finished", or why the run ended before its time ("fell", "interrupted", ...).
+    """
+
+    def __init__(self, signals: Mapping[str, Array], time: Array, ending: str = FINISHED) -> None:
+        self.time: Array = np.asarray(time, dtype=float)
+        self.signals: dict[str, Array] = {}
+        self.ending = ending
+        if self.time.ndim != 1:
+            raise InputError(f"a log's time must be one row of numbers, given shape {self.time.shape}")
+        for name, values in signals.items():
+            table = np.asarray(values, dtype=float)
+            if name in _RESERVED:
+                raise InputError(f"a log's signal cannot be called '{name}', which is a column of its own")
+            if table.ndim != 2 or len(table) != len(self.time):
+                raise InputError(f"signal '{name}' must have shape ({len(self.time)}, size), given {table.shape}")
+            self.signals[name] = table
+
+    @property
+    def complete(self) -> bool:
+        """Whether the run reached its end."""
+        return self.ending == FINISHED
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.signals
+
+    def __getitem__(self, name: str) -> Array:
+        """A signal's (T, size) table."""
+        try:
+            return self.signals[name]
+        except KeyError:
+            raise InputError(f"the log has no signal '{name}'; it has {', '.join(sorted(self.signals))}") from None
+
+    def element(self, name: str, element: str) -> Array:
+        """One named column of a signal, (T,)."""
+        names = _ELEMENTS.get(name, ())
+        if element not in names:
+            exist = ", ".join(names) or "no named ones"
+            raise InputError(f"signal '{name}' has no element '{element}'; it has {exist}")
+        return self[name][:, names.index(element)]
+
+    def after(self, time: float) -> RunLog:
+        """The rows from `time` on (half a microsecond early, against rounding)."""
+        rows = self.time >= time - 5e-7
+        return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
+
+    def differences(self, other: RunLog) -> list[str]:
+        """Names of what differs in any bit; wall times are left out, since no two runs share them."""
+        names = sorted({*self.signals, *other.signals})
+        different = [name for name in names if not _same(self._untimed(name), other._untimed(name))]
+        if not _same(self.time, other.time):
+            different.insert(0, "time")
+        return different + (["ending"] if self.ending != other.ending else [])
+
+    def _untimed(self, name: str) -> Array | None:
+        table = self.signals.get(name)
+        if table is None or name != "solver_status":
+            return table
+        return np.delete(table, _ELEMENTS[name].index("time"), axis=1)
+
+    def save(self, path: Path) -> None:
+        """Writes an `.npz` that numpy alone can read."""
+        columns = {**self.signals, "time": self.time, "ending": np.array(self.ending)}
+        np.savez_compressed(path, allow_pickle=False, **columns)
+
+    @classmethod
+    def load(cls, path: Path) -> RunLog:
+        """Reads what `save` wrote; raises `RunFolderError`."""
+        try:
+            with np.load(path, allow_pickle=False) as data:
+                signals = {name: data[name] for name in data.files if name not in _RESERVED}
+                return cls(signals, data["time"], str(data["ending"]))
+        except FileNotFoundError:
+            raise RunFolderError(f"{path} does not exist") from None
+        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            raise RunFolderError(f"{path} is not a run's log: {error}") from None
+
+
+def _same(a: Array | None, b: Array | None) -> bool:
+    if a is None or b is None:
+        return a is b
+    return a.shape == b.shape and a.tobytes() == b.tobytes()

@@ -1,0 +1,119 @@
+"""What a user writes about a whole run: every room's config composed, nothing more."""
+
+from __future__ import annotations
+
+import json
+from typing import Any, Literal
+
+from pydantic import Field, field_validator, model_validator
+
+from pdhocbf_drake.barriers.config import BarrierConfig
+from pdhocbf_drake.config import Config, parse_config
+from pdhocbf_drake.gait.config import GaitConfig
+from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.simulation.drake_config import complete_plant_config, complete_simulator_config
+from pdhocbf_drake.templates.config import VanDerPolConfig
+
+System = Literal["biped", "vhip", "van_der_pol"]
+
+
+class Push(Config):
+    """A constant force on one body for a while.
+
+    Attributes:
+        body: the body pushed at its centre of mass; null is the robot's torso.
+        time: when it starts [s]; or null, and then it starts in a step of the gait:
+        step: index of the step, 0 is the first one that moves a foot.
+        phase: tick of that step [ticks].
+        duration: how long it lasts [s].
+        force: in world axes [N].
+    """
+
+    body: str | None = None
+    time: float | None = Field(None, ge=0)
+    step: int | None = Field(None, ge=0)
+    phase: int = Field(0, ge=0)
+    duration: float = Field(0.1, gt=0)
+    force: tuple[float, float, float]
+
+    @model_validator(mode="after")
+    def _one_start(self) -> Push:
+        if (self.time is None) == (self.step is None):
+            raise ValueError("a push starts either at a time [s] or at a step (with a phase); give exactly one of them")
+        return self
+
+    def start(self, gait: GaitConfig) -> float:
+        """When the push starts [s]."""
+        if self.time is not None:
+            return self.time
+        return ((gait.start_steps + (self.step or 0)) * gait.ticks_per_step + self.phase) * gait.tick
+
+
+class Scenario(Config):
+    """One run: what moves, for how long, under which gait, controller and barriers.
+
+    Attributes:
+        name: the name it was found under.
+        description: one sentence for `pdhocbf list`.
+        system: "biped" (multibody with contact), "vhip" (template alone, eqs. (22)-(24)) or
+            "van_der_pol" (eqs. (15)-(18)).
+        duration: simulated time [s].
+        seed: seed of everything random.
+        from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
+        robot: a robot that comes with the package, or the path of a robot YAML.
+        friction: Coulomb coefficient between soles and ground [1].
+        gait, mpc, van_der_pol: the configs of those rooms.
+        barriers: the barriers to keep, by name; null removes one that a scenario extends.
+        pushes: forces on the robot.
+        plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`; what is left out is
+            Drake's default, except that contact is solved by SAP on points.
+    """
+
+    name: str = "scenario"
+    description: str = ""
+    system: System = "biped"
+    duration: float = Field(10.0, gt=0)
+    seed: int = Field(0, ge=0)
+    from_time: float = Field(2.0, ge=0)
+    robot: str = "biped"
+    friction: float = Field(0.8, gt=0)
+    gait: GaitConfig = GaitConfig()
+    mpc: MpcConfig = MpcConfig()
+    barriers: dict[str, BarrierConfig] = Field({})
+    pushes: tuple[Push, ...] = ()
+    van_der_pol: VanDerPolConfig = VanDerPolConfig()
+    plant: dict[str, Any] = Field({}, validate_default=True)
+    simulator: dict[str, Any] = Field({}, validate_default=True)
+
+    @field_validator("plant")
+    @classmethod
+    def _complete_plant(cls, plant: dict[str, Any]) -> dict[str, Any]:
+        return complete_plant_config(plant)
+
+    @field_validator("simulator")
+    @classmethod
+    def _complete_simulator(cls, simulator: dict[str, Any]) -> dict[str, Any]:
+        return complete_simulator_config(simulator)
+
+    @property
+    def tick(self) -> float:
+        """The sampling interval of the log [s]."""
+        return self.van_der_pol.tick if self.system == "van_der_pol" else self.gait.tick
+
+    @property
+    def period(self) -> int:
+        """The period of the barriers' bounds [ticks]."""
+        return self.van_der_pol.ticks_per_period if self.system == "van_der_pol" else self.gait.ticks_per_step
+
+    @classmethod
+    def from_dict(cls, data: Any, where: str) -> Scenario:
+        """A scenario from plain YAML data; raises `InputError`."""
+        barriers = data.get("barriers") if isinstance(data, dict) else None
+        if isinstance(barriers, dict):
+            data = {**data, "barriers": {name: barrier for name, barrier in barriers.items() if barrier is not None}}
+        return parse_config(cls, data, where)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data with every default written out; `from_dict` of it is this scenario again."""
+        data: dict[str, Any] = json.loads(self.model_dump_json())
+        return data

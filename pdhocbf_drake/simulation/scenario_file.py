@@ -1,0 +1,123 @@
+"""Finding scenarios: by name in the package, or in a user's file; `extends` and overrides resolved.
+
+A file holds one scenario, or several under their names (`FILE:NAME`). `extends: NAME` starts from another
+scenario, of the same file or of the package, and merges what follows into it in depth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.yaml_text import merge, parse_yaml, read_yaml
+
+_PACKAGED = Path(__file__).resolve().parent.parent / "scenarios"
+
+
+def scenario_names() -> list[str]:
+    """The scenarios that come with the package."""
+    return sorted(path.stem for path in _PACKAGED.glob("*.yaml"))
+
+
+def load_scenario(scenario: str, text: str = "") -> Scenario:
+    """The scenario called `scenario` (a name, `FILE` or `FILE:NAME`) with the YAML `text` merged on top.
+
+    Raises:
+        InputError: it does not exist, is not YAML, or holds a wrong key or value.
+    """
+    data, name, folder = _find(scenario)
+    data = _anchored({**data, "name": data.get("name", name)}, folder)
+    if text:
+        overrides = parse_yaml(text, "--text")
+        if not isinstance(overrides, dict):
+            raise InputError(f"--text must hold a YAML map such as 'gait: {{stride: 0.1}}', given {text!r}")
+        if "extends" in overrides:
+            raise InputError("--text overrides a scenario and cannot extend another one; name that one as SCENARIO")
+        data = merge(data, _anchored(overrides, Path.cwd()))
+    return Scenario.from_dict(data, data["name"] if isinstance(data["name"], str) else name)
+
+
+def _find(scenario: str) -> tuple[dict[str, Any], str, Path]:
+    file, entry = _split(scenario)
+    if file is None:
+        return _packaged(scenario, ()), scenario, _PACKAGED
+    content = read_yaml(file)
+    if entry is None:
+        data = _map(content, str(file))
+        if data and not set(data) & {*Scenario.model_fields, "extends"} and all(map(_is_map, data.values())):
+            raise InputError(f"{file} holds several scenarios; choose one as {file}:NAME from {_listed(data)}")
+        # A run folder's scenario.yaml carries its own name; any other file lends its stem.
+        return _extended(data, {}, str(file), ()), file.stem, file.resolve().parent
+    siblings = _map(content, str(file))
+    if entry not in siblings:
+        raise InputError(f"{file} has no scenario '{entry}'; it has {_listed(siblings)}")
+    where = f"{file}:{entry}"
+    return _extended(_map(siblings[entry], where), siblings, where, (entry,)), entry, file.resolve().parent
+
+
+def _split(scenario: str) -> tuple[Path | None, str | None]:
+    """(file, entry), or (None, None) for the name of a packaged scenario."""
+    head, colon, tail = scenario.rpartition(":")
+    if colon and _is_file(head):
+        return Path(head), tail
+    if _is_file(scenario):
+        return Path(scenario), None
+    return None, None
+
+
+def _is_file(text: str) -> bool:
+    return "/" in text or text.endswith((".yaml", ".yml"))
+
+
+def _packaged(name: str, seen: tuple[str, ...]) -> dict[str, Any]:
+    names = scenario_names()
+    if name not in names:
+        raise InputError(f"unknown scenario '{name}'; there are {', '.join(names)}, or give a YAML file")
+    return _extended(_map(read_yaml(_PACKAGED / f"{name}.yaml"), name), {}, name, (*seen, name))
+
+
+def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, seen: tuple[str, ...]) -> dict[str, Any]:
+    """`data` merged onto what it extends, all the way down."""
+    data = dict(data)
+    if "extends" not in data:
+        return data
+    base = data.pop("extends")
+    if not isinstance(base, str):
+        raise InputError(f"{where}.extends must be the name of a scenario, given {base!r}")
+    if base in seen:
+        raise InputError(f"{where} extends itself: {' -> '.join((*seen, base))}")
+    if base in siblings:
+        parent = _extended(_map(siblings[base], base), siblings, base, (*seen, base))
+    else:
+        parent = _packaged(base, seen)
+    # A scenario's own name and description are not inherited.
+    inherited = {key: value for key, value in parent.items() if key not in ("name", "description")}
+    merged: dict[str, Any] = merge(inherited, data)
+    return merged
+
+
+def _is_map(data: Any) -> bool:
+    return isinstance(data, dict)
+
+
+def _listed(names: Iterable[Any]) -> str:
+    return ", ".join(sorted(map(str, names)))
+
+
+def _map(data: Any, where: str) -> dict[str, Any]:
+    if data is None:
+        return {}
+    if not isinstance(data, dict):
+        raise InputError(f"{where} must be a YAML map of scenario keys, given {data!r}")
+    return data
+
+
+def _anchored(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """A robot given as a path means a path seen from the file that says so."""
+    robot = data.get("robot")
+    if isinstance(robot, str) and _is_file(robot):
+        return {**data, "robot": str((folder / robot).resolve())}
+    return data
