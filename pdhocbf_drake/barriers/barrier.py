@@ -1,0 +1,109 @@
+"""A barrier: a periodic function h(k, x) that is to stay ≥ 0, and its class-K functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pdhocbf_drake.barriers.bounds import Bound
+from pdhocbf_drake.barriers.class_k import ClassK, Linear, check_class_k
+from pdhocbf_drake.barriers.config import BarrierConfig
+from pdhocbf_drake.barriers.dynamics import Array
+from pdhocbf_drake.errors import InputError
+
+
+class Barrier:
+    """The safe set C(k) = {x : h(k, x) ≥ 0}, h(k+N, x) = h(k, x), eqs. (8)–(11).
+
+    Attributes:
+        name: for rows, logs and messages.
+        period: N [ticks]; it belongs to h, not to the trajectory.
+        class_k: α_1, …, α_m; a plain number γ means α(s) = γ·s.
+        order: m, the number of class-K functions: ψ_m(k) ≥ 0 is what gets enforced.
+        relative_degree: declared number of ticks before an input shows in h; by default m. With one larger
+            than m, ψ_m ≥ 0 is out of reach for the first ticks and enforced from then on.
+        unit: unit of h.
+
+    Raises:
+        InputError: no class-K functions or one that Lemma 1 does not hold for; a period or a relative degree
+            that is not possible.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        h: Callable[[int, Array], Any],
+        period: int,
+        class_k: Sequence[ClassK | float],
+        unit: str = "",
+        relative_degree: int | None = None,
+    ) -> None:
+        if not isinstance(period, (int, np.integer)) or period < 1:
+            raise InputError(f'barrier "{name}": the period is a whole number of ticks, at least 1, given {period}')
+        if len(class_k) == 0:
+            raise InputError(f'barrier "{name}": at least one class-K function is needed, given none')
+        self.name = name
+        self.period = int(period)
+        self.class_k = tuple(alpha if callable(alpha) else Linear(alpha) for alpha in class_k)
+        for i, alpha in enumerate(self.class_k, start=1):
+            check_class_k(alpha, f'barrier "{name}", class-K function {i}')
+        self.order = len(self.class_k)
+        self.relative_degree = self.order if relative_degree is None else int(relative_degree)
+        if self.relative_degree < self.order:
+            raise InputError(
+                f'barrier "{name}": {self.order} class-K functions are given for a declared relative degree of '
+                f"{self.relative_degree}, but at most that many are allowed (else psi_i holds inputs for some i < m)"
+            )
+        self.unit = unit
+        self._h = h
+
+    def h(self, k: int, x: Array) -> Any:
+        """h(k, x) [unit]; x (n,) may hold floats or AutoDiffXd."""
+        return self._h(k % self.period, x)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.name!r}, period={self.period}, class_k={self.class_k})"
+
+
+class AffineBarrier(Barrier):
+    """h(k, x) = s·(V̄(k) − n·x), eqs. (18) and (25): the safe set is a half-space that moves.
+
+    Attributes:
+        normal: n, shape (n,).
+        bound: V̄(k) [unit].
+        sign: s = +1 keeps n·x under the bound, −1 above it.
+
+    Raises:
+        InputError: as `Barrier`; or a normal that is zero or not finite, or a sign other than ±1.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        normal: ArrayLike,
+        bound: Bound,
+        sign: int,
+        class_k: Sequence[ClassK | float],
+        unit: str = "",
+        relative_degree: int | None = None,
+    ) -> None:
+        self.normal = np.array(normal, dtype=float)
+        self.bound = bound
+        self.sign = sign
+        if self.normal.ndim != 1 or not np.all(np.isfinite(self.normal)) or not np.any(self.normal):
+            raise InputError(f'barrier "{name}": the normal must be a finite vector other than zero, given {normal!r}')
+        if sign not in (1, -1):
+            raise InputError(f'barrier "{name}": the sign is +1 (upper bound) or -1 (lower bound), given {sign}')
+        super().__init__(name, self._affine, bound.period, class_k, unit, relative_degree)
+
+    def _affine(self, k: int, x: Array) -> Any:
+        return self.sign * (self.bound(k) - self.normal @ x)
+
+
+def make_barrier(name: str, config: BarrierConfig, normal: ArrayLike, bound: Bound) -> AffineBarrier:
+    """The barrier that a user described, on the quantity n·x with n = `normal`."""
+    sign = 1 if config.side == "upper" else -1
+    return AffineBarrier(name, normal, bound, sign, config.make_class_k(), config.unit, config.relative_degree)

@@ -1,0 +1,114 @@
+"""Periodic bounds V̄(k): the moving limit of a barrier h(k, x) = ±(V̄(k) − n·x)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pdhocbf_drake.barriers.config import BoundConfig, Side
+from pdhocbf_drake.errors import InputError
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A periodic sequence V̄(k), V̄(k+N) = V̄(k), kept as one period of it.
+
+    The period belongs to this function, not to the trajectory that it bounds.
+
+    Attributes:
+        values: V̄(0), …, V̄(N−1) [unit of the bounded quantity].
+
+    Raises:
+        InputError: no values, or one that is not finite.
+    """
+
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not self.values:
+            raise InputError("a bound needs at least one value, given none")
+        if not np.all(np.isfinite(self.values)):
+            tick = int(np.flatnonzero(~np.isfinite(self.values))[0])
+            raise InputError(f"a bound must be finite at every tick, given {self.values[tick]} at tick {tick}")
+
+    @property
+    def period(self) -> int:
+        """N [ticks]."""
+        return len(self.values)
+
+    def __call__(self, k: int) -> float:
+        return self.values[k % len(self.values)]
+
+    def samples(self, k: int, n: int) -> NDArray[np.float64]:
+        """V̄(k), …, V̄(k+n−1), shape (n,)."""
+        return np.take(self.values, np.arange(k, k + n), mode="wrap")
+
+
+def constant(value: float) -> Bound:
+    """V̄(k) = value: the plain DCBF's bound."""
+    return Bound((float(value),))
+
+
+def harmonic(mean: float, cosine: float, sine: float, period: int) -> Bound:
+    """V̄(k) = mean + cosine·cos(2πk/N) + sine·sin(2πk/N), with N = `period` ticks.
+
+    Raises:
+        InputError: the period is not a positive integer.
+    """
+    if not isinstance(period, (int, np.integer)) or period < 1:
+        raise InputError(f"the period of a bound is a whole number of ticks, at least 1, given {period}")
+    angle = 2 * np.pi * np.arange(period) / period
+    return tabulated(mean + cosine * np.cos(angle) + sine * np.sin(angle))
+
+
+def tabulated(values: ArrayLike) -> Bound:
+    """V̄(k) = values[k mod N]: for instance one period of a recorded orbit plus a margin."""
+    array = np.asarray(values, dtype=float)
+    if array.ndim != 1:
+        raise InputError(f"a tabulated bound is a list of numbers, one per tick, given shape {array.shape}")
+    return Bound(tuple(array.tolist()))
+
+
+def make_bound(
+    config: BoundConfig, period: int, orbit: Sequence[float] | NDArray[Any] | None = None, side: Side = "upper"
+) -> Bound:
+    """The bound that a user described.
+
+    Args:
+        config: what the user wrote.
+        period: N, the period of the bounded quantity [ticks].
+        orbit: its nominal orbit over one period, for the kinds "orbit" and "orbit_peak".
+        side: the margin goes above the orbit for an upper bound, below it for a lower one.
+
+    Raises:
+        InputError: a table or an orbit does not repeat within the period, or the orbit is not known.
+    """
+    if config.kind == "constant":
+        return constant(_given(config.value))
+    if config.kind == "harmonic":
+        return harmonic(_given(config.mean), config.cosine or 0.0, config.sine or 0.0, period)
+    if config.kind == "tabulated":
+        return _checked_period(tabulated(config.values or ()), period, "the tabulated bound")
+    if orbit is None:
+        raise InputError(f'bound kind "{config.kind}" needs the nominal orbit, which this system does not provide')
+    nominal = _checked_period(tabulated(orbit), period, "the nominal orbit")
+    outward = config.margin or 0.0 if side == "upper" else -(config.margin or 0.0)
+    if config.kind == "orbit":
+        return tabulated(np.asarray(nominal.values) + outward)
+    return constant((max(nominal.values) if side == "upper" else min(nominal.values)) + outward)
+
+
+def _given(value: float | None) -> float:
+    if value is None:  # BoundConfig has checked this; a copy made past its validation may not have been
+        raise InputError("the bound lacks a value that its kind needs")
+    return value
+
+
+def _checked_period(bound: Bound, period: int, what: str) -> Bound:
+    if period % bound.period:
+        raise InputError(f"{what} has {bound.period} values, but the period is {period} ticks: give a divisor of it")
+    return bound

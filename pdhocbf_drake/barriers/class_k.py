@@ -1,0 +1,108 @@
+"""Class-K functions α: what a barrier asks of the next tick, given how far the state is from its edge.
+
+Lemma 1 of the paper holds only for α(s) ≤ s on s ≥ 0 (for α(s) = 2s, b(k+1) − b(k) ≥ −α(b(k)) allows
+b(1) = −b(0)), so every function used by a barrier is checked for it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from pdhocbf_drake.errors import InputError
+
+# Where a class-K function of unknown form is tried: from far under to far over any unit in use.
+_SAMPLES = np.logspace(-9, 6, 151)
+_ROUNDING = 1e-12
+
+
+@runtime_checkable
+class ClassK(Protocol):
+    """A class-K function, extended to s < 0: increasing, α(0) = 0, and α(s) ≤ s for s ≥ 0.
+
+    It takes a float, an array, or Drake's AutoDiffXd (NumPy's functions accept all three). Negative s is the
+    state outside the safe set, where α says how much of the violation must go within a tick.
+    """
+
+    def __call__(self, s: Any) -> Any: ...
+
+
+@dataclass(frozen=True)
+class Linear:
+    """α(s) = γ·s.
+
+    ψ ≥ 0 then leaves h(k+1) ≥ (1−γ) h(k): inside, at most the share γ of the margin is used up in a tick;
+    outside, h recovers at that same rate, h(k) ≥ (1−γ)^k h(0).
+
+    Attributes:
+        gamma: γ in (0, 1] [1]. γ = 1 asks only h(k+1) ≥ 0: a plain moving limit, the most brittle choice.
+
+    Raises:
+        InputError: γ is outside (0, 1].
+    """
+
+    gamma: float
+
+    def __post_init__(self) -> None:
+        if not (isinstance(self.gamma, (int, float, np.floating)) and 0 < self.gamma <= 1):
+            raise InputError(
+                f"class-K rate gamma = {self.gamma} is outside (0, 1]: alpha(s) = gamma*s must rise, and not above s"
+            )
+
+    def __call__(self, s: Any) -> Any:
+        return self.gamma * s
+
+
+@dataclass(frozen=True)
+class Saturating:
+    """α(s) = γ·σ·tanh(s/σ): linear near the edge, at most γ·σ away from it.
+
+    Inside, h may fall by no more than γσ per tick; outside, it need rise by no more than that, so a
+    controller of limited strength is not asked for the impossible after a large disturbance.
+
+    Attributes:
+        gamma: γ in (0, 1], the slope at 0 [1].
+        scale: σ > 0, where the saturation sets in [unit of h].
+
+    Raises:
+        InputError: γ is outside (0, 1], or σ is not positive and finite.
+    """
+
+    gamma: float
+    scale: float
+
+    def __post_init__(self) -> None:
+        Linear(self.gamma)  # the same range, the same sentence
+        if not (np.isfinite(self.scale) and self.scale > 0):
+            raise InputError(f"class-K scale = {self.scale} must be positive and finite")
+
+    def __call__(self, s: Any) -> Any:
+        return self.gamma * self.scale * np.tanh(s / self.scale)
+
+
+def check_class_k(alpha: ClassK, where: str) -> None:
+    """Refuses a function for which Lemma 1 fails, trying it at 151 points over 15 decades on either side of 0.
+
+    Raises:
+        InputError: α(0) ≠ 0, α is not increasing, or α(s) > s at some s > 0 (the first such s is named).
+    """
+    if isinstance(alpha, (Linear, Saturating)):
+        return  # true by construction: tanh(s) ≤ s for s ≥ 0
+    at_zero = float(alpha(0.0))
+    if at_zero != 0:
+        raise InputError(f"{where}: alpha(0) = {at_zero:g}, but a class-K function is 0 at 0")
+    values = np.array([float(alpha(float(s))) for s in _SAMPLES])
+    mirrored = np.array([float(alpha(-float(s))) for s in _SAMPLES])
+    # Far out a bounded function may stand still within rounding, but it must have left 0 at once.
+    both = np.concatenate([mirrored[::-1], [0.0], values])
+    if not (np.all(np.isfinite(both)) and np.all(np.diff(both) >= 0) and values[0] > 0 and mirrored[0] < 0):
+        raise InputError(f"{where}: alpha is not increasing, but a class-K function (extended to s < 0) is")
+    above = np.flatnonzero(values > _SAMPLES * (1 + _ROUNDING))
+    if above.size:
+        s, value = _SAMPLES[above[0]], values[above[0]]
+        raise InputError(
+            f"{where}: alpha({s:g}) = {value:g} is above s, but alpha(s) <= s is needed for s >= 0: "
+            "otherwise psi >= 0 does not keep h >= 0"
+        )

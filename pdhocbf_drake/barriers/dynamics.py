@@ -1,0 +1,119 @@
+"""Periodic discrete-time dynamics x(k+1) = f(k, x(k), u(k)), f(k+N, ·, ·) = f(k, ·, ·), eq. (1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from pdhocbf_drake.errors import InputError
+
+Array = NDArray[Any]  # of floats, or of Drake's AutoDiffXd
+
+
+@runtime_checkable
+class PeriodicSystem(Protocol):
+    """Dynamics that repeat every `period` ticks; 1 for time-invariant ones.
+
+    Attributes:
+        period: N [ticks].
+        n: number of states.
+        m: number of inputs.
+    """
+
+    @property
+    def period(self) -> int: ...
+    @property
+    def n(self) -> int: ...
+    @property
+    def m(self) -> int: ...
+
+    def step(self, k: int, x: Array, u: Array) -> Array:
+        """x(k+1) from x (n,) and u (m,), which may be floats or AutoDiffXd: use operators and NumPy functions."""
+        ...
+
+
+class PeriodicAffineSystem:
+    """x(k+1) = A_k x(k) + B_k u(k) + c_k, with A, B, c of period N.
+
+    Args:
+        A: (N, n, n), or (n, n) for a constant one.
+        B: (N, n, m), or (n, m).
+        c: (N, n), or (n,), or None for zero.
+
+    Raises:
+        InputError: shapes that do not fit together, different periods, or an entry that is not finite.
+    """
+
+    def __init__(self, A: ArrayLike, B: ArrayLike, c: ArrayLike | None = None) -> None:
+        a, b = np.asarray(A, dtype=float), np.asarray(B, dtype=float)
+        a = a[np.newaxis] if a.ndim == 2 else a
+        b = b[np.newaxis] if b.ndim == 2 else b
+        if a.ndim != 3 or a.shape[1] != a.shape[2]:
+            raise InputError(f"A must have shape (period, n, n) or (n, n), given {np.shape(A)}")
+        n = a.shape[1]
+        if b.ndim != 3 or b.shape[1] != n:
+            raise InputError(f"B must have shape (period, {n}, m) or ({n}, m), given {np.shape(B)}")
+        offset = np.zeros((1, n)) if c is None else np.asarray(c, dtype=float)
+        offset = offset[np.newaxis] if offset.ndim == 1 else offset
+        if offset.ndim != 2 or offset.shape[1] != n:
+            raise InputError(f"c must have shape (period, {n}) or ({n},), given {offset.shape}")
+        period = max(len(a), len(b), len(offset))
+        for name, part in (("A", a), ("B", b), ("c", offset)):
+            if len(part) not in (1, period):
+                raise InputError(f"A, B and c share one period, or are constant: {name} has {len(part)}, not {period}")
+            if not np.all(np.isfinite(part)):
+                raise InputError(f"{name} must be finite")
+        self._A, self._B, self._c = (np.repeat(p, period // len(p), axis=0) for p in (a, b, offset))
+
+    @classmethod
+    def from_drake(cls, system: Any) -> PeriodicAffineSystem:
+        """The dynamics of a discrete-time pydrake `LinearSystem` or `AffineSystem`.
+
+        Raises:
+            InputError: the system is a continuous-time one.
+        """
+        if system.time_period() <= 0:
+            raise InputError("the system has continuous time (time_period 0): discretise it first")
+        return cls(system.A(), system.B(), system.f0() if hasattr(system, "f0") else None)
+
+    @property
+    def period(self) -> int:
+        """N [ticks]."""
+        return len(self._A)
+
+    @property
+    def n(self) -> int:
+        """Number of states."""
+        return int(self._A.shape[1])
+
+    @property
+    def m(self) -> int:
+        """Number of inputs."""
+        return int(self._B.shape[2])
+
+    def A(self, k: int) -> Array:
+        """A_k, (n, n)."""
+        return np.asarray(self._A[k % self.period])
+
+    def B(self, k: int) -> Array:
+        """B_k, (n, m)."""
+        return np.asarray(self._B[k % self.period])
+
+    def c(self, k: int) -> Array:
+        """c_k, (n,)."""
+        return np.asarray(self._c[k % self.period])
+
+    def step(self, k: int, x: Array, u: Array) -> Array:
+        """x(k+1), eq. (1)."""
+        return self.A(k) @ x + self.B(k) @ u + self.c(k)
+
+
+def rollout(system: PeriodicSystem, k: int, x: ArrayLike, inputs: Sequence[Any] | Array) -> Array:
+    """x(k), …, x(k+T), shape (T+1, n), under the T inputs u(k), …, u(k+T−1)."""
+    states = [np.asarray(x)]
+    for i, u in enumerate(np.asarray(inputs).reshape(-1, system.m)):
+        states.append(np.asarray(system.step(k + i, states[-1], u)))
+    return np.array(states)

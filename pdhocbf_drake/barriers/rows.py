@@ -1,0 +1,136 @@
+"""ψ_m(k+i) ≥ 0 over a horizon as linear rows, for affine barriers on affine periodic dynamics."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.solvers import Binding, LinearConstraint, MathematicalProgram
+from pydrake.symbolic import Variable
+
+from pdhocbf_drake.barriers.barrier import AffineBarrier
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
+from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
+from pdhocbf_drake.errors import InputError
+
+
+class Rows(NamedTuple):
+    """ψ_m(k+i) = state[i]·x(k) + inputs[i]·U + bounds[i]·[V̄(k), …, V̄(k+H)] + constant[i],  i = 0, …, H−m.
+
+    U stacks u(k), …, u(k+H−1). The samples of the bound are kept apart, because a bound may only become
+    known at run time.
+
+    Attributes:
+        state: (H−m+1, n).
+        inputs: (H−m+1, H·n_u).
+        bounds: (H−m+1, H+1).
+        constant: (H−m+1,), from the c_k of the dynamics [unit of h].
+    """
+
+    state: NDArray[np.float64]
+    inputs: NDArray[np.float64]
+    bounds: NDArray[np.float64]
+    constant: NDArray[np.float64]
+
+    def values(self, x: ArrayLike, inputs: ArrayLike, bound_samples: ArrayLike) -> NDArray[np.float64]:
+        """ψ_m(k), …, ψ_m(k+H−m) [unit of h]."""
+        vectors = (np.asarray(part, dtype=float).ravel() for part in (x, inputs, bound_samples))
+        return self.constant + sum(M @ v for M, v in zip((self.state, self.inputs, self.bounds), vectors, strict=True))
+
+    @property
+    def reachable(self) -> NDArray[np.bool_]:
+        """Rows that some input of the horizon shows in; the others are facts, which no controller can change."""
+        return np.asarray(np.any(self.inputs != 0, axis=1))
+
+
+def affine_rows(barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, horizon: int) -> Rows:
+    """The rows of ψ_m(k), …, ψ_m(k+H−m); they depend on k only through its phase.
+
+    Raises:
+        InputError: the horizon is shorter than m, the class-K functions are not linear, or the barrier's
+            normal has another size than the state.
+    """
+    order = barrier.order
+    if horizon < order:
+        raise InputError(f'barrier "{barrier.name}": psi_{order} needs a horizon of {order} ticks, given {horizon}')
+    if len(barrier.normal) != system.n:
+        raise InputError(
+            f'barrier "{barrier.name}": the normal has {len(barrier.normal)} entries, but the system {system.n} states'
+        )
+    # n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H
+    on_state = np.zeros((horizon + 1, system.n))
+    on_inputs = np.zeros((horizon + 1, horizon * system.m))
+    offset = np.zeros(horizon + 1)
+    x_state, x_inputs, x_offset = np.eye(system.n), np.zeros((system.n, horizon * system.m)), np.zeros(system.n)
+    for j in range(horizon + 1):
+        on_state[j], on_inputs[j], offset[j] = (barrier.normal @ part for part in (x_state, x_inputs, x_offset))
+        if j < horizon:
+            A = system.A(k + j)
+            x_state, x_inputs, x_offset = A @ x_state, A @ x_inputs, A @ x_offset + system.c(k + j)
+            x_inputs[:, j * system.m : (j + 1) * system.m] += system.B(k + j)
+    # Row i of `shifts` holds the coefficients of h(k+i), …, h(k+i+m).
+    shifts = np.zeros((horizon - order + 1, horizon + 1))
+    for i, row in enumerate(shifts):
+        row[i : i + order + 1] = psi_coefficients(linear_rates(barrier))
+    shifts *= barrier.sign
+    return Rows(-shifts @ on_state, -shifts @ on_inputs, shifts, -shifts @ offset)
+
+
+def add_barrier_rows(
+    prog: MathematicalProgram,
+    barrier: AffineBarrier,
+    system: PeriodicAffineSystem,
+    k: int,
+    x0: ArrayLike,
+    inputs: NDArray[Any],
+    slack: Variable | NDArray[Any] | None = None,
+    tightening: float = 0.0,
+) -> Binding[LinearConstraint]:
+    """Adds ψ_m(k+i) + slack ≥ tightening over the horizon, as one constraint named "barrier NAME".
+
+    Rows that no input of the horizon can change (the first ones, where the relative degree exceeds m) are
+    left out: they would make the program infeasible without making anything safer.
+
+    Args:
+        x0: x(k), (n,): numbers, or decision variables.
+        inputs: decision variables (H, n_u).
+        slack: one decision variable for all rows, or one for each of the H−m+1 rows; kept ≥ 0 here, paid for
+            by the caller's cost. None makes the barrier hard.
+        tightening: d̄ [unit of h]; ψ_m ≥ d̄ keeps h ≥ 0 although the last h of each ψ_m errs by up to d̄.
+
+    Raises:
+        InputError: as `affine_rows`; or shapes that do not fit; or no row that an input shows in.
+    """
+    start = np.asarray(x0)
+    if start.shape != (system.n,):
+        raise InputError(f'barrier "{barrier.name}": x0 must have shape ({system.n},), given {start.shape}')
+    if inputs.ndim != 2 or inputs.shape[1] != system.m:
+        raise InputError(f'barrier "{barrier.name}": the inputs must have shape (H, {system.m}), given {inputs.shape}')
+    horizon = len(inputs)
+    rows = affine_rows(barrier, system, k, horizon)
+    chosen = rows.reachable
+    if not np.any(chosen):
+        raise InputError(f'barrier "{barrier.name}": no input within the horizon of {horizon} ticks shows in it')
+    lower = tightening - rows.constant - rows.bounds @ barrier.bound.samples(k, horizon + 1)
+    matrix, variables = [rows.inputs], [inputs.ravel()]
+    if start.dtype == object:
+        matrix.append(rows.state)
+        variables.append(start)
+    else:
+        lower -= rows.state @ start
+    if slack is not None:
+        slacks = np.atleast_1d(np.asarray(slack))
+        if len(slacks) not in (1, len(chosen)):
+            raise InputError(
+                f'barrier "{barrier.name}": 1 slack, or one per row ({len(chosen)}), is allowed, given {len(slacks)}'
+            )
+        matrix.append(np.ones((len(chosen), 1)) if len(slacks) == 1 else np.eye(len(chosen)))
+        variables.append(slacks)
+        positive = prog.AddBoundingBoxConstraint(0.0, np.inf, slacks)
+        positive.evaluator().set_description(f"barrier {barrier.name}: slack")
+    binding = prog.AddLinearConstraint(
+        np.hstack(matrix)[chosen], lower[chosen], np.full(int(chosen.sum()), np.inf), np.concatenate(variables)
+    )
+    binding.evaluator().set_description(f"barrier {barrier.name}")
+    return binding
