@@ -23,6 +23,8 @@ class MpcConfig(Config):
         stance_width_min: least lateral distance of a foothold from the stance foot [m].
         barrier: "soft" pays for a violated barrier row, "hard" forbids it.
         slack_weight: price of the barrier's slack: linear [m/s³] and quadratic [1/s²].
+        freeze_ticks: a coming foothold no longer moves this long before it is reached [ticks].
+        zmp_state: "planned" takes the ZMP of the last plan as the ZMP now; "measured" is Remark 8 to the letter.
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
     """
 
@@ -33,4 +35,6 @@ class MpcConfig(Config):
     stance_width_min: float = Field(0.12, ge=0)
     barrier: Literal["soft", "hard"] = "soft"
     slack_weight: tuple[float, float] = (1e2, 1e6)
+    freeze_ticks: int = Field(8, ge=0)
+    zmp_state: Literal["planned", "measured"] = "planned"
     solver: Literal["daqp", "clarabel"] = "daqp"

@@ -12,7 +12,7 @@ class DivergentComponent:
 
     [1, 1/ω_k] is the unstable left Floquet vector of the (c, v) dynamics: [1, 1/ω_{k+1}] A_k = λ_k [1, 1/ω_k].
     For Euler: λ_k = 1 + eta_k δ/ω_{k+1}, 1/ω_k = (δ + 1/ω_{k+1})/λ_k, g_k = δ; for a constant eta ω = √eta, and
-    (30) is recovered. The recursion is run backward around the cycle until it repeats; backward it contracts.
+    (30) is recovered. The vector comes from one cycle's matrix and is then run backward around the cycle.
 
     Attributes:
         omega: ω over one period, shape (N,) [1/s].
@@ -22,18 +22,18 @@ class DivergentComponent:
 
     def __init__(self, vhip: Vhip) -> None:
         self.period = vhip.period
+        cycle = np.eye(2)
+        for matrix in vhip.A[:, :2, :2]:
+            cycle = matrix @ cycle
+        values, vectors = np.linalg.eig(cycle.T)
+        unstable = np.real(vectors[:, np.argmax(np.abs(values))])
         inverse = np.empty(self.period + 1)
-        inverse[-1] = 1.0 / np.sqrt(np.mean(vhip.eta))
+        inverse[-1] = unstable[1] / unstable[0]
         growth = np.empty(self.period)
-        change = np.inf
-        while change > 1e-16:
-            before = inverse[-1]
-            for k in reversed(range(self.period)):
-                row = np.array([1.0, inverse[k + 1]]) @ vhip.A[k, :2, :2]
-                growth[k] = row[0]
-                inverse[k] = row[1] / row[0]
-            change = abs(inverse[0] - before)
-            inverse[-1] = inverse[0]
+        for k in reversed(range(self.period)):
+            row = np.array([1.0, inverse[k + 1]]) @ vhip.A[k, :2, :2]
+            growth[k] = row[0]
+            inverse[k] = row[1] / row[0]
         following = inverse[1:]
         self.omega = 1.0 / inverse[:-1]
         self.growth = growth

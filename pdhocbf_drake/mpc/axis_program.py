@@ -1,0 +1,131 @@
+"""One axis of the periodic MPC (36), written as a `MathematicalProgram` with the current state as parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pydrake.solvers import MathematicalProgram
+
+from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem, affine_rows
+from pdhocbf_drake.gait import Gait
+from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.templates.divergent import DivergentComponent
+from pdhocbf_drake.templates.vhip import Vhip
+
+
+class Parameters:
+    """The names and places of θ, everything of one axis that changes from tick to tick.
+
+    state [c, v, p]; stance (last, this step's box centre); target f* and step_lower/step_upper of every coming step;
+    half (half sides of the box: last, this, coming steps); tail (0 = truncated, see `AxisProgram`); offset (what the
+    real ZMP is expected to differ from the template's at k + 1 … k + H); then the samples V̄(k) … V̄(k + H) of each
+    barrier. All in SI units.
+    """
+
+    def __init__(self, footholds: int, horizon: int, barriers: Sequence[str]) -> None:
+        sizes = {"state": 3, "stance": 2, "target": footholds, "step_lower": footholds, "step_upper": footholds}
+        sizes |= {"half": footholds + 2, "tail": 1, "offset": horizon}
+        sizes |= {f"bound_{name}": horizon + 1 for name in barriers}
+        stops = np.cumsum(list(sizes.values()))
+        self.size = int(stops[-1])
+        self.places = {name: slice(int(stop) - size, int(stop)) for (name, size), stop in zip(sizes.items(), stops, strict=True)}
+
+
+@dataclass(frozen=True)
+class AxisProgram:
+    """The QP of one axis at one phase of the step, eq. (36).
+
+    Decisions w = [u_0 … u_{H−1} (ZMP velocities [m/s]), f_1 … (centres of the coming stance feet [m]), slack [m/s]].
+
+        min  Σ u² + ε Σ (f − f*)² + price of slack
+        zmp_box_lower, zmp_box_upper   (27), with the box moving from foot to foot in double support
+        stability                      Σ_i g_i u_i / Π_{j≤i} λ_j + tail = e_k
+        step_lower, step_upper         limits of each coming step
+        barrier NAME                   ψ_m(k + i) + slack ≥ 0, eq. (26)
+
+    The stability row replaces (33) and (34), which say the same. Its tail parameter is Π λ⁻¹ e_{k+H}: Π λ⁻¹ e_k for
+    the periodic tail (32), 0 for the truncated one, and the ZMP motion known beyond H for the anticipative one.
+    """
+
+    prog: MathematicalProgram
+    decisions: np.ndarray
+    parameters: np.ndarray
+    inputs: int
+    footholds: int
+
+
+BOUND_ROWS = ("zmp_box_lower", "zmp_box_upper", "step_lower", "step_upper", "slack")
+"""Constraints that are bounds after a linear change of variables (see `compile_program`)."""
+
+
+def box_weights(gait: Gait, phase: int, horizon: int, footholds: int) -> np.ndarray:
+    """S with box centre at k + i = S_i · [last, this, coming stance centres], i = 1 … H, shape (H, footholds + 2)."""
+    weights = np.zeros((horizon, footholds + 2))
+    for i in range(1, horizon + 1):
+        ahead, tick = divmod(phase + i, gait.period)
+        weights[i - 1, ahead] = 1.0 - gait.box_weight[tick]
+        weights[i - 1, ahead + 1] = gait.box_weight[tick]
+    return weights
+
+
+def axis_program(
+    gait: Gait, vhip: Vhip, divergent: DivergentComponent, barriers: Sequence[AffineBarrier], config: MpcConfig, phase: int
+) -> AxisProgram:
+    """Writes the program of one axis for ticks with this phase."""
+    horizon = config.horizon
+    n_f = horizon // gait.period
+    soft = bool(barriers) and config.barrier == "soft"
+    layout = Parameters(n_f, horizon, [b.name for b in barriers])
+
+    prog = MathematicalProgram()
+    u = prog.NewContinuousVariables(horizon, "u")
+    f = prog.NewContinuousVariables(n_f, "f")
+    slack = prog.NewContinuousVariables(int(soft), "slack")
+    theta = prog.NewContinuousVariables(layout.size, "theta")
+    part = {name: theta[place] for name, place in layout.places.items()}
+    feet = np.concatenate([part["stance"], f])
+
+    prog.AddQuadraticCost(2.0 * np.eye(horizon), np.zeros(horizon), u).evaluator().set_description("zmp_velocity")
+    eye = np.eye(n_f)
+    foothold_cost = 2.0 * config.foothold_weight * np.block([[eye, -eye], [-eye, eye]])
+    prog.AddQuadraticCost(
+        foothold_cost, np.zeros(2 * n_f), np.concatenate([f, part["target"]])
+    ).evaluator().set_description("foothold")
+
+    phi, gamma = vhip.prediction(phase, horizon)
+    weights = box_weights(gait, phase, horizon, n_f)
+    for side, sign in (("lower", 1.0), ("upper", -1.0)):
+        # ± (p_{k+i} + offset_i − S_i feet) + S_i half ≥ 0
+        rows = np.hstack([sign * gamma[1:, 2], sign * phi[1:, 2], -sign * weights, weights, sign * np.eye(horizon)])
+        variables = np.concatenate([u, part["state"], feet, part["half"], part["offset"]])
+        _at_least_zero(prog, rows, variables, f"zmp_box_{side}")
+        steps = np.hstack([sign * np.eye(n_f, n_f + 2, 1) * -1.0 + sign * np.eye(n_f, n_f + 2, 2), -sign * eye])
+        _at_least_zero(prog, steps, np.concatenate([feet, part[f"step_{side}"]]), f"step_{side}")
+
+    row = np.concatenate([divergent.input_weights(phase, horizon), -divergent.offset_row(phase), [1.0]])
+    prog.AddLinearEqualityConstraint(
+        row[None], [0.0], np.concatenate([u, part["state"], part["tail"]])
+    ).evaluator().set_description("stability")
+
+    if soft:
+        linear, quadratic = config.slack_weight
+        prog.AddQuadraticCost([[2.0 * quadratic]], [linear], slack).evaluator().set_description("slack")
+        _at_least_zero(prog, np.ones((1, 1)), slack, "slack")
+    system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
+    for barrier in barriers:
+        psi = affine_rows(barrier, system, phase, horizon)
+        keep = psi.reachable  # the others are facts about the present that no input changes
+        rows = np.hstack([psi.inputs, np.ones((len(psi.inputs), int(soft))), psi.state, psi.bounds])[keep]
+        variables = np.concatenate([u, slack, part["state"], part[f"bound_{barrier.name}"]])
+        _at_least_zero(prog, rows, variables, f"barrier {barrier.name}", -psi.constant[keep])
+    return AxisProgram(prog, np.concatenate([u, f, slack]), theta, horizon, n_f)
+
+
+def _at_least_zero(
+    prog: MathematicalProgram, rows: np.ndarray, variables: np.ndarray, name: str, lower: np.ndarray | None = None
+) -> None:
+    least = np.zeros(len(rows)) if lower is None else lower
+    binding = prog.AddLinearConstraint(rows, least, np.full(len(rows), np.inf), variables)
+    binding.evaluator().set_description(name)

@@ -1,0 +1,202 @@
+"""The periodic MPC as a function: measured state and last plan in, new plan out. It never raises in the loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pdhocbf_drake.barriers import AffineBarrier
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.gait import Gait
+from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, Parameters, axis_program
+from pdhocbf_drake.mpc.compiled import ParametricQp, compile_program
+from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.solution import QpResult, Reason
+from pdhocbf_drake.mpc.solvers import make_solver
+from pdhocbf_drake.mpc.steps import StepPreview
+from pdhocbf_drake.templates.divergent import DivergentComponent
+from pdhocbf_drake.templates.vhip import Vhip
+
+_SLACK_NOTICED = 1e-6  # [m/s]: below this the barrier counts as kept
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One tick's answer.
+
+    Attributes:
+        tick: k.
+        inputs: ZMP velocities u(k) … u(k + H − 1) per axis, shape (2, H) [m/s].
+        footholds: centres of the coming stance feet per axis, shape (2, n_f) [m].
+        active: flags of the active constraints per axis, for the next warm start.
+        slack: the barrier's slack [m/s].
+        cost: of both axes; NaN where not solved.
+        reason: why the plan is what it is.
+        fallbacks: ticks in a row without a solution, this one included.
+    """
+
+    tick: int
+    inputs: np.ndarray
+    footholds: np.ndarray
+    active: tuple[np.ndarray, np.ndarray]
+    slack: float
+    cost: float
+    reason: Reason
+    fallbacks: int
+
+
+class PeriodicMpc:
+    """Problem (36) for every phase of the step, compiled at start.
+
+    Attributes:
+        barriers: the barriers of the axes x and y.
+        vhip, divergent: the template and its divergent component.
+        qps: `qps[axis][phase]`, the compiled programs.
+
+    Raises:
+        InputError: the horizon is not a multiple of the gait (Lemma 2), or a barrier is of another kind.
+    """
+
+    def __init__(
+        self, gait: Gait, vhip: Vhip, config: MpcConfig, barriers: tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
+    ) -> None:
+        gait_ticks = gait.config.ticks_per_gait
+        if config.horizon % gait_ticks:
+            raise InputError(
+                f"mpc.horizon: Lemma 2 needs a multiple of the gait's {gait_ticks} ticks (two steps), "
+                f"such as {gait_ticks} or {2 * gait_ticks} (given: {config.horizon})"
+            )
+        self.gait, self.vhip, self.config, self.barriers = gait, vhip, config, barriers
+        self.divergent = DivergentComponent(vhip)
+        self.preview = StepPreview(gait, config, self.divergent)
+        self.footholds = config.horizon // gait.period
+        self.layouts = [Parameters(self.footholds, config.horizon, [b.name for b in group]) for group in barriers]
+        self.qps = [[self._compile(group, phase) for phase in range(gait.period)] for group in barriers]
+        self._solvers = [[make_solver(config.solver, qp, BOUND_ROWS) for qp in axis] for axis in self.qps]
+        self._seconds = [[None] * gait.period for _ in barriers]
+
+    def _compile(self, barriers: Sequence[AffineBarrier], phase: int) -> ParametricQp:
+        program = axis_program(self.gait, self.vhip, self.divergent, barriers, self.config, phase)
+        return compile_program(program.prog, program.decisions, program.parameters)
+
+    def theta(
+        self, axis: int, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
+        offset: np.ndarray, plan: Plan | None,
+    ) -> np.ndarray:  # fmt: skip
+        """The parameters of one axis at one tick, laid out as `Parameters` says."""
+        step, phase = self.gait.phase(tick)
+        ahead = self.preview.steps(step)
+        lower, upper = ahead.lower[axis], ahead.upper[axis]
+        if plan is not None and self.gait.period - phase <= self.config.freeze_ticks and plan.tick // self.gait.period == step:
+            lower, upper = lower.copy(), upper.copy()
+            lower[0] = upper[0] = plan.footholds[axis, 0] - stance[1]
+        place = self.layouts[axis].places
+        theta = np.empty(self.layouts[axis].size)
+        theta[place["state"]] = state
+        theta[place["stance"]] = stance
+        theta[place["target"]] = ahead.path if axis == 1 else stance[1] + np.cumsum(ahead.moves[axis])
+        theta[place["step_lower"]] = lower
+        theta[place["step_upper"]] = upper
+        theta[place["half"]] = ahead.half[axis]
+        theta[place["tail"]] = self._tail(axis, tick, state)
+        theta[place["offset"]] = offset
+        for barrier in self.barriers[axis]:
+            theta[place[f"bound_{barrier.name}"]] = bounds[barrier.name]
+        return theta
+
+    def _tail(self, axis: int, tick: int, state: np.ndarray) -> float:
+        if self.config.tail == "truncated":
+            return 0.0
+        if self.config.tail == "periodic" and self.preview.repeats(tick):
+            discount = self.divergent.discounts(tick, self.config.horizon)[-1]
+            return float(discount * (self.divergent.offset_row(tick) @ state))
+        return float(self.preview.anticipative_tail(tick)[axis])
+
+    def solve(
+        self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
+        offset: np.ndarray | None = None, last: Plan | None = None,
+    ) -> Plan:  # fmt: skip
+        """Plans from tick k.
+
+        Args:
+            tick: k.
+            state: [c, v, p] per axis, shape (2, 3) [m, m/s, m].
+            stance: centres of the last and of this step's box per axis, shape (2, 2) [m].
+            bounds: V̄(k) … V̄(k + H) of each barrier, shape (H + 1,) [m/s].
+            offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m].
+            last: the plan of the tick before, for warm start and fallback.
+        """
+        phase = tick % self.gait.period
+        offset = np.zeros((2, self.config.horizon)) if offset is None else offset
+        results: list[QpResult] = []
+        reason = Reason.SOLVED
+        for axis in (0, 1):
+            theta = self.theta(axis, tick, state[axis], stance[axis], bounds, offset[axis], last)
+            guess = None if last is None else last.active[axis]
+            result = self._solvers[axis][phase].solve(theta, guess)
+            if not result.ok and not result.infeasible:
+                result = self._second(axis, phase).solve(theta)
+                reason = max(reason, Reason.CROSS_SOLVED)
+            if not result.ok:
+                reason = max(reason, Reason.INFEASIBLE if result.infeasible else Reason.NOT_OPTIMAL)
+            results.append(result)
+        horizon, n_f = self.config.horizon, self.footholds
+        slack = sum(float(np.sum(r.decisions[horizon + n_f :])) for r in results)
+        if reason >= Reason.INFEASIBLE:
+            return self._fallback(tick, state, stance, last, reason)
+        if reason == Reason.SOLVED and slack > _SLACK_NOTICED:
+            reason = Reason.SOFTENED
+        return Plan(
+            tick,
+            np.array([r.decisions[:horizon] for r in results]),
+            np.array([r.decisions[horizon : horizon + n_f] for r in results]),
+            (results[0].active, results[1].active),
+            slack,
+            sum(r.cost for r in results),
+            reason,
+            0,
+        )
+
+    def _second(self, axis: int, phase: int):  # type: ignore[no-untyped-def]
+        """The independent solver for this problem, made when first needed."""
+        if self._seconds[axis][phase] is None:
+            self._seconds[axis][phase] = make_solver("clarabel", self.qps[axis][phase], BOUND_ROWS)
+        return self._seconds[axis][phase]
+
+    def _fallback(
+        self, tick: int, state: np.ndarray, stance: np.ndarray, last: Plan | None, reason: Reason
+    ) -> Plan:
+        """The last plan shifted by a tick (its first input repeats at the end, eq. (32)), its next ZMP kept in the box."""
+        step, phase = self.gait.phase(tick)
+        ahead = self.preview.steps(step)
+        targets = stance[:, 1:] + np.cumsum(ahead.moves, axis=1)
+        if last is None:
+            inputs, footholds, count = np.zeros((2, self.config.horizon)), targets, 1
+            active = tuple(np.zeros(len(axis[phase].A)) for axis in self.qps)
+        else:
+            inputs, count, active = np.roll(last.inputs, -1, axis=1), last.fallbacks + 1, last.active
+            footholds = last.footholds
+            if step != last.tick // self.gait.period:
+                footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + ahead.moves[:, -1:]])
+        low, high = self.zmp_box(tick + 1, stance, footholds)
+        delta = self.gait.config.tick
+        inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
+        return Plan(tick, inputs, footholds, active, 0.0, np.nan, reason, count)  # type: ignore[arg-type]
+
+    def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corner of the box (27) at a tick, given the stance of the tick before, shapes (2,) [m]."""
+        before = self.gait.phase(tick - 1)[0]
+        step, phase = self.gait.phase(tick)
+        feet = np.hstack([stance, footholds])
+        half = self.preview.steps(before).half
+        place, weight = step - before, self.gait.box_weight[phase]
+        centre = (1 - weight) * feet[:, place] + weight * feet[:, place + 1]
+        side = (1 - weight) * half[:, place] + weight * half[:, place + 1]
+        return centre - side, centre + side
+
+    def predict(self, state: np.ndarray, plan: Plan) -> np.ndarray:
+        """The predicted [c, v, p] at k … k + H per axis, shape (2, H + 1, 3)."""
+        phi, gamma = self.vhip.prediction(plan.tick, self.config.horizon)
+        return np.array([phi @ state[axis] + gamma @ plan.inputs[axis] for axis in (0, 1)])

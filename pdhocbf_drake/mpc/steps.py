@@ -1,0 +1,88 @@
+"""What the gait commands over the horizon, as the parameters of one tick: targets, limits, box sizes, tail."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from pdhocbf_drake.gait import Gait
+from pdhocbf_drake.gait.gait import BOTH
+from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.templates.divergent import DivergentComponent
+
+_TAIL_HORIZONS = 4  # ticks beyond the horizon are discounted by e^{-ωδi}: after four horizons nothing is left
+
+
+class StepParameters(NamedTuple):
+    """Steps j + 1 … j + n_f as commanded; every array has the axes x, y first.
+
+    Attributes:
+        moves: from one step's centre to the next one's, shape (2, n_f) [m].
+        lower, upper: limits of these moves, shape (2, n_f) [m].
+        half: half sides of the box in steps j − 1 … j + n_f, shape (2, n_f + 2) [m].
+        path: commanded y of steps j + 1 … j + n_f in the world, shape (n_f,) [m].
+    """
+
+    moves: np.ndarray
+    lower: np.ndarray
+    upper: np.ndarray
+    half: np.ndarray
+    path: np.ndarray
+
+
+class StepPreview:
+    """Reads the gait ahead of a tick; every answer depends on the step index (and phase) alone and is kept."""
+
+    def __init__(self, gait: Gait, config: MpcConfig, divergent: DivergentComponent) -> None:
+        self._gait, self._config, self._divergent = gait, config, divergent
+        self._count = config.horizon // gait.period
+        self.steps = lru_cache(maxsize=4)(self._steps)
+        self._tails = lru_cache(maxsize=4)(self._tails_of_step)
+
+    def _steps(self, step: int) -> StepParameters:
+        gait, config = self._gait, self._config
+        seen = [gait.step(step + i) for i in range(-1, self._count + 1)]
+        centres = np.array([s.centre for s in seen]).T
+        moves = np.diff(centres, axis=1)[:, 1:]
+        lower, upper = moves.copy(), moves.copy()
+        for i, (before, after) in enumerate(zip(seen[1:], seen[2:], strict=False)):
+            if BOTH in (before.support, after.support):
+                continue  # a stand begins or ends where the feet are
+            lower[:, i] -= config.step_tolerance
+            upper[:, i] += config.step_tolerance
+            # The new stance foot stays on its own side of the old one, at least the minimum width away.
+            if after.support > 0:
+                lower[1, i] = max(lower[1, i], config.stance_width_min)
+            else:
+                upper[1, i] = min(upper[1, i], -config.stance_width_min)
+        return StepParameters(moves, lower, upper, np.array([s.half for s in seen]).T, centres[1, 2:])
+
+    def repeats(self, tick: int) -> bool:
+        """True where this tick and the one a horizon later both lie in the walk proper, so that a gait repeats."""
+        gait = self._gait
+        first, last = tick // gait.period, (tick + self._config.horizon) // gait.period
+        return not gait.is_standing(first) and not gait.is_standing(last)
+
+    def anticipative_tail(self, tick: int) -> np.ndarray:
+        """Π λ⁻¹ e_{k+H} for a ZMP that follows the box centre beyond the horizon, per axis, shape (2,) [m]."""
+        step, phase = divmod(tick, self._gait.period)
+        return np.asarray(self._tails(step)[phase])
+
+    def _tails_of_step(self, step: int) -> np.ndarray:
+        gait, horizon = self._gait, self._config.horizon
+        start = step * gait.period
+        length = (1 + _TAIL_HORIZONS) * horizon + gait.period
+        steps = [gait.step(step + i).centre for i in range(-1, length // gait.period + 2)]
+        ahead, phases = np.divmod(np.arange(length + 1), gait.period)
+        weight = gait.box_weight[phases][:, None]
+        feet = np.array(steps)
+        centre = (1.0 - weight) * feet[ahead] + weight * feet[ahead + 1]
+        velocity = np.diff(centre, axis=0) / gait.config.tick
+        tails = np.empty((gait.period, 2))
+        for phase in range(gait.period):
+            count = (1 + _TAIL_HORIZONS) * horizon
+            weights = self._divergent.input_weights(start + phase, count)[horizon:]
+            tails[phase] = weights @ velocity[phase + horizon : phase + count]
+        return tails
