@@ -1,0 +1,30 @@
+"""A robot as data: loading, frames and soles, whole-body inverse kinematics, feedforward torques."""
+
+from pdhocbf_drake.biped.config import ROLES, SIDES, RobotConfig, Side
+from pdhocbf_drake.biped.feedforward import Feedforward, InverseDynamics, left_share_of_zmp
+from pdhocbf_drake.biped.ik import IkResult, Motion, WholeBodyIk
+from pdhocbf_drake.biped.locate import load_robot_config, models_folder, robot_file, robot_names
+from pdhocbf_drake.biped.posture import Posture, PostureRates, sole_pose
+from pdhocbf_drake.biped.robot import Biped, Sole
+
+__all__ = [
+    "ROLES",
+    "SIDES",
+    "Biped",
+    "Feedforward",
+    "IkResult",
+    "InverseDynamics",
+    "Motion",
+    "Posture",
+    "PostureRates",
+    "RobotConfig",
+    "Side",
+    "Sole",
+    "WholeBodyIk",
+    "left_share_of_zmp",
+    "load_robot_config",
+    "models_folder",
+    "robot_file",
+    "robot_names",
+    "sole_pose",
+]
