@@ -1,0 +1,147 @@
+"""A safety filter: the input nearest to a wanted one for which every barrier's ψ_m ≥ 0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from pydrake.solvers import ClarabelSolver, MathematicalProgram, MathematicalProgramResult, SolverOptions
+
+from pdhocbf_drake.barriers.barrier import Barrier
+from pdhocbf_drake.barriers.dynamics import PeriodicSystem
+from pdhocbf_drake.barriers.relative_degree import check_relative_degree
+from pdhocbf_drake.barriers.sensitivity import enforced_psi
+from pdhocbf_drake.errors import InputError
+
+_SLACK_WEIGHT = 1e6  # per squared unit of input; only used once the hard program has no solution
+_TOLERANCE = 1e-11
+
+
+class FilterResult(NamedTuple):
+    """What the filter answers.
+
+    Attributes:
+        input: u(k), (n_u,).
+        status: "solved"; "softened", where no input satisfies every row and the rows gave way in least squares;
+            "failed", where the wanted input went through, clipped to its limits.
+        psi: each barrier's ψ_m at that input, (n_b,) [unit of its h].
+        slack: by how much each ψ_m falls short of its tightening, ≥ 0, (n_b,) [unit of its h].
+        reason: a sentence for anything but "solved".
+    """
+
+    input: NDArray[np.float64]
+    status: Literal["solved", "softened", "failed"]
+    psi: NDArray[np.float64]
+    slack: NDArray[np.float64]
+    reason: str = ""
+
+
+class BarrierFilter:
+    """min_u ‖u − u_wanted‖² subject to ψ_m(k) ≥ tightening for each barrier, and lower ≤ u ≤ upper.
+
+    ψ_m must be affine in u(k), as it is for control-affine dynamics and an h that is affine in the states that the
+    input reaches; the class-K functions may be nonlinear, for they act on what u(k) does not show in. Each
+    row is divided by the norm of its gradient, so that "softened" weighs a violation by the change of input that
+    would cure it.
+
+    Args:
+        system: the dynamics.
+        barriers: any number, with different relative degrees if need be.
+        lower, upper: limits of the input, (n_u,); None for none.
+        tightening: d̄ [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
+
+    Raises:
+        InputError: a declared relative degree is not the computed one; ψ_m is not affine in the input; limits that
+            leave no input.
+    """
+
+    def __init__(
+        self,
+        system: PeriodicSystem,
+        barriers: Sequence[Barrier],
+        lower: ArrayLike | None = None,
+        upper: ArrayLike | None = None,
+        tightening: float = 0.0,
+    ) -> None:
+        self.system = system
+        self.barriers = tuple(barriers)
+        self.lower = np.full(system.m, -np.inf) if lower is None else np.asarray(lower, dtype=float)
+        self.upper = np.full(system.m, np.inf) if upper is None else np.asarray(upper, dtype=float)
+        self.tightening = tightening
+        if self.lower.shape != (system.m,) or self.upper.shape != (system.m,) or not np.all(self.lower <= self.upper):
+            raise InputError(
+                f"input limits must be two vectors of {system.m}, lower <= upper, given {lower!r} and {upper!r}"
+            )
+        for barrier in self.barriers:
+            check_relative_degree(barrier, system)
+            _check_affine_in_input(barrier, system)
+
+    def __call__(self, k: int, x: ArrayLike, wanted: ArrayLike) -> FilterResult:
+        """The filtered input at tick k and state x (n,), for the wanted input (n_u,)."""
+        state, target = np.asarray(x, dtype=float), np.asarray(wanted, dtype=float)
+        clipped = np.clip(np.nan_to_num(target), self.lower, self.upper)
+        unknown = np.full(len(self.barriers), np.nan)
+        if not (np.all(np.isfinite(state)) and np.all(np.isfinite(target))):
+            return FilterResult(clipped, "failed", unknown, unknown, "the state or the wanted input is not finite")
+        at_clipped = [enforced_psi(barrier, self.system, k, state, clipped) for barrier in self.barriers]
+        psi = np.array([value for value, _ in at_clipped])
+        gradient = np.array([slope for _, slope in at_clipped]).reshape(-1, self.system.m)
+        if not (np.all(np.isfinite(psi)) and np.all(np.isfinite(gradient))):
+            return FilterResult(clipped, "failed", psi, unknown, "a barrier is not finite at this state")
+        if np.all(psi >= self.tightening):  # the nearest input within the limits is safe: no program to solve
+            return FilterResult(clipped, "solved", psi, np.zeros(len(psi)))
+        for status, soft in (("solved", False), ("softened", True)):
+            delta, result = self._solve(clipped, target, psi, gradient, soft)
+            if delta is not None:
+                after = psi + gradient @ delta
+                slack = np.maximum(self.tightening - after, 0.0) if soft else np.zeros(len(psi))
+                reason = "no input satisfies every barrier at once" if soft else ""
+                return FilterResult(clipped + delta, status, after, slack, reason)  # type: ignore[arg-type]
+        reason = f"the solver stopped with {result.get_solution_result().name}"
+        return FilterResult(clipped, "failed", psi, np.maximum(self.tightening - psi, 0.0), reason)
+
+    def _solve(
+        self, base: NDArray[Any], target: NDArray[Any], psi: NDArray[Any], gradient: NDArray[Any], soft: bool
+    ) -> tuple[NDArray[np.float64] | None, MathematicalProgramResult]:
+        prog = MathematicalProgram()
+        delta = prog.NewContinuousVariables(self.system.m, "du")
+        prog.AddQuadraticErrorCost(np.eye(self.system.m), target - base, delta).evaluator().set_description(
+            "nearest input"
+        )
+        limits = prog.AddBoundingBoxConstraint(self.lower - base, self.upper - base, delta)
+        limits.evaluator().set_description("input limits")
+        slack = prog.NewContinuousVariables(len(psi), "slack") if soft else np.zeros(0)
+        if soft:
+            prog.AddBoundingBoxConstraint(0.0, np.inf, slack).evaluator().set_description("slack")
+            prog.AddQuadraticErrorCost(_SLACK_WEIGHT * np.eye(len(psi)), np.zeros(len(psi)), slack)
+        for i, barrier in enumerate(self.barriers):
+            norm = float(np.linalg.norm(gradient[i]))
+            if norm > 0:  # else no input shows in it at this very state: a fact, not a constraint
+                row = np.concatenate([gradient[i] / norm, [1.0] if soft else []])[np.newaxis]
+                variables = np.concatenate([delta, slack[i : i + 1]])
+                lower = np.array([(self.tightening - psi[i]) / norm])
+                binding = prog.AddLinearConstraint(row, lower, np.array([np.inf]), variables)
+                binding.evaluator().set_description(f"barrier {barrier.name}")
+        result = ClarabelSolver().Solve(prog, None, _options())
+        # The status first: the answer of a failed solve is not an answer.
+        return (np.asarray(result.GetSolution(delta)) if result.is_success() else None), result
+
+
+def _options() -> SolverOptions:
+    options = SolverOptions()
+    for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
+        options.SetOption(ClarabelSolver.id(), name, _TOLERANCE)
+    return options
+
+
+def _check_affine_in_input(barrier: Barrier, system: PeriodicSystem) -> None:
+    random = np.random.default_rng(0)
+    for x in random.standard_normal((3, system.n)):
+        slopes = [enforced_psi(barrier, system, 0, x, random.standard_normal(system.m))[1] for _ in range(2)]
+        if not np.allclose(slopes[0], slopes[1], rtol=1e-9, atol=0.0):
+            raise InputError(
+                f'barrier "{barrier.name}": psi_{barrier.order} is not affine in the input, which the filter needs; '
+                "add_nonlinear_barrier_rows takes any"
+            )
