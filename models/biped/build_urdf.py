@@ -88,8 +88,10 @@ def add_contact_spheres(foot: ET.Element) -> None:
     """Four small spheres whose lowest points are the corners of the sole."""
     for x in (-1, 1):
         for y in (-1, 1):
-            collision = ET.SubElement(foot, "collision", name=f"{'toe' if x > 0 else 'heel'}_{'left' if y > 0 else 'right'}")
-            centre = (SOLE_CENTRE[0] + x * SOLE_HALF[0], SOLE_CENTRE[1] + y * SOLE_HALF[1], SOLE_CENTRE[2] + CONTACT_RADIUS)
+            name = f"{'toe' if x > 0 else 'heel'}_{'left' if y > 0 else 'right'}"
+            collision = ET.SubElement(foot, "collision", name=name)
+            corner = (SOLE_CENTRE[0] + x * SOLE_HALF[0], SOLE_CENTRE[1] + y * SOLE_HALF[1])
+            centre = (*corner, SOLE_CENTRE[2] + CONTACT_RADIUS)
             ET.SubElement(collision, "origin", xyz=text(centre), rpy="0 0 0")
             ET.SubElement(ET.SubElement(collision, "geometry"), "sphere", radius=text((CONTACT_RADIUS,)))
             proximity = ET.SubElement(collision, "drake:proximity_properties")

@@ -93,12 +93,12 @@ class RobotConfig(Config):
 
     name: str
     model: str
-    packages: dict[str, str] = {}
+    packages: dict[str, str] = Field(default_factory=dict)
     base_link: str
     torso_link: str | None = None
     left: LegConfig
     right: LegConfig
-    fixed_joints: dict[str, float] = {}
+    fixed_joints: dict[str, float] = Field(default_factory=dict)
     com_height: float = Field(gt=0)
     stance_width: float = Field(gt=0)
     kp: PerRole = 600.0

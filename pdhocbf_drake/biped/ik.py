@@ -94,7 +94,7 @@ class WholeBodyIk:
             except np.linalg.LinAlgError:
                 return self._damped(goal, q, iteration)
             moved = self._moved(q, step)
-            if abs(step[self._biped.v_index]).max() > LARGEST_STEP or not self._inside(moved):
+            if abs(step).max() > LARGEST_STEP or not self._inside(moved):
                 return self._damped(goal, q, iteration)
             q = moved
         return self._damped(goal, q, NEWTON_ITERATIONS)

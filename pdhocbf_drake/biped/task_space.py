@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from pdhocbf_drake.biped.robot import Biped
 
 _LINEAR_FIRST = [3, 4, 5, 0, 1, 2]  # Drake puts the angular rows of a spatial vector first
+_ORIGIN = np.zeros(3)
+_UP, _DOWN = [2, 0, 1], [1, 2, 0]  # the entries of a skew matrix that hold +a and -a
 
 
 class TaskSpace:
@@ -21,8 +24,8 @@ class TaskSpace:
 
         [v_com; ω_torso; v_left; ω_left; v_right; ω_right] = J(q) v,     its derivative = J(q) v̇ + J̇(q, v) v.
 
-    J is square (18 x 18) for two six-joint legs. Results of the last q are kept, so that inverse
-    kinematics, velocity maps and feedforward at one and the same q evaluate them once.
+    J is square (18 x 18) for two six-joint legs. It is kept for the last q, so that inverse kinematics,
+    velocity maps and feedforward at one and the same q evaluate it once.
 
     Attributes:
         context: the plant's context that holds the present q and v.
@@ -34,14 +37,15 @@ class TaskSpace:
         self._world = biped.plant.world_frame()
         self._torso = biped.torso_frame
         self._soles = (biped.soles["left"].frame, biped.soles["right"].frame)
-        self._q = np.full(biped.plant.num_positions(), np.nan)
+        self._q = b""
         self._jacobian: np.ndarray | None = None
 
     def set_positions(self, q: np.ndarray) -> None:
         """Moves to q (19,)."""
-        if not np.array_equal(q, self._q):
+        key = q.tobytes()
+        if key != self._q:
             self._plant.SetPositions(self.context, q)
-            self._q = np.array(q)
+            self._q = key
             self._jacobian = None
 
     def set_state(self, q: np.ndarray, v: np.ndarray) -> None:
@@ -63,70 +67,70 @@ class TaskSpace:
 
     def error(self, target: TargetPoses) -> np.ndarray:
         """(18,) small motion [m, rad] in task coordinates that leads from here to the target."""
+        torso = self._torso.CalcPoseInWorld(self.context)
+        left, right = (frame.CalcPoseInWorld(self.context) for frame in self._soles)
+        rotations = np.array([pose.rotation().matrix() for pose in (torso, left, right)])
+        turns = rotation_vectors(target.rotations, rotations)
         error = np.empty(18)
         error[0:3] = target.com - self._plant.CalcCenterOfMassPositionInWorld(self.context)
-        error[3:6] = rotation_vector(target.torso, self._torso.CalcPoseInWorld(self.context).rotation().matrix())
-        for row, frame, (position, rotation) in zip((6, 12), self._soles, target.soles, strict=True):
-            pose = frame.CalcPoseInWorld(self.context)
-            error[row : row + 3] = position - pose.translation()
-            error[row + 3 : row + 6] = rotation_vector(rotation, pose.rotation().matrix())
+        error[3:6] = turns[0]
+        error[6:9] = target.left - left.translation()
+        error[9:12] = turns[1]
+        error[12:15] = target.right - right.translation()
+        error[15:18] = turns[2]
         return error
 
     def jacobian(self) -> np.ndarray:
         """J(q) (18, 18); do not write into it."""
         if self._jacobian is None:
-            plant, context, world = self._plant, self.context, self._world
-            jacobian = np.empty((18, plant.num_velocities()))
-            jacobian[0:3] = plant.CalcJacobianCenterOfMassTranslationalVelocity(
-                context, JacobianWrtVariable.kV, world, world
+            plant, context, world, kind = self._plant, self.context, self._world, JacobianWrtVariable.kV
+            jacobian = np.empty((18, 18))
+            jacobian[0:3] = plant.CalcJacobianCenterOfMassTranslationalVelocity(context, kind, world, world)
+            torso, left, right = (
+                plant.CalcJacobianSpatialVelocity(context, kind, frame, _ORIGIN, world, world)
+                for frame in (self._torso, *self._soles)
             )
-            for rows, frame in ((slice(0, 6), self._torso), (slice(6, 12), self._soles[0]), (slice(12, 18), self._soles[1])):
-                spatial = plant.CalcJacobianSpatialVelocity(
-                    context, JacobianWrtVariable.kV, frame, np.zeros(3), world, world
-                )
-                if frame is self._torso:
-                    jacobian[3:6] = spatial[:3]
-                else:
-                    jacobian[rows] = spatial[_LINEAR_FIRST]
+            jacobian[3:6] = torso[:3]
+            jacobian[6:12] = left[_LINEAR_FIRST]
+            jacobian[12:18] = right[_LINEAR_FIRST]
             self._jacobian = jacobian
         return self._jacobian
 
     def bias(self) -> np.ndarray:
         """J̇(q, v) v (18,) [m/s², rad/s²]."""
-        plant, context, world = self._plant, self.context, self._world
-        bias = np.empty(18)
-        bias[0:3] = plant.CalcBiasCenterOfMassTranslationalAcceleration(context, JacobianWrtVariable.kV, world, world)
-        for row, frame in ((3, self._torso), (6, self._soles[0]), (12, self._soles[1])):
-            spatial = plant.CalcBiasSpatialAcceleration(
-                context, JacobianWrtVariable.kV, frame, np.zeros(3), world, world
-            )
-            if frame is self._torso:
-                bias[3:6] = spatial.rotational()
-            else:
-                bias[row : row + 3] = spatial.translational()
-                bias[row + 3 : row + 6] = spatial.rotational()
-        return bias
+        plant, context, world, kind = self._plant, self.context, self._world, JacobianWrtVariable.kV
+        com = plant.CalcBiasCenterOfMassTranslationalAcceleration(context, kind, world, world)
+        torso, left, right = (
+            plant.CalcBiasSpatialAcceleration(context, kind, frame, _ORIGIN, world, world)
+            for frame in (self._torso, *self._soles)
+        )
+        soles = (part for sole in (left, right) for part in (sole.translational(), sole.rotational()))
+        return np.concatenate([com, torso.rotational(), *soles])
 
 
 class TargetPoses:
-    """A `Posture` with its rotations as matrices, made once per solve."""
+    """A `Posture` with its rotations as matrices (3, 3, 3): torso, left sole, right sole."""
 
     def __init__(self, target: Posture) -> None:
-        self.com = target.com
-        self.torso = _matrix(target.torso_rpy)
-        self.soles = tuple((pose[:3], _matrix(pose[3:])) for pose in (target.left, target.right))
+        self.com, self.left, self.right = target.com, target.left[:3], target.right[:3]
+        angles = (target.torso_rpy, target.left[3:], target.right[3:])
+        self.rotations = np.array([_matrix(*rpy.tolist()) for rpy in angles])
 
 
-def rotation_vector(target: np.ndarray, present: np.ndarray) -> np.ndarray:
-    """Rotation vector (3,) [rad], in the world, that turns the present rotation matrix into the target's."""
-    turn = target @ present.T
-    axis_sine = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    if turn[0, 0] + turn[1, 1] + turn[2, 2] > 2.99:  # under 0.1 rad: angle = sine + sine³/6 to 1e-7
-        return axis_sine * (1.0 + axis_sine @ axis_sine / 6.0)
-    turned = RotationMatrix.ProjectToRotationMatrix(turn).ToAngleAxis()
-    return turned.axis() * turned.angle()
+def rotation_vectors(targets: np.ndarray, presents: np.ndarray) -> np.ndarray:
+    """(n, 3) rotation vectors [rad], in the world, that turn each present rotation matrix (n, 3, 3) into its target.
+
+    Below 0.1 rad the sine stands for the angle, which is equal to third order: enough for Newton's method.
+    """
+    turns = targets @ presents.transpose(0, 2, 1)
+    vectors: np.ndarray = 0.5 * (turns[:, _UP, _DOWN] - turns[:, _DOWN, _UP])
+    for i in np.flatnonzero(turns[:, 0, 0] + turns[:, 1, 1] + turns[:, 2, 2] < 2.99):
+        turn = RotationMatrix.ProjectToRotationMatrix(turns[i]).ToAngleAxis()
+        vectors[i] = turn.axis() * turn.angle()
+    return vectors
 
 
-def _matrix(rpy: np.ndarray) -> np.ndarray:
-    matrix: np.ndarray = RotationMatrix(RollPitchYaw(rpy)).matrix()
+@lru_cache(maxsize=64)  # most ticks of a walk ask for the same few orientations
+def _matrix(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    matrix: np.ndarray = RotationMatrix(RollPitchYaw(roll, pitch, yaw)).matrix()
     return matrix
