@@ -5,6 +5,7 @@ from pdhocbf_drake.biped.feedforward import Feedforward, InverseDynamics, left_s
 from pdhocbf_drake.biped.ik import IkResult, Motion, WholeBodyIk
 from pdhocbf_drake.biped.locate import load_robot_config, models_folder, robot_file, robot_names
 from pdhocbf_drake.biped.posture import Posture, PostureRates, sole_pose
+from pdhocbf_drake.biped.reach import check_walk
 from pdhocbf_drake.biped.robot import Biped, Sole
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "Side",
     "Sole",
     "WholeBodyIk",
+    "check_walk",
     "left_share_of_zmp",
     "load_robot_config",
     "models_folder",

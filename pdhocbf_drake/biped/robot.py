@@ -44,10 +44,10 @@ class Biped:
     """
 
     def __init__(self, config: RobotConfig) -> None:
-        """Loads the model and checks that it can stand as configured.
+        """Loads the model.
 
         Raises:
-            ModelError: something is missing in the model, or the CoM height is out of reach.
+            ModelError: something is missing in the model; the message lists what there is.
         """
         self.config = config
         self.plant = plant = MultibodyPlant(0.0)
