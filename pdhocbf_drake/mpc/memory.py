@@ -1,0 +1,157 @@
+"""What the controller carries from tick to tick, and its layout as one vector."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pdhocbf_drake.gait.gait import BOTH, LEFT
+from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
+from pdhocbf_drake.mpc.solution import Reason
+
+_FEET = {LEFT: 0, -LEFT: 1}
+
+
+@dataclass
+class Memory:
+    """The controller's state after the update at tick k: outputs for tick k + 1, then what the next solve needs.
+
+    Attributes:
+        com_reference: x, ẋ, ẍ, y, ẏ, ÿ planned for k + 1 [m, m/s, m/s²].
+        zmp_reference: x_zmp planned for k + 1 and its velocity up to then, likewise y [m, m/s].
+        zmp_box: the box (27) at k + 1: x_min, x_max, y_min, y_max [m].
+        stance_plan: box centres of the last, this and the next two steps, as seen from k + 1 [m].
+        foot_plan: where the left foot starts and ends this step, then the right one: x, y each [m].
+        solver_status: solved, wall time [s], cost, slack [m/s], fallbacks in a row, reason.
+        state: predicted [c, v, p] at k + 1 per axis, shape (2, 3).
+        feet: last contact positions of the left and right foot, shape (2, 2) [m].
+        stance: box centres of the last and this step per axis, shape (2, 2) [m].
+        plan: the plan made at k, or None at the start.
+    """
+
+    com_reference: np.ndarray
+    zmp_reference: np.ndarray
+    zmp_box: np.ndarray
+    stance_plan: np.ndarray
+    foot_plan: np.ndarray
+    solver_status: np.ndarray
+    state: np.ndarray
+    feet: np.ndarray
+    stance: np.ndarray
+    plan: Plan | None
+
+    @staticmethod
+    def sizes(mpc: PeriodicMpc) -> dict[str, int]:
+        rows = [len(axis[0].A) for axis in mpc.qps]
+        return {
+            "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
+            "state": 6, "feet": 4, "stance": 4, "plan": 2, "inputs": 2 * mpc.config.horizon,
+            "footholds": 2 * mpc.footholds, "active_x": rows[0], "active_y": rows[1],
+        }  # fmt: skip
+
+    @staticmethod
+    def layout(mpc: PeriodicMpc) -> dict[str, slice]:
+        """Where each part lies in the packed vector."""
+        sizes = Memory.sizes(mpc)
+        stops = np.cumsum(list(sizes.values()))
+        return {name: slice(int(stop) - size, int(stop)) for (name, size), stop in zip(sizes.items(), stops, strict=True)}
+
+    @classmethod
+    def at_start(cls, mpc: PeriodicMpc, state: np.ndarray, feet: np.ndarray) -> Memory:
+        """Standing (or walking) at tick 0 in `state`, both feet where they are given."""
+        gait = mpc.gait
+        centre = _centre(gait.support(0), feet)
+        stance = np.stack([centre, centre], axis=1)
+        eta = mpc.vhip.eta[0]
+        com = np.array([[c, v, eta * (c - p)] for c, v, p in state]).ravel()
+        zmp = np.array([[p, 0.0] for p in state[:, 2]]).ravel()
+        memory = cls(com, zmp, np.zeros(4), np.zeros(8), np.zeros(8), np.array([1.0, 0, 0, 0, 0, Reason.SOLVED]),
+                     np.array(state, dtype=float), np.array(feet, dtype=float), stance, None)  # fmt: skip
+        memory._show(mpc, 0, stance[:, 1:] + np.cumsum(mpc.preview.steps(0).moves, axis=1))
+        return memory
+
+    def land(self, mpc: PeriodicMpc, tick: int, measured: np.ndarray) -> None:
+        """At the first tick of a step, takes the foot that came down to be where it is measured (if it is)."""
+        step, phase = mpc.gait.phase(tick)
+        before = mpc.gait.support(step - 1)
+        if phase or step == 0 or before == BOTH or not np.all(np.isfinite(measured)):
+            return
+        landed = _FEET[-before]
+        self.feet[landed] = measured[landed]
+        self.stance[:, 1] = _centre(mpc.gait.support(step), self.feet)
+
+    def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> None:
+        """Steps the template by the plan's first input and moves on to tick k + 1."""
+        gait, tick = mpc.gait, plan.tick
+        self.plan = plan
+        self.state = np.array([mpc.vhip.step(tick, state[axis], plan.inputs[axis, 0]) for axis in (0, 1)])
+        eta = mpc.vhip.eta[(tick + 1) % mpc.vhip.period]
+        self.com_reference = np.array([[c, v, eta * (c - p)] for c, v, p in self.state]).ravel()
+        self.zmp_reference = np.stack([self.state[:, 2], plan.inputs[:, 0]], axis=1).ravel()
+        footholds = plan.footholds
+        low, high = mpc.zmp_box(tick + 1, self.stance, footholds)
+        self.zmp_box = np.stack([low, high], axis=1).ravel()
+        step, phase = gait.phase(tick + 1)
+        if phase == 0:
+            support = gait.support(step - 1)
+            if support != BOTH:
+                self.feet[_FEET[-support]] = _landing(gait.support(step), self.stance[:, 1], footholds[:, 0])
+            centre = _centre(gait.support(step), self.feet)
+            self.stance = np.stack([self.stance[:, 1], centre], axis=1)
+            moves = mpc.preview.steps(step).moves
+            footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + moves[:, -1:]])
+        self._show(mpc, tick + 1, footholds)
+
+    def _show(self, mpc: PeriodicMpc, tick: int, footholds: np.ndarray) -> None:
+        """Fills the outputs that tell where feet are and go."""
+        step, _ = mpc.gait.phase(tick)
+        self.stance_plan = np.concatenate([self.stance.T.ravel(), footholds[:, :2].T.ravel()])
+        ends = self.feet.copy()
+        support = mpc.gait.support(step)
+        if support != BOTH:
+            ends[_FEET[-support]] = _landing(mpc.gait.support(step + 1), self.stance[:, 1], footholds[:, 0])
+        self.foot_plan = np.hstack([self.feet, ends]).ravel()
+        if tick == 0:
+            low, high = mpc.zmp_box(1, self.stance, footholds)
+            self.zmp_box = np.stack([low, high], axis=1).ravel()
+
+    def pack(self, mpc: PeriodicMpc) -> np.ndarray:
+        """The whole memory as one vector; the plan's parts are zero where there is none."""
+        vector = np.zeros(sum(self.sizes(mpc).values()))
+        plan = self.plan
+        parts = [self.com_reference, self.zmp_reference, self.zmp_box, self.stance_plan, self.foot_plan,
+                 self.solver_status, self.state.ravel(), self.feet.ravel(), self.stance.ravel()]  # fmt: skip
+        if plan is None:
+            parts.append(np.array([-1.0]))
+        else:
+            marks = np.array([plan.tick, plan.fallbacks])
+            parts += [marks, plan.inputs.ravel(), plan.footholds.ravel(), *plan.active]
+        known = np.concatenate(parts)
+        vector[: len(known)] = known
+        return vector
+
+    @classmethod
+    def unpack(cls, mpc: PeriodicMpc, vector: np.ndarray) -> Memory:
+        """The inverse of `pack`, as copies."""
+        part = {name: vector[place].copy() for name, place in cls.layout(mpc).items()}
+        tick, fallbacks = part["plan"]
+        plan = None
+        if tick >= 0:
+            inputs, footholds = part["inputs"].reshape(2, -1), part["footholds"].reshape(2, -1)
+            active = (part["active_x"], part["active_y"])
+            plan = Plan(round(tick), inputs, footholds, active, 0.0, np.nan, Reason.SOLVED, round(fallbacks))
+        return cls(
+            *(part[name] for name in ("com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan")),
+            part["solver_status"], part["state"].reshape(2, 3), part["feet"].reshape(2, 2),
+            part["stance"].reshape(2, 2), plan,
+        )  # fmt: skip
+
+
+def _centre(support: int, feet: np.ndarray) -> np.ndarray:
+    return feet.mean(axis=0) if support == BOTH else feet[_FEET[support]]
+
+
+def _landing(following: int, stance: np.ndarray, foothold: np.ndarray) -> np.ndarray:
+    """Where the swing foot lands: on the next stance, or, before a stand, so that both feet frame its centre."""
+    return 2.0 * foothold - stance if following == BOTH else foothold

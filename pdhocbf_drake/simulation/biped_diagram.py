@@ -1,0 +1,106 @@
+"""Wires the controller to the multibody robot on the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.geometry import HalfSpace
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import MatrixGain
+
+from pdhocbf_drake.biped import Biped, sole_pose
+from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.simulation.diagram import LoggedDiagram, Wiring, add_controller, connect_controller, start_of
+from pdhocbf_drake.simulation.drake_config import plant_config
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.systems.fall_detector import FallDetector
+from pdhocbf_drake.systems.foot_reference import FootReference
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
+from pdhocbf_drake.systems.joint_pd import joint_pd
+from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
+from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.zmp_offset import ZmpOffset
+
+
+def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray) -> MultibodyPlant:
+    """The robot on flat ground, standing in `posture` (19,) by default."""
+    plant, scene_graph = AddMultibodyPlant(plant_config(scenario.plant), builder)
+    plant.set_name("plant")
+    scene_graph.set_name("scene_graph")
+    biped.add_to(plant)
+    friction = CoulombFriction(scenario.friction, scenario.friction)
+    plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction)
+    plant.Finalize()
+    plant.SetDefaultPositions(posture)
+    return plant
+
+
+def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
+    """q (19,) at tick 0: CoM over the middle of the feet at its commanded height."""
+    _, feet = start_of(walk)
+    height = walk.gait.height(0)[0]
+    return biped.posture(np.array([0.0, 0.0, height]), sole_pose(*feet[0]), sole_pose(*feet[1]))
+
+
+def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped) -> LoggedDiagram:
+    """scenario -> gait, barriers -> MPC -> feet -> inverse kinematics -> PD -> plant -> estimator -> MPC."""
+    config = walk.gait.config
+    wiring = Wiring(config.tick)
+    posture = initial_posture(walk, biped)
+    initial, feet = start_of(walk)
+    plant = add_robot(wiring.builder, scenario, biped, posture)
+    wiring.offer("robot_state", plant.get_state_output_port())
+    forces = plant.get_generalized_contact_forces_output_port(plant.get_body(plant.GetFloatingBaseBodies().pop()).model_instance())
+    wiring.offer("contact_forces", forces)
+
+    estimator = wiring.add("state_estimator", StateEstimator(biped))
+    wiring.connect(estimator, "robot_state", "contact_forces")
+    encoders = wiring.add("joint_encoders", MatrixGain(_joint_selector(biped)))
+    wiring.builder.Connect(plant.get_state_output_port(), encoders.get_input_port())
+    wiring.offer("joint_state", encoders.get_output_port())
+
+    controller = add_controller(wiring, walk, initial, feet)
+    foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
+    kinematics = wiring.add("inverse_kinematics", InverseKinematics(biped, posture, config.tick))
+    offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon))
+    pd = wiring.add("joint_pd", joint_pd(biped, posture[biped.q_index], plant.time_step()))
+    detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
+    connect_controller(wiring, walk, controller)
+    wiring.connect(controller, "zmp_offset", "foot_state")
+    wiring.connect(foot_reference, "gait_phase", "foot_plan")
+    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
+    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference")
+    wiring.connect(detector, "com_z")
+    wiring.connect(pd, "desired_state", "feedforward")
+    wiring.builder.Connect(wiring.port("joint_state"), pd.GetInputPort("estimated_state"))
+    motors = wiring.add("motors", MatrixGain(np.eye(12)[np.argsort(biped.u_index)]))
+    wiring.builder.Connect(pd.GetOutputPort("actuation"), motors.get_input_port())
+    wiring.builder.Connect(motors.get_output_port(), plant.get_actuation_input_port())
+    if scenario.pushes:
+        push = wiring.add("push_schedule", PushSchedule(_forces(scenario, plant, biped), config.tick))
+        wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), plant.get_applied_spatial_force_input_port())
+        wiring.log("push")
+    wiring.log("com_z", "foot_state", "joint_state", "foot_reference", "desired_state", "feedforward", "actuation")
+    wiring.log("robot_state")
+    return wiring.build("biped_walk")
+
+
+def _joint_selector(biped: Biped) -> np.ndarray:
+    """Picks the 24 joint positions and velocities out of the 37 states."""
+    select = np.zeros((24, 37))
+    select[np.arange(12), biped.q_index] = 1.0
+    select[12 + np.arange(12), 19 + biped.v_index] = 1.0
+    return select
+
+
+def _forces(scenario: Scenario, plant: MultibodyPlant, biped: Biped) -> list[TimedForce]:
+    tick = scenario.gait.tick
+    forces = []
+    for push in scenario.pushes:
+        body = plant.GetBodyByName(push.body or biped.config.torso_link or biped.config.base_link)
+        point = body.default_com()
+        first = round(push.start(scenario.gait) / tick)
+        last = first + max(1, round(push.duration / tick))
+        forces.append(TimedForce(body.index(), point, np.array(push.force), first, last))
+    return forces

@@ -1,0 +1,74 @@
+"""From a scenario to the objects it describes: gait, template, barriers, compiled MPC."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem, check_relative_degree, make_barrier, make_bound
+from pdhocbf_drake.gait import Gait, GaitConfig
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.orbit import nominal_orbit
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.templates.vhip import Vhip
+
+
+@dataclass(frozen=True)
+class Walk:
+    """What is known about a walk before it starts.
+
+    Attributes:
+        gait: the stance sequence. vhip: the template. mpc: problem (36), compiled.
+        axes, barriers: 0 (x) or 1 (y) for each barrier, in the scenario's order.
+    """
+
+    gait: Gait
+    vhip: Vhip
+    mpc: PeriodicMpc
+    axes: tuple[int, ...]
+    barriers: tuple[AffineBarrier, ...]
+
+    @property
+    def names(self) -> list[tuple[int, str]]:
+        """(axis, name) of each barrier."""
+        return [(axis, barrier.name) for axis, barrier in zip(self.axes, self.barriers, strict=True)]
+
+
+def build_walk(scenario: Scenario) -> Walk:
+    """Makes the walk of a scenario.
+
+    Raises:
+        InputError: a gait that can't be walked, a horizon against Lemma 2, a barrier with the wrong relative degree.
+    """
+    gait = Gait(scenario.gait)
+    vhip = Vhip(gait.height.eta(), gait.config.tick)
+    system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
+    axes, barriers = [], []
+    orbits: dict[float, np.ndarray] = {}
+    for name, config in scenario.barriers.items():
+        axis = 0 if config.axis == "x" else 1
+        orbit = None
+        if config.bound.kind.startswith("orbit"):
+            stride = gait.config.stride if config.bound.stride is None else config.bound.stride
+            if stride not in orbits:
+                orbits[stride] = orbit_of(scenario, stride)
+            orbit = orbits[stride][axis]
+        # Forward motion repeats every step, lateral motion every gait.
+        period = gait.period if axis == 0 else gait.config.ticks_per_gait
+        bound = make_bound(config.bound, period, None if orbit is None else orbit[:period], config.side)
+        barrier = make_barrier(name, config, [0.0, 1.0, 0.0], bound)
+        check_relative_degree(barrier, system)
+        axes.append(axis)
+        barriers.append(barrier)
+    groups = tuple([b for a, b in zip(axes, barriers, strict=True) if a == axis] for axis in (0, 1))
+    mpc = PeriodicMpc(gait, vhip, scenario.mpc, (groups[0], groups[1]))
+    return Walk(gait, vhip, mpc, tuple(axes), tuple(barriers))
+
+
+def orbit_of(scenario: Scenario, stride: float) -> np.ndarray:
+    """The nominal CoM velocity of the scenario's walk at a stride, shape (2, 2N) [m/s]."""
+    values = scenario.gait.model_dump() | {"stride": stride, "walk_steps": None}
+    gait = Gait(GaitConfig(**values))
+    vhip = Vhip(gait.height.eta(), gait.config.tick)
+    return nominal_orbit(gait, PeriodicMpc(gait, vhip, scenario.mpc, ([], [])))

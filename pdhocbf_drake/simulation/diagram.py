@@ -1,0 +1,105 @@
+"""Wires the blocks: the only place that connects ports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort, System
+from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
+
+from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
+from pdhocbf_drake.systems.gait_reference import GaitReference
+from pdhocbf_drake.systems.mpc_controller import MpcController
+from pdhocbf_drake.systems.vhip_plant import VhipPlant
+
+
+@dataclass
+class LoggedDiagram:
+    """A diagram with the sinks of its logged signals, by name (`simulation.signals`)."""
+
+    diagram: Diagram
+    sinks: dict[str, VectorLogSink]
+
+
+@dataclass
+class Wiring:
+    """A diagram being built: blocks by name, ports by name, and one sink a signal."""
+
+    tick: float
+    builder: DiagramBuilder = field(default_factory=DiagramBuilder)
+    sinks: dict[str, VectorLogSink] = field(default_factory=dict)
+    _ports: dict[str, OutputPort] = field(default_factory=dict)
+
+    def add(self, name: str, system: System) -> System:
+        """Adds a block; its vector outputs are known by their port's name from then on."""
+        self.builder.AddNamedSystem(name, system)
+        for i in range(system.num_output_ports()):
+            port = system.get_output_port(i)
+            self._ports.setdefault(port.get_name(), port)
+        return system
+
+    def offer(self, name: str, port: OutputPort) -> None:
+        """Makes an output port known under another name."""
+        self._ports[name] = port
+
+    def port(self, name: str) -> OutputPort:
+        return self._ports[name]
+
+    def connect(self, system: System, *names: str) -> None:
+        """Connects input ports to the output ports of the same name."""
+        for name in names:
+            self.builder.Connect(self._ports[name], system.GetInputPort(name))
+
+    def log(self, *names: str) -> None:
+        """Logs output ports at every tick."""
+        for name in names:
+            sink = LogVectorOutput(self._ports[name], self.builder, self.tick)
+            sink.set_name(f"log_{name}")
+            self.sinks[name] = sink
+
+    def build(self, name: str) -> LoggedDiagram:
+        diagram = self.builder.Build()
+        diagram.set_name(name)
+        return LoggedDiagram(diagram, self.sinks)
+
+
+def add_controller(wiring: Wiring, walk: Walk, initial: np.ndarray, feet: np.ndarray) -> MpcController:
+    """Adds clock, barriers and MPC; whatever measures must offer `lip_state` before `connect_controller`."""
+    wiring.add("gait_reference", GaitReference(walk.gait))
+    if walk.barriers:
+        horizon = walk.mpc.config.horizon
+        wiring.add("barrier_schedule", BarrierSchedule(walk.axes, walk.barriers, walk.gait.period, horizon))
+    controller = MpcController(walk.mpc, initial, feet, walk.names)
+    wiring.add("mpc_controller", controller)
+    return controller
+
+
+def connect_controller(wiring: Wiring, walk: Walk, controller: LeafSystem) -> None:
+    """Closes the loop from `lip_state` and logs the controller's signals."""
+    wiring.connect(controller, "gait_phase", "lip_state")
+    if walk.barriers:
+        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")
+        wiring.connect(controller, "velocity_bound")
+        wiring.log("velocity_bound", "h")
+    wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
+    wiring.log("solver_status")
+
+
+def start_of(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
+    """[c, v, p] per axis (2, 3), at rest between the feet, and the feet's centres (2, 2)."""
+    half = walk.gait.config.stance_width / 2.0
+    return np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]])
+
+
+def vhip_diagram(walk: Walk) -> LoggedDiagram:
+    """The controller on the template itself."""
+    wiring = Wiring(walk.gait.config.tick)
+    initial, feet = start_of(walk)
+    controller = add_controller(wiring, walk, initial, feet)
+    plant = VhipPlant(walk.vhip, initial)
+    wiring.add("vhip", plant)
+    wiring.connect(plant, "gait_phase", "zmp_reference")
+    connect_controller(wiring, walk, controller)
+    return wiring.build("vhip_walk")

@@ -1,0 +1,64 @@
+"""The one function that owns a `Simulator`: a scenario in, a log out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+
+from pdhocbf_drake.biped import Biped
+from pdhocbf_drake.simulation.biped_diagram import biped_diagram
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.diagram import LoggedDiagram, vhip_diagram
+from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED, RunLog
+from pdhocbf_drake.simulation.scenario import Scenario
+
+Progress = Callable[[float], None]
+_CHUNK = 0.1  # [s] of simulated time between two reports of progress
+
+
+def make_diagram(scenario: Scenario) -> LoggedDiagram:
+    """The scenario's diagram with its sinks; raises `InputError` or `ModelError`."""
+    walk = build_walk(scenario)
+    if scenario.system == "vhip":
+        return vhip_diagram(walk)
+    return biped_diagram(scenario, walk, Biped.load(scenario.robot))
+
+
+def simulate(scenario: Scenario, progress: Progress | None = None) -> RunLog:
+    """Runs a scenario from its start to its duration, a fall, or Ctrl-C; what was recorded is always returned.
+
+    Args:
+        scenario: what to run.
+        progress: called with the simulated time now and then [s].
+
+    Raises:
+        InputError, ModelError: the scenario can't be built. Nothing has been simulated then.
+    """
+    logged = make_diagram(scenario)
+    simulator = Simulator(logged.diagram)
+    ending = FINISHED
+    try:
+        simulator.Initialize()
+        now = 0.0
+        while now < scenario.duration:
+            now = min(now + _CHUNK, scenario.duration)
+            status = simulator.AdvanceTo(now)
+            if progress is not None:
+                progress(simulator.get_context().get_time())
+            if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                ending = FELL
+                break
+    except KeyboardInterrupt:
+        ending = INTERRUPTED
+    return _collect(logged, simulator, ending)
+
+
+def _collect(logged: LoggedDiagram, simulator: Simulator, ending: str) -> RunLog:
+    context = simulator.get_context()
+    logs = {name: sink.FindLog(context) for name, sink in logged.sinks.items()}
+    count = min(log.num_samples() for log in logs.values())
+    time = next(iter(logs.values())).sample_times()[:count]
+    signals = {name: np.array(log.data().T[:count]) for name, log in logs.items()}
+    return RunLog(signals, time, ending)

@@ -1,0 +1,1 @@
+"""The blocks of the diagram: ports, state and events around the mathematics of the other rooms."""

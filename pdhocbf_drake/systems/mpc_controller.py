@@ -1,0 +1,96 @@
+"""The periodic MPC as a block with a discrete update."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.solution import Reason
+
+
+class MpcController(LeafSystem):
+    """Solves (36) at every tick kδ; its outputs are then what is planned for tick k + 1.
+
+    All it remembers (the last plan, the feet on the ground, the active sets) is discrete state, laid out by
+    `Memory`, so that a context can be copied, reset and replayed.
+
+    Input ports:
+        gait_phase (3), lip_state (6): as in `simulation.signals`.
+        velocity_bound (n_b (H + 1)): the bounds, where there are barriers.
+        zmp_offset (2 H): expected real minus template ZMP, x then y; may be left unconnected.
+        foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
+    Output ports:
+        com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6).
+
+    Args:
+        mpc: the compiled problem.
+        initial: [c, v, p] per axis at the start, shape (2, 3).
+        feet: left and right foot at the start, shape (2, 2) [m].
+        barriers: (axis, name) in the order of the velocity_bound port.
+    """
+
+    def __init__(
+        self, mpc: PeriodicMpc, initial: np.ndarray, feet: np.ndarray, barriers: Sequence[tuple[int, str]]
+    ) -> None:
+        super().__init__()
+        self._mpc, self._names = mpc, [name for _, name in barriers]
+        self._layout = Memory.layout(mpc)
+        horizon = mpc.config.horizon
+        self.DeclareVectorInputPort("gait_phase", 3)
+        self.DeclareVectorInputPort("lip_state", 6)
+        if barriers:
+            self.DeclareVectorInputPort("velocity_bound", len(barriers) * (horizon + 1))
+        self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
+        self.DeclareVectorInputPort("foot_state", 12)
+        first = Memory.at_start(mpc, initial, feet)
+        self.DeclareDiscreteState(first.pack(mpc))
+        self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
+        for name in ("com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status"):
+            self._declare_slice(name)
+
+    def _declare_slice(self, name: str) -> None:
+        place = self._layout[name]
+
+        def copy(context: Context, output) -> None:  # type: ignore[no-untyped-def]
+            output.SetFromVector(context.get_discrete_state_vector().value()[place])
+
+        self.DeclareVectorOutputPort(name, place.stop - place.start, copy, {self.xd_ticket()})
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        started = time.perf_counter()
+        mpc = self._mpc
+        memory = Memory.unpack(mpc, context.get_discrete_state_vector().value())
+        phase, step, _ = self.GetInputPort("gait_phase").Eval(context)
+        tick = round(step * mpc.gait.period + phase)
+        measured = self.GetInputPort("lip_state").Eval(context).reshape(2, 3)
+        feet = self.GetInputPort("foot_state")
+        if feet.HasValue(context):
+            memory.land(mpc, tick, feet.Eval(context).reshape(2, 6)[:, :2])
+        bounds = {}
+        if self._names:
+            samples = self.GetInputPort("velocity_bound").Eval(context).reshape(len(self._names), -1)
+            bounds = dict(zip(self._names, samples, strict=True))
+        port = self.GetInputPort("zmp_offset")
+        offset = port.Eval(context).reshape(2, -1) if port.HasValue(context) else None
+
+        planned = memory.state
+        state = planned.copy()
+        state[:, :2] = measured[:, :2]
+        if mpc.config.zmp_state == "measured":
+            state[:, 2] = measured[:, 2]
+        blind = not np.all(np.isfinite(state))
+        if blind:
+            state = planned
+        plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan)
+        reason = Reason.BAD_MEASUREMENT if blind and plan.reason < Reason.INFEASIBLE else plan.reason
+        memory.advance(mpc, state, plan)
+        solved = float(plan.reason < Reason.INFEASIBLE)
+        cost = plan.cost if solved else 0.0
+        elapsed = time.perf_counter() - started
+        memory.solver_status = np.array([solved, elapsed, cost, plan.slack, plan.fallbacks, reason])
+        values.set_value(memory.pack(mpc))
