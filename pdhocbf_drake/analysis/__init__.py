@@ -1,0 +1,1 @@
+"""From a run's log to numbers, figures, a replay and a report; nothing here simulates."""

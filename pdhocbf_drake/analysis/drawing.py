@@ -1,0 +1,64 @@
+"""The look that all figures share: sizes, grids, units on every axis, legends that can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+_STYLE: dict[str, Any] = {
+    "font.size": 10,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#E6E6E6",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.5,
+    "legend.fontsize": 8.5,
+    "legend.frameon": False,
+    "savefig.dpi": 130,
+    "figure.constrained_layout.use": True,
+}
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Figures made inside have the common look; a user's own matplotlib settings stay as they are outside."""
+    with matplotlib.rc_context({**matplotlib.rcParamsDefault, **_STYLE, "backend": "agg"}):
+        yield
+
+
+def panels(rows: int, height: float = 2.3, width: float = 8.5, **kwargs: Any) -> tuple[Figure, list[Axes]]:
+    """A figure with `rows` panels above each other that share the horizontal axis [inches]."""
+    figure = Figure(figsize=(width, height * rows + 0.5))
+    axes = figure.subplots(rows, 1, sharex=True, squeeze=False, **kwargs)
+    return figure, [axis for row in axes for axis in row]
+
+
+def label(axes: Axes, quantity: str, unit: str) -> None:
+    """Labels the vertical axis, with the unit."""
+    axes.set_ylabel(f"{quantity} [{unit}]")
+
+
+def legend(axes: Axes, columns: int = 4) -> None:
+    """Puts the legend above the panel, where it hides no data."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.1, handlelength=2.2)
+
+
+def time_axis(axes: list[Axes]) -> None:
+    """Labels the lowest panel's time and trims empty space."""
+    axes[-1].set_xlabel("time [s]")
+    axes[-1].margins(x=0)
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Writes a PNG without a date in it, so that the same run gives the same bytes."""
+    figure.savefig(path, metadata={"Software": None})

@@ -1,0 +1,67 @@
+"""Which figures a run has, in the order in which they are read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from pdhocbf_drake.analysis import figures_oscillator, figures_robot, figures_walk
+from pdhocbf_drake.analysis.drawing import save, styled
+from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.simulation.run_folder import Run
+
+
+class Drawn(NamedTuple):
+    """A figure with its file name (without `.png`) and its caption."""
+
+    name: str
+    caption: str
+    figure: Figure
+
+
+def make_figures(run: Run, limits: RobotLimits | None) -> list[Drawn]:
+    """All figures that a run's log allows; none for a log without rows."""
+    if len(run.log) < 2:
+        return []
+    with styled():
+        if run.scenario.system == "van_der_pol":
+            return _oscillator(run)
+        return _walk(run, limits) + (_robot(run, limits) if limits is not None else [])
+
+
+def write_figures(figures: list[Drawn], folder: Path) -> None:
+    """Writes each figure as a PNG."""
+    folder.mkdir(exist_ok=True)
+    with styled():
+        for drawn in figures:
+            save(drawn.figure, folder / f"{drawn.name}.png")
+
+
+def _walk(run: Run, limits: RobotLimits | None) -> list[Drawn]:
+    drawn = [Drawn("velocity", "CoM velocity, planned and measured, under its bounds", figures_walk.velocity(run))]
+    if run.scenario.barriers:
+        drawn.append(Drawn("barriers", "Barriers on the measured state", figures_walk.barriers(run)))
+    return [
+        *drawn,
+        Drawn("com_zmp", "CoM and ZMP, planned and measured", figures_walk.com_and_zmp(run)),
+        Drawn("footsteps", "Footholds from above", figures_walk.footsteps(run, limits)),
+        Drawn("solver", "Cost of the controller's ticks", figures_walk.solver(run)),
+    ]
+
+
+def _robot(run: Run, limits: RobotLimits) -> list[Drawn]:
+    return [
+        Drawn("tracking", "Tracking errors and ZMP margin", figures_robot.tracking(run, limits)),
+        Drawn("joints", "Joint angles", figures_robot.joints(run)),
+        Drawn("torques", "Torques", figures_robot.torques(run, limits)),
+    ]
+
+
+def _oscillator(run: Run) -> list[Drawn]:
+    return [
+        Drawn("tubes", "States in their tubes (18)", figures_oscillator.tubes(run)),
+        Drawn("phase", "The orbit in the phase plane", figures_oscillator.phase(run)),
+        Drawn("barriers", "Barriers on the measured state", figures_walk.barriers(run)),
+    ]

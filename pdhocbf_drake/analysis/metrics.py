@@ -1,0 +1,140 @@
+"""How each number of `metrics.json` comes from the log."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, record_of
+from pdhocbf_drake.analysis.feet import slip_max, steps_taken, zmp_margins
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.simulation.run_log import FELL, RunLog
+from pdhocbf_drake.simulation.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+# A template keeps its box to rounding.
+_ROUNDING = 1e-9  # [m]
+# A torque this close to its limit is at its limit.
+_AT_LIMIT = 1.0 - 1e-9
+
+
+def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits: RobotLimits | None) -> Metrics:
+    """The metrics of a run; `limits` are the robot's, None on a template."""
+    simulated = float(log.time[-1] - log.time[0]) if len(log) else 0.0
+    walks = "lip_state" in log and len(log) > 0
+    body = limits if "robot_state" in log and len(log) > 0 else None
+    return Metrics(
+        scenario=scenario.name,
+        template=scenario.system != "biped",
+        ending=log.ending,
+        fell=log.ending == FELL,
+        simulated_seconds=simulated,
+        wall_seconds=wall_seconds,
+        real_time_factor=simulated / wall_seconds if wall_seconds > 0 else None,
+        steps_taken=steps_taken(log) if walks else None,
+        distance=_change(log.element("lip_state", "x")) if walks else None,
+        distance_commanded=_distance_commanded(scenario, log) if walks else None,
+        mean_speed=_mean(log.after(scenario.from_time).element("lip_state", "vx")) if walks else None,
+        lateral_drift=_drift(scenario, log.element("lip_state", "y")) if walks else None,
+        yaw_drift_deg=_drift(scenario, np.degrees(base_yaw(log))) if body else None,
+        com_rms_error=_com_rms_error(log) if walks else None,
+        zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,
+        zmp_outside_fraction=_zmp_outside(log) if walks else None,
+        slip_max=_finite(slip_max(log)) if body else None,
+        joint_torque_peak=_finite(np.abs(log["actuation"]).max()) if body else None,
+        torque_limit_hits=int((np.abs(log["actuation"]) >= _AT_LIMIT * body.effort).sum()) if body else None,
+        joint_position_margin_min=_position_margin(log["joint_state"][:, :12], body.position) if body else None,
+        joint_speed_margin_min=_finite((body.speed - np.abs(log["joint_state"][:, 12:])).min()) if body else None,
+        barriers=_barrier_metrics(scenario, log),
+        mpc=_mpc_metrics(scenario, log),
+    )
+
+
+def base_yaw(log: RunLog) -> Array:
+    """Heading of the floating base, without jumps, (T,) [rad]."""
+    w, x, y, z = log["robot_state"][:, :4].T
+    return np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+def _change(values: Array) -> float | None:
+    return _finite(values[-1] - values[0])
+
+
+def _mean(values: Array) -> float | None:
+    return _finite(values.mean()) if len(values) else None
+
+
+def _drift(scenario: Scenario, values: Array) -> float | None:
+    """How far the mean over the last gait is from the start; the mean takes the sway of the gait out."""
+    return _finite(abs(values[-scenario.gait.ticks_per_gait :].mean() - values[0]))
+
+
+def _distance_commanded(scenario: Scenario, log: RunLog) -> float:
+    """At the end of n whole steps the feet are n and n − 1 strides ahead, and the CoM is between them."""
+    gait = scenario.gait
+    step, tick = log["gait_phase"][-1, 1], log["gait_phase"][-1, 0]
+    walked = float(step + tick / gait.ticks_per_step - gait.start_steps)
+    if gait.walk_steps is not None and walked >= gait.walk_steps:
+        return (gait.walk_steps - 1) * gait.stride
+    return max(0.0, walked - 0.5) * gait.stride
+
+
+def _com_rms_error(log: RunLog) -> list[float | None]:
+    errors = [log.element("lip_state", axis) - log.element("com_reference", axis) for axis in "xy"]
+    rms = [_finite(np.sqrt(np.mean(error**2))) for error in errors]
+    if "com_z" not in log:
+        return [*rms, None]
+    height = log.element("com_z", "z") - log.element("com_height", "z")
+    return [*rms, _finite(np.sqrt(np.mean(height**2)))]
+
+
+def _zmp_outside(log: RunLog) -> float:
+    inside = np.ones(len(log), dtype=bool)
+    for axis in "xy":
+        zmp = log.element("lip_state", f"{axis}_zmp")
+        inside &= zmp >= log.element("zmp_box", f"{axis}_min") - _ROUNDING
+        inside &= zmp <= log.element("zmp_box", f"{axis}_max") + _ROUNDING
+    return float(1.0 - inside.mean())
+
+
+def _position_margin(angles: Array, limits: Array) -> float | None:
+    return _finite(np.minimum(angles - limits[:, 0], limits[:, 1] - angles).min())
+
+
+def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetrics]:
+    table = {}
+    for name, use in barriers_of(scenario).items():
+        record = record_of(log, use, scenario.from_time)
+        table[name] = BarrierMetrics(
+            h_min=record.h_min if record else None,
+            h_mean=record.h_mean if record else None,
+            violations=record.violations if record else None,
+            psi_min=_finite(record.psi_min) if record else None,
+            gamma=list(use.gamma),
+            relative_degree=len(use.class_k),
+            unit=use.unit,
+        )
+    return table
+
+
+def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
+    if "solver_status" not in log:
+        return None
+    # The first row holds the start, which nobody solved for.
+    status, seconds, _, slack, fallbacks, _ = log["solver_status"][1:].T
+    return MpcMetrics(
+        solves=len(status),
+        fallbacks=int((fallbacks > 0).sum()),
+        failures=int((status != 1.0).sum()),
+        slack_max=_finite(slack.max()) if len(slack) else None,
+        tick_seconds_median=_finite(np.median(seconds)) if len(seconds) else None,
+        tick_seconds_p99=_finite(np.percentile(seconds, 99)) if len(seconds) else None,
+        solver=scenario.mpc.solver,
+    )
+
+
+def _finite(value: float | np.floating) -> float | None:
+    """JSON has no NaN: a number that is none is told as null."""
+    return float(value) if np.isfinite(value) else None

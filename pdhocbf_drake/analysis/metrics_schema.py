@@ -1,0 +1,68 @@
+"""The promise to scripts: what `metrics.json` holds."""
+
+from __future__ import annotations
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class BarrierMetrics(BaseModel):
+    """One barrier on the measured state, from `from_time` on."""
+
+    model_config = ConfigDict(frozen=True)
+
+    h_min: float | None = Field(description="least h [unit]")
+    h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
+    violations: int | None = Field(description="ticks with h < 0")
+    psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
+    gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
+    relative_degree: int = Field(description="m")
+    unit: str = Field(description="unit of h")
+
+
+class MpcMetrics(BaseModel):
+    """The controller's solves."""
+
+    model_config = ConfigDict(frozen=True)
+
+    solves: int = Field(description="ticks at which a solve was asked for")
+    fallbacks: int = Field(description="ticks that used the last plan, shifted, instead of a new one")
+    failures: int = Field(description="solves without an optimal status")
+    slack_max: float | None = Field(description="largest violation of a barrier row that a plan paid for [m/s]")
+    tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
+    tick_seconds_p99: float | None = Field(description="99th percentile of it [s]")
+    solver: str = Field(description="the solver asked first")
+
+
+class Metrics(BaseModel):
+    """One run in numbers; null where a quantity does not apply."""
+
+    model_config = ConfigDict(frozen=True)
+
+    schema_: int = Field(1, alias="schema", description="version of this table")
+    scenario: str = Field(description="name of the scenario")
+    template: bool = Field(description="true for a run without a robot's body")
+    ending: str = Field(description='"finished", or why it ended early: "fell", "interrupted", …')
+    fell: bool = Field(description="whether the robot fell")
+    simulated_seconds: float = Field(description="[s]")
+    wall_seconds: float = Field(description="[s]")
+    real_time_factor: float | None = Field(description="simulated over wall time")
+    steps_taken: int | None = Field(description="completed steps of one foot")
+    distance: float | None = Field(description="CoM along x, end less start [m]")
+    distance_commanded: float | None = Field(description="where the commanded walk is by then: (steps − ½)·stride [m]")
+    mean_speed: float | None = Field(description="mean CoM velocity along x from from_time on [m/s]")
+    lateral_drift: float | None = Field(description="|mean CoM y of the last gait less that at the start| [m]")
+    yaw_drift_deg: float | None = Field(description="|mean yaw of the last gait less that at the start| [deg]")
+    com_rms_error: list[float | None] | None = Field(description="measured less planned CoM in x, y, z, RMS [m]")
+    zmp_margin_min: float | None = Field(description="least distance of the measured ZMP from the support's edge [m]")
+    zmp_outside_fraction: float | None = Field(description="share of samples whose ZMP is outside the box (27)")
+    slip_max: float | None = Field(description="farthest that a standing sole moved along the ground [m]")
+    joint_torque_peak: float | None = Field(description="largest torque [N m]")
+    torque_limit_hits: int | None = Field(description="samples of a joint's torque at its limit")
+    joint_position_margin_min: float | None = Field(description="least distance of a joint from its stop [rad]")
+    joint_speed_margin_min: float | None = Field(description="least distance of a joint's speed from its limit [rad/s]")
+    barriers: dict[str, BarrierMetrics]
+    mpc: MpcMetrics | None
+
+    def to_json(self) -> str:
+        """The text of metrics.json."""
+        return self.model_dump_json(indent=2, by_alias=True) + "\n"

@@ -1,0 +1,43 @@
+"""One colour per quantity, the same in every figure, table and replay.
+
+The colours are those of Okabe and Ito, which stay apart for every kind of colour blindness; where two could still be
+taken for each other (measured and planned), the line style differs too.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+MEASURED_COM: Final = "#0072B2"
+PLANNED_COM: Final = "#56B4E9"
+MEASURED_ZMP: Final = "#D55E00"
+PLANNED_ZMP: Final = "#E69F00"
+LEFT: Final = "#0072B2"
+RIGHT: Final = "#D55E00"
+BOX: Final = "#BBBBBB"
+LIMIT: Final = "#555555"
+BARRIERS: Final = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+RUNS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+JOINTS: Final = ("#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7")
+
+Rgb = tuple[float, float, float]
+
+# Green and red of the same set; blue against orange-red in effect, so that the marker reads without colour vision too.
+SAFE: Final = "#009E73"
+UNSAFE: Final = "#D55E00"
+
+
+def rgb(colour: str) -> Rgb:
+    """The red, green and blue parts of "#RRGGBB" in [0, 1]."""
+    return int(colour[1:3], 16) / 255.0, int(colour[3:5], 16) / 255.0, int(colour[5:7], 16) / 255.0
+
+
+def safety_colour(h: float, safe: float) -> Rgb:
+    """From red at h ≤ 0 to green at h ≥ `safe`, both in the barrier's unit."""
+    share = min(1.0, max(0.0, h / safe)) if safe > 0 else float(h > 0)
+    low, high = rgb(UNSAFE), rgb(SAFE)
+    return (
+        low[0] + share * (high[0] - low[0]),
+        low[1] + share * (high[1] - low[1]),
+        low[2] + share * (high[2] - low[2]),
+    )

@@ -1,0 +1,45 @@
+"""What a robot can bear, for comparison with what a run asked of it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pdhocbf_drake.biped.config import SIDES
+from pdhocbf_drake.biped.locate import load_robot_config
+from pdhocbf_drake.biped.robot import Biped
+from pdhocbf_drake.simulation.scenario import Scenario
+
+Array = NDArray[np.float64]
+
+
+class RobotLimits(NamedTuple):
+    """Joints in the order of `simulation.signals.JOINTS`.
+
+    Attributes:
+        sole_half: (2, 2) half length and half width of the left, then the right sole [m].
+        effort: (12,) largest torque [N m].
+        position: (12, 2) lowest and highest angle [rad].
+        speed: (12,) largest speed [rad/s].
+    """
+
+    sole_half: Array
+    effort: Array
+    position: Array
+    speed: Array
+
+
+def robot_limits(scenario: Scenario) -> RobotLimits | None:
+    """The limits of the scenario's robot; None for a template, which has no body."""
+    if scenario.system != "biped":
+        return None
+    config = load_robot_config(scenario.robot)
+    biped = Biped(config)
+    return RobotLimits(
+        np.array([config.leg(side).sole.half_size for side in SIDES]),
+        np.asarray(biped.effort_limits, dtype=float),
+        np.asarray(biped.position_limits, dtype=float),
+        np.asarray(biped.velocity_limits, dtype=float),
+    )
