@@ -41,7 +41,7 @@ def check_in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: Array
     values = initial_psi(barrier, system, k, x)
     for which, value in values.items():
         if not value >= 0:  # NaN too
-            unit = f" {barrier.unit}" if barrier.unit else ""
+            unit = f" {barrier.unit}" if barrier.unit not in ("", "1") else ""
             raise InputError(
                 f'barrier "{barrier.name}": the state at tick {k} is outside the safe set: '
                 f"{which} is {value:.6g}{unit}, but at least 0 is needed"
