@@ -55,7 +55,6 @@ LEG = (
      Link("foot", 0.6, (0.02, 0.0, -0.035), (0.20, 0.12, 0.03))),
 )  # fmt: skip
 AXES = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}
-SHELLS = {"left": "0.10 0.45 0.75 1", "right": "0.90 0.45 0.12 1", "": "0.92 0.92 0.94 1"}
 
 
 def text(values: tuple[float, ...]) -> str:
@@ -69,7 +68,7 @@ def mirrored(values: tuple[float, float, float], side: str) -> tuple[float, floa
 
 
 def add_link(robot: ET.Element, link: Link, side: str) -> ET.Element:
-    """A link with mass, box inertia and a placeholder visual."""
+    """A link with mass, the inertia of its box, and the shell that build_meshes.py draws."""
     element = ET.SubElement(robot, "link", name=f"{side}_{link.name}" if side else link.name)
     inertial = ET.SubElement(element, "inertial")
     ET.SubElement(inertial, "origin", xyz=text(mirrored(link.com, side)), rpy="0 0 0")
@@ -78,9 +77,7 @@ def add_link(robot: ET.Element, link: Link, side: str) -> ET.Element:
     ET.SubElement(inertial, "inertia", ixx=text((y + z,)), iyy=text((x + z,)), izz=text((x + y,)),
                   ixy="0", ixz="0", iyz="0")  # fmt: skip
     visual = ET.SubElement(element, "visual")
-    ET.SubElement(visual, "origin", xyz=text(mirrored(link.com, side)), rpy="0 0 0")
-    ET.SubElement(ET.SubElement(visual, "geometry"), "box", size=text(link.box))
-    ET.SubElement(ET.SubElement(visual, "material", name=f"{side or 'torso'}_shell"), "color", rgba=SHELLS[side])
+    ET.SubElement(ET.SubElement(visual, "geometry"), "mesh", filename=f"meshes/{element.get('name')}.gltf")
     return element
 
 

@@ -112,9 +112,7 @@ class WholeBodyIk:
         self.task_space.set_state(q, v)
         return self._solved(accelerations.stacked() - self.task_space.bias())
 
-    def motion(
-        self, target: Posture, rates: PostureRates, accelerations: PostureRates, seed: np.ndarray
-    ) -> Motion:
+    def motion(self, target: Posture, rates: PostureRates, accelerations: PostureRates, seed: np.ndarray) -> Motion:
         """Positions, velocities and accelerations of one tick, with one Jacobian at the solution."""
         ik = self.solve(target, seed)
         v = self.rates(ik.q, rates)
