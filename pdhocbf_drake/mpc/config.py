@@ -19,10 +19,12 @@ class MpcConfig(Config):
         tail: what the ZMP is taken to do after the horizon, eq. (32); the standing start is always
             anticipative, since it does not repeat.
         foothold_weight: ε of eq. (36), one squared distance per foothold [1/s²].
+        path_correction: how much of the feet's distance from the commanded path one step may ask back, x and y [m].
         step_tolerance: how far a foothold may move from the commanded step, in x and y [m].
         stance_width_min: least lateral distance of a foothold from the stance foot [m].
         barrier: "soft" pays for a violated barrier row, "hard" forbids it.
         slack_weight: price of the barrier's slack: linear [m/s³] and quadratic [1/s²].
+        zmp_margin: how far inside the ZMP box of the gait the ZMP is planned to stay [m].
         freeze_ticks: a coming foothold no longer moves this long before it is reached [ticks].
         zmp_state: "planned" takes the ZMP of the last plan as the ZMP now; "measured" is Remark 8 to the letter.
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
@@ -30,11 +32,13 @@ class MpcConfig(Config):
 
     horizon: int = Field(80, ge=1)
     tail: Tail = "periodic"
-    foothold_weight: float = Field(1e4, gt=0)
+    foothold_weight: float = Field(1e5, gt=0)
+    path_correction: tuple[float, float] = (0.02, 0.05)
     step_tolerance: tuple[float, float] = (0.1, 0.05)
     stance_width_min: float = Field(0.12, ge=0)
     barrier: Literal["soft", "hard"] = "soft"
     slack_weight: tuple[float, float] = (1e2, 1e6)
+    zmp_margin: float = Field(0.0, ge=0)
     freeze_ticks: int = Field(8, ge=0)
     zmp_state: Literal["planned", "measured"] = "planned"
     solver: Literal["daqp", "clarabel"] = "daqp"

@@ -96,7 +96,9 @@ class PeriodicMpc:
         theta = np.empty(self.layouts[axis].size)
         theta[place["state"]] = state
         theta[place["stance"]] = stance
-        theta[place["target"]] = ahead.path if axis == 1 else stance[1] + np.cumsum(ahead.moves[axis])
+        correction = self.config.path_correction[axis]
+        astray = min(max(ahead.centre[axis] - stance[1], -correction), correction)
+        theta[place["target"]] = stance[1] + astray + np.cumsum(ahead.moves[axis])
         theta[place["step_lower"]] = lower
         theta[place["step_upper"]] = upper
         theta[place["half"]] = ahead.half[axis]
@@ -186,11 +188,11 @@ class PeriodicMpc:
         return Plan(tick, inputs, footholds, active, 0.0, np.nan, reason, count)  # type: ignore[arg-type]
 
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Lower and upper corner of the box (27) at a tick, given the stance of the tick before, shapes (2,) [m]."""
+        """Corners of the box (27), without the margin, at a tick; stance is that of the tick before. Shapes (2,) [m]."""
         before = self.gait.phase(tick - 1)[0]
         step, phase = self.gait.phase(tick)
         feet = np.hstack([stance, footholds])
-        half = self.preview.steps(before).half
+        half = self.preview.steps(before).half + self.config.zmp_margin
         place, weight = step - before, self.gait.box_weight[phase]
         centre = (1 - weight) * feet[:, place] + weight * feet[:, place + 1]
         side = (1 - weight) * half[:, place] + weight * half[:, place + 1]

@@ -21,15 +21,15 @@ class StepParameters(NamedTuple):
     Attributes:
         moves: from one step's centre to the next one's, shape (2, n_f) [m].
         lower, upper: limits of these moves, shape (2, n_f) [m].
-        half: half sides of the box in steps j − 1 … j + n_f, shape (2, n_f + 2) [m].
-        path: commanded y of steps j + 1 … j + n_f in the world, shape (n_f,) [m].
+        half: half sides of the box in steps j − 1 … j + n_f, less the margin, shape (2, n_f + 2) [m].
+        centre: commanded centre of step j in the world, shape (2,) [m].
     """
 
     moves: np.ndarray
     lower: np.ndarray
     upper: np.ndarray
     half: np.ndarray
-    path: np.ndarray
+    centre: np.ndarray
 
 
 class StepPreview:
@@ -57,7 +57,7 @@ class StepPreview:
                 lower[1, i] = max(lower[1, i], config.stance_width_min)
             else:
                 upper[1, i] = min(upper[1, i], -config.stance_width_min)
-        return StepParameters(moves, lower, upper, np.array([s.half for s in seen]).T, centres[1, 2:])
+        return StepParameters(moves, lower, upper, np.array([s.half for s in seen]).T - config.zmp_margin, centres[:, 1])
 
     def repeats(self, tick: int) -> bool:
         """True where this tick and the one a horizon later both lie in the walk proper, so that a gait repeats."""

@@ -7,15 +7,15 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from pdhocbf_drake.gait import Gait
 
-_RATE = 0.3  # how much of a new gait goes into the table [1]
-_LARGEST = 0.04  # [m]: more is not a swinging leg but a fall
+_RATE = 0.5  # how much of a new step goes into the table [1]
+_LARGEST = 0.08  # [m]: more is not a swinging leg but a fall
 
 
 class ZmpOffset(LeafSystem):
-    """Learns, per tick of the gait, where all links together put the ZMP against where the template has it.
+    """Learns, per tick of the step, where all links together put the ZMP against where the template has it.
 
-    The difference is the legs' angular momentum, −Ḣ/(m (g + z̈)): it repeats with the gait, so that the controller
-    can move its ZMP box by it. The table (2 axes, 2N ticks) is the discrete state.
+    The difference is the legs' angular momentum, −Ḣ/(m (g + z̈)): it repeats every step, mirrored in y, so that the
+    controller can move its ZMP box by it. The table (2 axes, N ticks, as seen on the left foot) is the discrete state.
 
     Input ports:
         gait_phase (3), whole_body_zmp (2), zmp_reference (4).
@@ -25,32 +25,27 @@ class ZmpOffset(LeafSystem):
 
     def __init__(self, gait: Gait, horizon: int) -> None:
         super().__init__()
-        self._gait, self._horizon = gait, horizon
-        self._cycle = gait.config.ticks_per_gait
+        self._period, self._horizon = gait.period, horizon
         phase = self.DeclareVectorInputPort("gait_phase", 3)
         self.DeclareVectorInputPort("whole_body_zmp", 2)
         self.DeclareVectorInputPort("zmp_reference", 4)
-        self.DeclareDiscreteState(2 * self._cycle)
+        self.DeclareDiscreteState(2 * self._period)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._learn)
         self.DeclareVectorOutputPort("zmp_offset", 2 * horizon, self._calc, {self.xd_ticket(), phase.ticket()})
 
-    def _place(self, context: Context) -> tuple[int, int]:
-        """Support and tick of the gait."""
-        tick, step, support = self.GetInputPort("gait_phase").Eval(context)
-        return round(support), round(step * self._gait.period + tick) % self._cycle
-
     def _learn(self, context: Context, values: DiscreteValues) -> None:
-        support, place = self._place(context)
+        tick, _, support = self.GetInputPort("gait_phase").Eval(context)
         table = context.get_discrete_state_vector().value().reshape(2, -1).copy()
-        if support:
-            planned = self.GetInputPort("zmp_reference").Eval(context)[[0, 2]]
-            seen = self.GetInputPort("whole_body_zmp").Eval(context) - planned
-            if np.all(np.isfinite(seen)):
-                table[:, place] += _RATE * (np.clip(seen, -_LARGEST, _LARGEST) - table[:, place])
+        planned = self.GetInputPort("zmp_reference").Eval(context)[[0, 2]]
+        seen = (self.GetInputPort("whole_body_zmp").Eval(context) - planned) * [1.0, support]
+        if support and np.all(np.isfinite(seen)):
+            column = table[:, round(tick)]
+            column += _RATE * (np.clip(seen, -_LARGEST, _LARGEST) - column)
         values.set_value(table.ravel())
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        support, place = self._place(context)
+        tick, _, support = self.GetInputPort("gait_phase").Eval(context)
         table = context.get_discrete_state_vector().value().reshape(2, -1)
-        ahead = (place + 1 + np.arange(self._horizon)) % self._cycle
-        output.SetFromVector((table[:, ahead] if support else np.zeros((2, self._horizon))).ravel())
+        steps, ticks = np.divmod(round(tick) + 1 + np.arange(self._horizon), self._period)
+        side = np.where(steps % 2 == 0, support, -support)
+        output.SetFromVector(np.concatenate([abs(support) * table[0, ticks], side * table[1, ticks]]))
