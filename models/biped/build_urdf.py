@@ -81,6 +81,30 @@ def add_link(robot: ET.Element, link: Link, side: str) -> ET.Element:
     return element
 
 
+# Capsules for falls and for legs that cross: radius, length along z, centre (left side) [m].
+CAPSULES = {"torso": (0.11, 0.20, (0.0, 0.0, 0.28)), "thigh": (0.045, 0.16, (0.0, 0.005, -0.14)),
+            "shank": (0.038, 0.16, (0.0, 0.0, -0.14))}  # fmt: skip
+
+
+def add_capsule(link: ET.Element, name: str, side: str) -> None:
+    """The body's capsule, which nothing touches while the robot walks."""
+    radius, length, centre = CAPSULES[name]
+    collision = ET.SubElement(link, "collision", name=f"{name}_capsule")
+    ET.SubElement(collision, "origin", xyz=text(mirrored(centre, side)), rpy="0 0 0")
+    geometry = ET.SubElement(collision, "geometry")
+    ET.SubElement(geometry, "drake:capsule", radius=text((radius,)), length=text((length,)))
+
+
+def add_collision_filters(robot: ET.Element) -> None:
+    """A leg's own bodies and the torso don't touch each other; the two legs do."""
+    for side in ("left", "right"):
+        group = ET.SubElement(robot, "drake:collision_filter_group", name=f"{side}_leg_and_torso")
+        for member in ("thigh", "shank", "foot"):
+            ET.SubElement(group, "drake:member", link=f"{side}_{member}")
+        ET.SubElement(group, "drake:member", link=TORSO.name)
+        ET.SubElement(group, "drake:ignored_collision_filter_group", name=f"{side}_leg_and_torso")
+
+
 def add_contact_spheres(foot: ET.Element) -> None:
     """Four small spheres whose lowest points are the corners of the sole."""
     for x in (-1, 1):
@@ -128,6 +152,7 @@ def build() -> ET.ElementTree:
                 add_contact_spheres(element)
             add_joint(robot, joint, side, parent, f"{side}_{link.name}")
             parent = f"{side}_{link.name}"
+    add_collision_filters(robot)
     tree = ET.ElementTree(robot)
     ET.indent(tree)
     return tree
