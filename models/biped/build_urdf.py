@@ -78,6 +78,8 @@ def add_link(robot: ET.Element, link: Link, side: str) -> ET.Element:
                   ixy="0", ixz="0", iyz="0")  # fmt: skip
     visual = ET.SubElement(element, "visual")
     ET.SubElement(ET.SubElement(visual, "geometry"), "mesh", filename=f"meshes/{element.get('name')}.gltf")
+    if link.name in CAPSULES:
+        add_capsule(element, link.name, side)
     return element
 
 
