@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydrake.trajectories import PiecewisePolynomial
 
 from pdhocbf_drake.errors import InputError
 
@@ -87,5 +88,8 @@ def limit_cycle(system: VanDerPol, period: int) -> NDArray[np.float64]:
             f"Van der Pol: no limit cycle found at beta = {system.beta:g} with a tick of {system.tick:g} s"
         )
     begin, end = (peaks + x2[peaks] / (x2[peaks] - x2[peaks + 1]))[-2:]  # where x₂ crosses zero [ticks]
-    positions = np.interp(np.linspace(begin, end, period, endpoint=False), np.arange(len(x1)), x1)
-    return orbit_through(positions, system.tick)
+    # A smooth curve, because the orbit's input sees its second differences.
+    span = np.arange(max(0, int(begin) - 10), len(x1))
+    curve = PiecewisePolynomial.CubicWithContinuousSecondDerivatives(span.astype(float), x1[np.newaxis, span])
+    ticks = np.linspace(begin, end, period, endpoint=False)
+    return orbit_through([curve.value(t).item() for t in ticks], system.tick)
