@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,9 +28,14 @@ class Parameters:
         sizes = {"state": 3, "stance": 2, "target": footholds, "step_lower": footholds, "step_upper": footholds}
         sizes |= {"half": footholds + 2, "tail": 1, "offset": horizon}
         sizes |= {f"bound_{name}": horizon + 1 for name in barriers}
-        stops = np.cumsum(list(sizes.values()))
-        self.size = int(stops[-1])
-        self.places = {name: slice(int(stop) - size, int(stop)) for (name, size), stop in zip(sizes.items(), stops, strict=True)}
+        self.places = layout(sizes)
+        self.size = sum(sizes.values())
+
+
+def layout(sizes: Mapping[str, int]) -> dict[str, slice]:
+    """Where each named part lies in one long vector."""
+    stops = np.cumsum(list(sizes.values()))
+    return {name: slice(int(stop) - size, int(stop)) for (name, size), stop in zip(sizes.items(), stops, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -71,20 +76,25 @@ def box_weights(gait: Gait, phase: int, horizon: int, footholds: int) -> np.ndar
 
 
 def axis_program(
-    gait: Gait, vhip: Vhip, divergent: DivergentComponent, barriers: Sequence[AffineBarrier], config: MpcConfig, phase: int
+    gait: Gait,
+    vhip: Vhip,
+    divergent: DivergentComponent,
+    barriers: Sequence[AffineBarrier],
+    config: MpcConfig,
+    phase: int,
 ) -> AxisProgram:
     """Writes the program of one axis for ticks with this phase."""
     horizon = config.horizon
     n_f = horizon // gait.period
     soft = bool(barriers) and config.barrier == "soft"
-    layout = Parameters(n_f, horizon, [b.name for b in barriers])
+    parameters = Parameters(n_f, horizon, [b.name for b in barriers])
 
     prog = MathematicalProgram()
     u = prog.NewContinuousVariables(horizon, "u")
     f = prog.NewContinuousVariables(n_f, "f")
     slack = prog.NewContinuousVariables(int(soft), "slack")
-    theta = prog.NewContinuousVariables(layout.size, "theta")
-    part = {name: theta[place] for name, place in layout.places.items()}
+    theta = prog.NewContinuousVariables(parameters.size, "theta")
+    part = {name: theta[place] for name, place in parameters.places.items()}
     feet = np.concatenate([part["stance"], f])
 
     prog.AddQuadraticCost(2.0 * np.eye(horizon), np.zeros(horizon), u).evaluator().set_description("zmp_velocity")

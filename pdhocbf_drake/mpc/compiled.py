@@ -7,7 +7,7 @@ Any program serves whose costs are quadratic and whose constraints are linear in
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,7 +50,7 @@ class ParametricQp:
         return self.q + self.Q @ theta, self.lower + self.lower_map @ theta, self.upper + self.upper_map @ theta
 
 
-def compile_program(prog: MathematicalProgram, decisions: Sequence, parameters: Sequence) -> ParametricQp:
+def compile_program(prog: MathematicalProgram, decisions: np.ndarray, parameters: np.ndarray) -> ParametricQp:
     """Reads `prog` as a quadratic program in `decisions` with parameters θ = `parameters`.
 
     Raises:

@@ -14,7 +14,7 @@ from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, Parameters, axis_program
 from pdhocbf_drake.mpc.compiled import ParametricQp, compile_program
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.solution import QpResult, Reason
-from pdhocbf_drake.mpc.solvers import make_solver
+from pdhocbf_drake.mpc.solvers import QpSolver, make_solver
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.templates.divergent import DivergentComponent
 from pdhocbf_drake.templates.vhip import Vhip
@@ -60,7 +60,11 @@ class PeriodicMpc:
     """
 
     def __init__(
-        self, gait: Gait, vhip: Vhip, config: MpcConfig, barriers: tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
+        self,
+        gait: Gait,
+        vhip: Vhip,
+        config: MpcConfig,
+        barriers: tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]],
     ) -> None:
         gait_ticks = gait.config.ticks_per_gait
         if config.horizon % gait_ticks:
@@ -75,7 +79,7 @@ class PeriodicMpc:
         self.layouts = [Parameters(self.footholds, config.horizon, [b.name for b in group]) for group in barriers]
         self.qps = [[self._compile(group, phase) for phase in range(gait.period)] for group in barriers]
         self._solvers = [[make_solver(config.solver, qp, BOUND_ROWS) for qp in axis] for axis in self.qps]
-        self._seconds = [[None] * gait.period for _ in barriers]
+        self._seconds: list[list[QpSolver | None]] = [[None] * gait.period for _ in barriers]
 
     def _compile(self, barriers: Sequence[AffineBarrier], phase: int) -> ParametricQp:
         program = axis_program(self.gait, self.vhip, self.divergent, barriers, self.config, phase)
@@ -89,7 +93,8 @@ class PeriodicMpc:
         step, phase = self.gait.phase(tick)
         ahead = self.preview.steps(step)
         lower, upper = ahead.lower[axis], ahead.upper[axis]
-        if plan is not None and self.gait.period - phase <= self.config.freeze_ticks and plan.tick // self.gait.period == step:
+        frozen = self.gait.period - phase <= self.config.freeze_ticks
+        if frozen and plan is not None and plan.tick // self.gait.period == step:
             lower, upper = lower.copy(), upper.copy()
             lower[0] = upper[0] = plan.footholds[axis, 0] - stance[1]
         place = self.layouts[axis].places
@@ -161,16 +166,15 @@ class PeriodicMpc:
             0,
         )
 
-    def _second(self, axis: int, phase: int):  # type: ignore[no-untyped-def]
+    def _second(self, axis: int, phase: int) -> QpSolver:
         """The independent solver for this problem, made when first needed."""
-        if self._seconds[axis][phase] is None:
-            self._seconds[axis][phase] = make_solver("clarabel", self.qps[axis][phase], BOUND_ROWS)
-        return self._seconds[axis][phase]
+        solver = self._seconds[axis][phase]
+        if solver is None:
+            solver = self._seconds[axis][phase] = make_solver("clarabel", self.qps[axis][phase], BOUND_ROWS)
+        return solver
 
-    def _fallback(
-        self, tick: int, state: np.ndarray, stance: np.ndarray, last: Plan | None, reason: Reason
-    ) -> Plan:
-        """The last plan shifted by a tick (its first input repeats at the end, eq. (32)), its next ZMP kept in the box."""
+    def _fallback(self, tick: int, state: np.ndarray, stance: np.ndarray, last: Plan | None, reason: Reason) -> Plan:
+        """The last plan shifted by a tick, its first input repeated at the end as in (32), its next ZMP in the box."""
         step, phase = self.gait.phase(tick)
         ahead = self.preview.steps(step)
         targets = stance[:, 1:] + np.cumsum(ahead.moves, axis=1)
@@ -188,7 +192,7 @@ class PeriodicMpc:
         return Plan(tick, inputs, footholds, active, 0.0, np.nan, reason, count)  # type: ignore[arg-type]
 
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Corners of the box (27), without the margin, at a tick; stance is that of the tick before. Shapes (2,) [m]."""
+        """Corners (2,) of the box (27), without the margin, at a tick; the stance is that of the tick before [m]."""
         before = self.gait.phase(tick - 1)[0]
         step, phase = self.gait.phase(tick)
         feet = np.hstack([stance, footholds])

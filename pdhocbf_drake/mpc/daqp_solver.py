@@ -13,7 +13,14 @@ from pdhocbf_drake.mpc.solution import QpResult
 
 _ACTIVE, _LOWER, _EQUALITY = 1, 2, 5
 _SETTINGS = {"primal_tol": 1e-10, "dual_tol": 1e-10, "iter_limit": 2000}
-_WORDS = {-1: "infeasible", -2: "cycling", -3: "unbounded", -4: "iteration limit", -5: "not convex", -6: "overdetermined set"}
+_WORDS = {
+    -1: "infeasible",
+    -2: "cycling",
+    -3: "unbounded",
+    -4: "iteration limit",
+    -5: "not convex",
+    -6: "overdetermined set",
+}
 
 
 class DaqpQp:
@@ -31,7 +38,9 @@ class DaqpQp:
         n = len(qp.q)
         bound = np.array([name in bound_rows for name in qp.names], dtype=bool)
         if bound_rows and bound.sum() != n:
-            raise InputError(f"bound rows {list(bound_rows)}: {n} rows are needed, one a decision (given: {bound.sum()})")
+            raise InputError(
+                f"bound rows {list(bound_rows)}: {n} rows are needed, one a decision (given: {bound.sum()})"
+            )
         self._order = np.concatenate([np.flatnonzero(bound), np.flatnonzero(~bound)])
         M = qp.A[bound] if bound_rows else np.eye(n)
         self._from_y = np.linalg.inv(M)
@@ -63,11 +72,15 @@ class DaqpQp:
         sense = self._sense
         if guess is not None:
             flags = guess[self._order]
-            sense = np.where((flags != 0) & (sense == 0), np.where(flags < 0, _ACTIVE | _LOWER, _ACTIVE), sense).astype(np.int32)
+            sense = np.where((flags != 0) & (sense == 0), np.where(flags < 0, _ACTIVE | _LOWER, _ACTIVE), sense).astype(
+                np.int32
+            )
         low, high = vectors[n : n + m], vectors[n + m :]
         if np.any(low > high + 1e-12):
             nothing = np.zeros(n)
-            return QpResult(False, nothing, np.nan, np.zeros(m), True, "infeasible: a lower bound is above its upper bound")
+            return QpResult(
+                False, nothing, np.nan, np.zeros(m), True, "infeasible: a lower bound is above its upper bound"
+            )
         self._model.update(f=vectors[:n], bupper=high, blower=low, sense=sense)
         y, cost, flag, info = self._model.solve()
         active = np.zeros(m)

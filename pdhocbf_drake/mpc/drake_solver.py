@@ -39,7 +39,9 @@ class DrakeQp:
         f, low, high = self.qp.vectors(theta)
         nothing = np.zeros(len(low))
         if np.any(low > high + 1e-12):
-            return QpResult(False, np.zeros(len(f)), np.nan, nothing, True, "infeasible: a lower bound is above its upper bound")
+            return QpResult(
+                False, np.zeros(len(f)), np.nan, nothing, True, "infeasible: a lower bound is above its upper bound"
+            )
         self._cost.UpdateCoefficients(self.qp.P, f, 0.0, is_convex=True)
         self._rows.UpdateLowerBound(np.minimum(low, high))
         self._rows.UpdateUpperBound(high)

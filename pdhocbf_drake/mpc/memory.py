@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pdhocbf_drake.gait.gait import BOTH, LEFT
+from pdhocbf_drake.mpc.axis_program import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
 from pdhocbf_drake.mpc.solution import Reason
 
@@ -53,9 +54,7 @@ class Memory:
     @staticmethod
     def layout(mpc: PeriodicMpc) -> dict[str, slice]:
         """Where each part lies in the packed vector."""
-        sizes = Memory.sizes(mpc)
-        stops = np.cumsum(list(sizes.values()))
-        return {name: slice(int(stop) - size, int(stop)) for (name, size), stop in zip(sizes.items(), stops, strict=True)}
+        return layout(Memory.sizes(mpc))
 
     @classmethod
     def at_start(cls, mpc: PeriodicMpc, state: np.ndarray, feet: np.ndarray) -> Memory:
@@ -141,11 +140,14 @@ class Memory:
             inputs, footholds = part["inputs"].reshape(2, -1), part["footholds"].reshape(2, -1)
             active = (part["active_x"], part["active_y"])
             plan = Plan(round(tick), inputs, footholds, active, 0.0, np.nan, Reason.SOLVED, round(fallbacks))
+        vectors = ("com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status")
         return cls(
-            *(part[name] for name in ("com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan")),
-            part["solver_status"], part["state"].reshape(2, 3), part["feet"].reshape(2, 2),
-            part["stance"].reshape(2, 2), plan,
-        )  # fmt: skip
+            **{name: part[name] for name in vectors},
+            state=part["state"].reshape(2, 3),
+            feet=part["feet"].reshape(2, 2),
+            stance=part["stance"].reshape(2, 2),
+            plan=plan,
+        )
 
 
 def _centre(support: int, feet: np.ndarray) -> np.ndarray:

@@ -20,7 +20,7 @@ class QpSolver(Protocol):
 
 
 def make_solver(name: str, qp: ParametricQp, bound_rows: Sequence[str]) -> QpSolver:
-    """"daqp" (with its bound rows made variables) where it is installed, else Drake's Clarabel."""
+    """ "daqp" (with its bound rows made variables) where it is installed, else Drake's Clarabel."""
     if name == "daqp" and find_spec("daqp") is not None:
         from pdhocbf_drake.mpc.daqp_solver import DaqpQp
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -47,7 +48,7 @@ class StepPreview:
         centres = np.array([s.centre for s in seen]).T
         moves = np.diff(centres, axis=1)[:, 1:]
         lower, upper = moves.copy(), moves.copy()
-        for i, (before, after) in enumerate(zip(seen[1:], seen[2:], strict=False)):
+        for i, (before, after) in enumerate(pairwise(seen[1:])):
             if BOTH in (before.support, after.support):
                 continue  # a stand begins or ends where the feet are
             lower[:, i] -= config.step_tolerance
@@ -57,7 +58,8 @@ class StepPreview:
                 lower[1, i] = max(lower[1, i], config.stance_width_min)
             else:
                 upper[1, i] = min(upper[1, i], -config.stance_width_min)
-        return StepParameters(moves, lower, upper, np.array([s.half for s in seen]).T - config.zmp_margin, centres[:, 1])
+        half = np.array([s.half for s in seen]).T - config.zmp_margin
+        return StepParameters(moves, lower, upper, half, centres[:, 1])
 
     def repeats(self, tick: int) -> bool:
         """True where this tick and the one a horizon later both lie in the walk proper, so that a gait repeats."""

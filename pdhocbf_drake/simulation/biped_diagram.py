@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.geometry import HalfSpace
+from pydrake.geometry import Box
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
@@ -22,6 +22,8 @@ from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
 from pdhocbf_drake.systems.state_estimator import StateEstimator
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 
+_GROUND = (400.0, 400.0, 2.0)  # [m]; a half space would do, but Drake warns of it at every start
+
 
 def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray) -> MultibodyPlant:
     """The robot on flat ground, standing in `posture` (19,) by default."""
@@ -30,7 +32,9 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
     scene_graph.set_name("scene_graph")
     biped.add_to(plant)
     friction = CoulombFriction(scenario.friction, scenario.friction)
-    plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), "ground", friction)
+    ground = Box(*_GROUND)
+    below = RigidTransform([0.0, 0.0, -_GROUND[2] / 2.0])
+    plant.RegisterCollisionGeometry(plant.world_body(), below, ground, "ground", friction)
     plant.Finalize()
     plant.SetDefaultPositions(posture)
     return plant
@@ -51,8 +55,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped) -> LoggedDiagram
     initial, feet = start_of(walk)
     plant = add_robot(wiring.builder, scenario, biped, posture)
     wiring.offer("robot_state", plant.get_state_output_port())
-    forces = plant.get_generalized_contact_forces_output_port(plant.get_body(plant.GetFloatingBaseBodies().pop()).model_instance())
-    wiring.offer("contact_forces", forces)
+    robot = plant.GetBodyByName(biped.config.base_link).model_instance()
+    wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
 
     estimator = wiring.add("state_estimator", StateEstimator(biped))
     wiring.connect(estimator, "robot_state", "contact_forces")
@@ -69,7 +73,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped) -> LoggedDiagram
     connect_controller(wiring, walk, controller)
     wiring.connect(controller, "zmp_offset", "foot_state")
     wiring.connect(foot_reference, "gait_phase", "foot_plan")
-    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
+    wiring.connect(kinematics, "com_height", "com_reference", "zmp_reference", "foot_reference")
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference")
     wiring.connect(detector, "com_z")
     wiring.connect(pd, "desired_state", "feedforward")
@@ -79,7 +83,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped) -> LoggedDiagram
     wiring.builder.Connect(motors.get_output_port(), plant.get_actuation_input_port())
     if scenario.pushes:
         push = wiring.add("push_schedule", PushSchedule(_forces(scenario, plant, biped), config.tick))
-        wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), plant.get_applied_spatial_force_input_port())
+        applied = plant.get_applied_spatial_force_input_port()
+        wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
         wiring.log("push")
     wiring.log("com_z", "foot_state", "joint_state", "foot_reference", "desired_state", "feedforward", "actuation")
     wiring.log("robot_state")

@@ -26,7 +26,9 @@ class BarrierSchedule(LeafSystem):
         horizon: H [ticks].
     """
 
-    def __init__(self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int) -> None:
+    def __init__(
+        self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int
+    ) -> None:
         super().__init__()
         self._axes, self._barriers = tuple(axes), tuple(barriers)
         self._n, self._horizon = ticks_per_step, horizon

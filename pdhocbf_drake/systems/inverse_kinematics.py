@@ -6,9 +6,17 @@ from typing import NamedTuple
 
 import numpy as np
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, ValueProducer
 
-from pdhocbf_drake.biped import Biped, Feedforward, InverseDynamics, Posture, PostureRates, WholeBodyIk, left_share_of_zmp
+from pdhocbf_drake.biped import (
+    Biped,
+    Feedforward,
+    InverseDynamics,
+    Posture,
+    PostureRates,
+    WholeBodyIk,
+    left_share_of_zmp,
+)
 
 _LEVEL = np.zeros(3)
 
@@ -28,7 +36,7 @@ class InverseKinematics(LeafSystem):
     this block's discrete state and where the iteration starts.
 
     Input ports:
-        gait_phase (3), com_height (3), com_reference (6), zmp_reference (4), foot_reference (18).
+        com_height (3), com_reference (6), zmp_reference (4), foot_reference (18).
     Output ports:
         desired_state (24): joint targets, and the constant rates that lead there from the last ones [rad, rad/s].
         feedforward (12): torques of the planned motion [N m].
@@ -41,7 +49,7 @@ class InverseKinematics(LeafSystem):
         self._biped, self._period = biped, tick
         self._ik = WholeBodyIk(biped)
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
-        sizes = {"gait_phase": 3, "com_height": 3, "com_reference": 6, "zmp_reference": 4, "foot_reference": 18}
+        sizes = {"com_height": 3, "com_reference": 6, "zmp_reference": 4, "foot_reference": 18}
         ports = [self.DeclareVectorInputPort(name, size) for name, size in sizes.items()]
         self.DeclareDiscreteState(np.asarray(initial, dtype=float))
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._remember)
@@ -66,7 +74,6 @@ class InverseKinematics(LeafSystem):
 
     def _solve(self, context: Context, value: AbstractValue) -> None:
         last = context.get_discrete_state_vector().value()
-        _, _, support = self.GetInputPort("gait_phase").Eval(context)
         height = self.GetInputPort("com_height").Eval(context)
         x, vx, ax, y, vy, ay = self.GetInputPort("com_reference").Eval(context)
         zmp = self.GetInputPort("zmp_reference").Eval(context)[[0, 2]]

@@ -42,7 +42,7 @@ class Vhip:
         return np.asarray(self.A[phase] @ state + self.B[phase] * zmp_velocity)
 
     def prediction(self, tick: int, horizon: int) -> tuple[np.ndarray, np.ndarray]:
-        """Φ, shape (H + 1, 3, 3), and Γ, shape (H + 1, 3, H), with s(k + i) = Φ_i s(k) + Γ_i [u(k), …, u(k + H − 1)]."""
+        """Φ (H + 1, 3, 3) and Γ (H + 1, 3, H) with s(k + i) = Φ_i s(k) + Γ_i [u(k), …, u(k + H − 1)]."""
         phi = np.empty((horizon + 1, 3, 3))
         gamma = np.zeros((horizon + 1, 3, horizon))
         phi[0] = np.eye(3)
