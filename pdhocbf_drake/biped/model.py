@@ -7,10 +7,20 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
+from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import FixedOffsetFrame, Frame, Joint, JointActuator, ModelInstanceIndex, WeldJoint
+from pydrake.multibody.tree import (
+    FixedOffsetFrame,
+    Frame,
+    Joint,
+    JointActuator,
+    ModelInstanceIndex,
+    PrismaticJoint,
+    RevoluteJoint,
+    WeldJoint,
+)
 
 from pdhocbf_drake.biped.config import ROLES, SIDES, RobotConfig, Side, SoleConfig
 from pdhocbf_drake.errors import ModelError
@@ -50,7 +60,9 @@ def find_frame(plant: MultibodyPlant, instance: ModelInstanceIndex, name: str, r
     """A link's frame or a named frame of the model."""
     if plant.HasFrameNamed(name, instance):
         return plant.GetFrameByName(name, instance)
-    there = (plant.get_frame(index).name() for index in plant.GetFrameIndices(instance))
+    joints = [plant.get_joint(index).name() for index in plant.GetJointIndices(instance)]
+    parsers_own = {f"{joint}_{end}" for joint in joints for end in ("parent", "child")}
+    there = {plant.get_frame(index).name() for index in plant.GetFrameIndices(instance)} - parsers_own
     raise ModelError(f"robot {robot!r} has no link or frame {name!r}; there are: {_listed(there)}")
 
 
@@ -94,8 +106,16 @@ def _weld(plant: MultibodyPlant, instance: ModelInstanceIndex, config: RobotConf
         for actuator in _actuators(plant, instance):
             if actuator.joint().index() == joint.index():
                 plant.RemoveJointActuator(actuator)
-        joint.set_default_positions([angle])
-        parent, child, pose = joint.frame_on_parent(), joint.frame_on_child(), joint.GetDefaultPose()
+        if joint.type_name() == RevoluteJoint.kTypeName:
+            pose = RigidTransform(AngleAxis(angle, joint.revolute_axis()), np.zeros(3))
+        elif joint.type_name() == PrismaticJoint.kTypeName:
+            pose = RigidTransform(angle * joint.prismatic_axis())
+        else:
+            raise ModelError(
+                f"robot {config.name!r}: fixed_joints may hold revolute or prismatic joints, "
+                f"{name!r} is of type {joint.type_name()!r}"
+            )
+        parent, child = joint.frame_on_parent(), joint.frame_on_child()
         plant.RemoveJoint(joint)
         plant.AddJoint(WeldJoint(f"{name}_weld", parent, child, pose))
 

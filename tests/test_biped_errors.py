@@ -1,0 +1,168 @@
+"""What users read when a robot or a walk does not fit: one sentence with what was given and what there is."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import pytest
+from biped_cases import biped, standing
+
+from pdhocbf_drake.biped import Biped, RobotConfig, check_walk, load_robot_config, models_folder
+from pdhocbf_drake.config import parse_config
+from pdhocbf_drake.errors import InputError, ModelError
+
+FOLDER = models_folder() / "biped"
+LINKS = ("hip_yaw", "hip_roll", "thigh", "shank", "ankle", "foot")
+WALK: dict[str, Any] = dict(stride=0.15, stance_width=0.16, com_heights=(0.57, 0.59), zmp_box=(0.1, 0.1))
+
+
+def changed(**update: Any) -> RobotConfig:
+    """The biped's config with some entries replaced."""
+    data = load_robot_config("biped").model_dump()
+    for path, value in update.items():
+        *parents, last = path.split("__")
+        entry = data
+        for parent in parents:
+            entry = entry[parent]
+        entry[last] = value
+    return parse_config(RobotConfig, data, "robot")
+
+
+def edited(tmp_path: Path, *remove: str, add: str = "") -> str:
+    """Path of a copy of the URDF without some tags and with some XML added."""
+    robot = ET.parse(FOLDER / "biped.urdf").getroot()
+    for tag in remove:
+        for element in robot.findall(tag):
+            robot.remove(element)
+    robot.extend(ET.fromstring(f"<robot>{add}</robot>"))
+    path = tmp_path / "edited.urdf"
+    ET.ElementTree(robot).write(path)
+    return str(path)
+
+
+ARM = """<link name="arm"><inertial><mass value="1"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="shoulder" type="revolute"><parent link="torso"/><child link="arm"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="10" velocity="10"/></joint>"""
+
+
+def text_of(config: RobotConfig) -> str:
+    with pytest.raises(ModelError) as caught:
+        Biped(config)
+    return str(caught.value)
+
+
+def test_unknown_robot() -> None:
+    with pytest.raises(ModelError) as caught:
+        Biped.load("bibed")
+    assert str(caught.value) == "no robot 'bibed': give the path of a robot YAML file, or one of: biped"
+
+
+def test_missing_model_file() -> None:
+    gone = str(FOLDER / "gone.urdf")
+    assert text_of(changed(model=gone)) == (
+        f"robot 'biped': no model file {gone}; model files in that folder: biped.urdf"
+    )
+
+
+def test_unreadable_model_file(tmp_path: Path) -> None:
+    path = tmp_path / "broken.urdf"
+    path.write_text("<robot name='x'><link></robot>")
+    assert text_of(changed(model=str(path))).startswith(f"robot 'biped': {path} can't be read: ")
+
+
+def test_missing_joint_lists_those_there_are() -> None:
+    roles = ("hip_yaw", "hip_roll", "hip_pitch", "knee_pitch", "ankle_pitch", "ankle_roll")
+    there = ", ".join(sorted(f"{side}_{role}" for side in ("left", "right") for role in roles))
+    assert text_of(changed(left__joints__knee_pitch="left_knee")) == (
+        f"robot 'biped' has no joint 'left_knee'; its moving joints are: {there}"
+    )
+
+
+def test_missing_frame_lists_those_there_are() -> None:
+    links = sorted(["torso", *(f"{side}_{link}" for side in ("left", "right") for link in LINKS)])
+    assert text_of(changed(left__sole__link="left_toes")) == (
+        f"robot 'biped' has no link or frame 'left_toes'; there are: {', '.join(links)}"
+    )
+
+
+def test_no_actuators(tmp_path: Path) -> None:
+    path = edited(tmp_path, "transmission")
+    assert text_of(changed(model=path)) == (
+        f"robot 'biped' has no actuators: add transmissions to {path} or give effort_limits [N m] in the robot file"
+    )
+    limits = (60.0, 100.0, 120.0, 150.0, 80.0, 60.0)
+    robot = Biped(changed(model=path, effort_limits=limits, reflected_inertia=0.01))
+    assert robot.effort_limits.tolist() == [*limits, *limits]
+    assert robot.plant.num_actuators() == 12
+
+
+def test_joints_beyond_the_legs_are_named_and_can_be_fixed(tmp_path: Path) -> None:
+    path = edited(tmp_path, add=ARM)
+    assert text_of(changed(model=path)) == (
+        "robot 'biped' has moving joints beyond the twelve of its legs: shoulder; give each an angle in fixed_joints"
+    )
+    robot = Biped(changed(model=path, fixed_joints={"shoulder": 0.3}))
+    assert robot.mass == pytest.approx(30.0)
+    posture = standing()
+    robot.posture(posture.com, posture.left, posture.right)
+
+
+def test_fixed_joint_keeps_its_angle(tmp_path: Path) -> None:
+    robot = Biped(changed(model=edited(tmp_path, add=ARM), fixed_joints={"shoulder": 0.3}))
+    pose = robot.plant.GetFrameByName("arm").CalcPose(
+        robot.plant.CreateDefaultContext(), robot.plant.GetFrameByName("torso")
+    )
+    assert pose.rotation().ToRollPitchYaw().pitch_angle() == pytest.approx(0.3)
+
+
+def test_base_that_does_not_float() -> None:
+    assert text_of(changed(base_link="pelvis")) == (
+        "robot 'biped': base_link 'pelvis' must be the one floating link; floating are: torso"
+    )
+
+
+def test_unknown_key_in_the_robot_file(tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text((FOLDER / "biped.yaml").read_text() + "legs: 2\n")
+    with pytest.raises(InputError, match=r"robot\.yaml\.legs: unknown key; allowed here: base_link, com_height, "):
+        Biped.load(str(path))
+
+
+def refused(**update: Any) -> str:
+    with pytest.raises(ModelError) as caught:
+        check_walk(biped(), **{**WALK, **update})
+    return str(caught.value)
+
+
+def test_walks_within_reach_are_accepted() -> None:
+    for stride in (0.0, 0.15, 0.2, -0.2):
+        check_walk(biped(), **{**WALK, "stride": stride})
+
+
+def test_com_height_out_of_reach() -> None:
+    assert refused(com_heights=(0.57, 0.75)) == (
+        "CoM height 0.75 m is out of reach of robot 'biped' with its feet 0.16 m apart; allowed is 0.32 to 0.63 m"
+    )
+
+
+def test_stride_beyond_the_legs() -> None:
+    assert refused(stride=0.9) == (
+        "stride 0.9 m is beyond the legs' reach of robot 'biped' at a CoM height of 0.57 m; allowed is up to 0.555 m"
+    )
+
+
+def test_zmp_box_larger_than_the_sole() -> None:
+    assert refused(zmp_box=(0.1, 0.13)) == (
+        "ZMP box 0.1 x 0.13 m is larger than the sole of robot 'biped'; allowed is up to 0.2 x 0.12 m"
+    )
+
+
+def test_posture_out_of_reach() -> None:
+    target = standing(0.8)
+    with pytest.raises(
+        ModelError, match=r"robot 'biped' can't stand with CoM \[0\.02, 0\.0, 0\.8\] and soles at .*CoM z"
+    ):
+        biped().posture(target.com, target.left, target.right)
