@@ -42,13 +42,15 @@ def layout(sizes: Mapping[str, int]) -> dict[str, slice]:
 class AxisProgram:
     """The QP of one axis at one phase of the step, eq. (36).
 
-    Decisions w = [u_0 … u_{H−1} (ZMP velocities [m/s]), f_1 … (centres of the coming stance feet [m]), slack [m/s]].
+    Decisions w = [u_0 … u_{H−1} (ZMP velocities [m/s]), f_1 … (centres of the coming stance feet [m]), slacks [m/s]];
+    a soft barrier has one slack for each of its rows.
 
-        min  Σ u² + ε Σ (f − f*)² + price of slack
+        min  Σ u² + ε Σ (f − f*)² + Σ (linear price · slack + quadratic price · slack²)
         zmp_box_lower, zmp_box_upper   (27), with the box moving from foot to foot in double support
         stability                      Σ_i g_i u_i / Π_{j≤i} λ_j + tail = e_k
         step_lower, step_upper         limits of each coming step
-        barrier NAME                   ψ_m(k + i) + slack ≥ 0, eq. (26)
+        barrier NAME                   ψ_m(k + i) + slack_i ≥ 0, eq. (26)
+        slack                          slack_i ≥ 0
 
     The stability row replaces (33) and (34), which say the same. Its tail parameter is Π λ⁻¹ e_{k+H}: Π λ⁻¹ e_k for
     the periodic tail (32), 0 for the truncated one, and the ZMP motion known beyond H for the anticipative one.
@@ -92,7 +94,6 @@ def axis_program(
     prog = MathematicalProgram()
     u = prog.NewContinuousVariables(horizon, "u")
     f = prog.NewContinuousVariables(n_f, "f")
-    slack = prog.NewContinuousVariables(int(soft), "slack")
     theta = prog.NewContinuousVariables(parameters.size, "theta")
     part = {name: theta[place] for name, place in parameters.places.items()}
     feet = np.concatenate([part["stance"], f])
@@ -119,18 +120,25 @@ def axis_program(
         row[None], [0.0], np.concatenate([u, part["state"], part["tail"]])
     ).evaluator().set_description("stability")
 
-    if soft:
-        linear, quadratic = config.slack_weight
-        prog.AddQuadraticCost([[2.0 * quadratic]], [linear], slack).evaluator().set_description("slack")
-        _at_least_zero(prog, np.ones((1, 1)), slack, "slack")
     system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
+    slacks = []
     for barrier in barriers:
         psi = affine_rows(barrier, system, phase, horizon)
         keep = psi.reachable  # the others are facts about the present that no input changes
-        rows = np.hstack([psi.inputs, np.ones((len(psi.inputs), int(soft))), psi.state, psi.bounds])[keep]
-        variables = np.concatenate([u, slack, part["state"], part[f"bound_{barrier.name}"]])
+        count = int(np.count_nonzero(keep)) if soft else 0
+        slack = prog.NewContinuousVariables(count, f"slack_{barrier.name}")
+        slacks.append(slack)
+        rows = np.hstack(
+            [psi.inputs[keep], psi.state[keep], psi.bounds[keep], np.eye(int(np.count_nonzero(keep)), count)]
+        )
+        variables = np.concatenate([u, part["state"], part[f"bound_{barrier.name}"], slack])
         _at_least_zero(prog, rows, variables, f"barrier {barrier.name}", -psi.constant[keep])
-    return AxisProgram(prog, np.concatenate([u, f, slack]), theta, horizon, n_f)
+        if soft:
+            linear, quadratic = config.slack_weight
+            price = prog.AddQuadraticCost(2.0 * quadratic * np.eye(count), np.full(count, linear), slack)
+            price.evaluator().set_description("slack")
+            _at_least_zero(prog, np.eye(count), slack, "slack")
+    return AxisProgram(prog, np.concatenate([u, f, *slacks]), theta, horizon, n_f)
 
 
 def _at_least_zero(

@@ -23,7 +23,8 @@ class MpcConfig(Config):
         step_tolerance: how far a foothold may move from the commanded step, in x and y [m].
         stance_width_min: least lateral distance of a foothold from the stance foot [m].
         barrier: "soft" pays for a violated barrier row, "hard" forbids it.
-        slack_weight: price of the barrier's slack: linear [m/s³] and quadratic [1/s²].
+        slack_weight: price of each barrier row's slack: linear [m/s] and quadratic [1]. A linear price above the
+            row's multiplier is exact: slack is used only where the barrier can't be kept.
         zmp_margin: how far inside the ZMP box of the gait the ZMP is planned to stay [m].
         freeze_ticks: a coming foothold no longer moves this long before it is reached [ticks].
         zmp_state: "planned" takes the ZMP of the last plan as the ZMP now; "measured" is Remark 8 to the letter.
@@ -37,7 +38,7 @@ class MpcConfig(Config):
     step_tolerance: tuple[float, float] = (0.1, 0.05)
     stance_width_min: float = Field(0.12, ge=0)
     barrier: Literal["soft", "hard"] = "soft"
-    slack_weight: tuple[float, float] = (1e2, 1e6)
+    slack_weight: tuple[float, float] = (1e5, 1e6)
     zmp_margin: float = Field(0.0, ge=0)
     freeze_ticks: int = Field(8, ge=0)
     zmp_state: Literal["planned", "measured"] = "planned"

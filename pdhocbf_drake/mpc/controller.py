@@ -31,7 +31,7 @@ class Plan:
         inputs: ZMP velocities u(k) … u(k + H − 1) per axis, shape (2, H) [m/s].
         footholds: centres of the coming stance feet per axis, shape (2, n_f) [m].
         active: flags of the active constraints per axis, for the next warm start.
-        slack: the barrier's slack [m/s].
+        slack: the barriers' largest slack [m/s].
         cost: of both axes; NaN where not solved.
         reason: why the plan is what it is.
         fallbacks: ticks in a row without a solution, this one included.
@@ -150,7 +150,7 @@ class PeriodicMpc:
                 reason = max(reason, Reason.INFEASIBLE if result.infeasible else Reason.NOT_OPTIMAL)
             results.append(result)
         horizon, n_f = self.config.horizon, self.footholds
-        slack = sum(float(np.sum(r.decisions[horizon + n_f :])) for r in results)
+        slack = max(float(np.max(r.decisions[horizon + n_f :], initial=0.0)) for r in results)
         if reason >= Reason.INFEASIBLE:
             return self._fallback(tick, state, stance, last, reason)
         if reason == Reason.SOLVED and slack > _SLACK_NOTICED:
