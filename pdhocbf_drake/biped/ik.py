@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.biped.damped import nearest_posture
 from pdhocbf_drake.biped.posture import Posture, PostureRates
 from pdhocbf_drake.biped.task_space import TargetPoses, TaskSpace
 
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-8  # greatest entry of the task error [m, rad]
 NEWTON_ITERATIONS = 12
 LARGEST_STEP = 0.5  # a joint step beyond this says that the Jacobian is near singular [rad]
-FALLBACK_ITERATIONS = 40
-# What the fallback gives up first where not everything can be had: CoM and torso, before the soles.
-_FALLBACK_WEIGHTS = np.repeat([1.0, 1.0, 10.0], [3, 3, 12])
 _ROWS = tuple(
     f"{what} {axis}"
     for what, axes in (
@@ -64,7 +62,7 @@ class WholeBodyIk:
 
     Eighteen equations x(q) = x* in eighteen unknowns:  q ← q ⊕ J(q)⁻¹ (x* ⊖ x(q)),  quadratically convergent
     from the last tick's solution. Where J is near singular (straight knee) or a joint limit is in the way,
-    a Levenberg-Marquardt iteration with the blocked joints taken out finds the nearest posture instead.
+    `damped.nearest_posture` takes over.
     Nothing here raises: a target out of reach gives `ok = False`, a reason and the nearest q.
 
     Attributes:
@@ -73,15 +71,13 @@ class WholeBodyIk:
 
     def __init__(self, biped: Biped) -> None:
         self._biped = biped
-        self._joints = biped.q_index
-        self._lower, self._upper = biped.position_limits.T
         self.task_space = TaskSpace(biped)
 
     def solve(self, target: Posture, seed: np.ndarray) -> IkResult:
         """The posture next to `seed` (19,) that meets the target."""
         if not np.isfinite(np.concatenate(target)).all():
             return self._refused(seed, "the target is not finite")
-        q = self._within_limits(seed if np.isfinite(seed).all() else self._biped.bent_knee)
+        q = self._biped.clipped(seed if np.isfinite(seed).all() else self._biped.bent_knee)
         goal = TargetPoses(target)
         for iteration in range(NEWTON_ITERATIONS):
             self.task_space.set_positions(q)
@@ -93,8 +89,8 @@ class WholeBodyIk:
                 step = np.linalg.solve(self.task_space.jacobian(), error)
             except np.linalg.LinAlgError:
                 return self._damped(goal, q, iteration)
-            moved = self._moved(q, step)
-            if abs(step).max() > LARGEST_STEP or not self._inside(moved):
+            moved = self.task_space.moved(q, step)
+            if abs(step).max() > LARGEST_STEP or not self._biped.inside_limits(moved):
                 return self._damped(goal, q, iteration)
             q = moved
         return self._damped(goal, q, NEWTON_ITERATIONS)
@@ -131,70 +127,20 @@ class WholeBodyIk:
         return np.linalg.solve(jacobian.T @ jacobian + 1e-3 * np.eye(len(wanted)), jacobian.T @ wanted)
 
     def _damped(self, goal: TargetPoses, q: np.ndarray, iterations: int) -> IkResult:
-        """Levenberg-Marquardt on the weighted task error, joints kept within their limits."""
-        damping, weights, joints = 1e-3, _FALLBACK_WEIGHTS, self._biped.v_index
-        self.task_space.set_positions(q)
-        error = self.task_space.error(goal)
-        for _ in range(FALLBACK_ITERATIONS):
-            if abs(error).max() < TOLERANCE:
-                break
-            iterations += 1
-            jacobian = weights[:, None] * self.task_space.jacobian()
-            gradient = jacobian.T @ (weights * error)
-            free = np.ones(len(gradient), dtype=bool)
-            at = q[self._joints]
-            pushed_out = gradient[joints]
-            free[joints] = ~((at <= self._lower) & (pushed_out < 0) | (at >= self._upper) & (pushed_out > 0))
-            normal = (jacobian.T @ jacobian)[np.ix_(free, free)]
-            step = np.zeros(len(gradient))
-            step[free] = np.linalg.solve(normal + damping * np.eye(len(normal)), gradient[free])
-            trial = self._within_limits(self._moved(q, step))
-            self.task_space.set_positions(trial)
-            trial_error = self.task_space.error(goal)
-            if np.linalg.norm(weights * trial_error) < np.linalg.norm(weights * error):
-                moved = float(abs(trial - q).max())
-                q, error, damping = trial, trial_error, max(damping / 5, 1e-12)
-                if moved < 1e-9:
-                    break
-            else:
-                damping *= 10
-                self.task_space.set_positions(q)
-                if damping > 1e6:
-                    break
-        self.task_space.set_positions(q)
+        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, TOLERANCE)
         worst = float(abs(error).max())
         reason = "" if worst < TOLERANCE else self._reason(q, error)
-        return IkResult(q, not reason, iterations, worst, reason)
+        return IkResult(q, not reason, iterations + more, worst, reason)
 
     def _reason(self, q: np.ndarray, error: np.ndarray) -> str:
         row = int(abs(error).argmax())
         unit = "rad" if "rotation" in _ROWS[row] else "m"
-        at = q[self._joints]
-        limited = (at <= self._lower + 1e-6) | (at >= self._upper - 1e-6)
+        at, (lower, upper) = q[self._biped.q_index], self._biped.position_limits.T
+        limited = (at <= lower + 1e-6) | (at >= upper - 1e-6)
         names = [name for name, is_limited in zip(self._biped.joint_names, limited, strict=True) if is_limited]
         held = f" with {', '.join(names)} at the limit" if names else ""
         return f"{_ROWS[row]} misses by {abs(error[row]):.2g} {unit}{held}"
 
     def _refused(self, seed: np.ndarray, reason: str) -> IkResult:
-        q = self._within_limits(seed if np.isfinite(seed).all() else self._biped.bent_knee)
+        q = self._biped.clipped(seed if np.isfinite(seed).all() else self._biped.bent_knee)
         return IkResult(q, False, 0, float("inf"), reason)
-
-    def _moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """q ⊕ step: along q̇ = N(q) v, quaternion normalized."""
-        self.task_space.set_positions(q)
-        moved: np.ndarray = q + self._biped.plant.MapVelocityToQDot(self.task_space.context, step)
-        quaternion = self._biped.base_q_index[:4]
-        moved[quaternion] /= np.linalg.norm(moved[quaternion])
-        return moved
-
-    def _inside(self, q: np.ndarray) -> bool:
-        at = q[self._joints]
-        return bool((at >= self._lower).all() and (at <= self._upper).all())
-
-    def _within_limits(self, q: np.ndarray) -> np.ndarray:
-        """A copy with joints clipped to their limits and the quaternion normalized."""
-        clipped = np.array(q, dtype=float)
-        clipped[self._joints] = np.clip(clipped[self._joints], self._lower, self._upper)
-        quaternion = self._biped.base_q_index[:4]
-        clipped[quaternion] /= max(float(np.linalg.norm(clipped[quaternion])), 1e-12)
-        return clipped

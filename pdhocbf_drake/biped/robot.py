@@ -103,6 +103,19 @@ class Biped:
             )
         return result.q
 
+    def clipped(self, q: np.ndarray) -> np.ndarray:
+        """A copy of q (19,) with the joints clipped to their limits and the quaternion normalized."""
+        clipped = np.array(q, dtype=float)
+        clipped[self.q_index] = np.clip(clipped[self.q_index], *self.position_limits.T)
+        quaternion = self.base_q_index[:4]
+        clipped[quaternion] /= max(float(np.linalg.norm(clipped[quaternion])), 1e-12)
+        return clipped
+
+    def inside_limits(self, q: np.ndarray) -> bool:
+        """Whether every joint of q (19,) is within its limits."""
+        joints, (lower, upper) = q[self.q_index], self.position_limits.T
+        return bool(((joints >= lower) & (joints <= upper)).all())
+
     def _check_base(self, instance: ModelInstanceIndex) -> None:
         plant, config = self.plant, self.config
         floating = [plant.get_body(index) for index in sorted(plant.GetFloatingBaseBodies(), key=int)]
@@ -131,5 +144,5 @@ class Biped:
         q[self.base_q_index[0]] = 1.0
         q[self.base_q_index[6]] = self.config.com_height
         angles = [list(self.config.leg(side).bent_knee.model_dump().values()) for side in SIDES]
-        q[self.q_index] = np.clip(np.ravel(angles), *self.position_limits.T)
-        return q
+        q[self.q_index] = np.ravel(angles)
+        return self.clipped(q)

@@ -37,6 +37,7 @@ class TaskSpace:
         self._world = biped.plant.world_frame()
         self._torso = biped.torso_frame
         self._soles = (biped.soles["left"].frame, biped.soles["right"].frame)
+        self._quaternion = biped.base_q_index[:4]
         self._q = b""
         self._jacobian: np.ndarray | None = None
 
@@ -52,6 +53,13 @@ class TaskSpace:
         """Moves to q (19,) with generalized velocity v (18,)."""
         self.set_positions(q)
         self._plant.SetVelocities(self.context, v)
+
+    def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """q ⊕ step (18,): along q̇ = N(q) v, quaternion normalized; the task space stays at q."""
+        self.set_positions(q)
+        moved: np.ndarray = q + self._plant.MapVelocityToQDot(self.context, step)
+        moved[self._quaternion] /= np.linalg.norm(moved[self._quaternion])
+        return moved
 
     def posture(self) -> Posture:
         """Where CoM, soles and torso are."""
