@@ -12,13 +12,15 @@ from pydrake.systems.primitives import MatrixGain
 from pdhocbf_drake.biped import Biped, sole_pose
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import LoggedDiagram, Wiring, add_controller, connect_controller, start_of
+from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error
 from pdhocbf_drake.simulation.drake_config import plant_config
+from pdhocbf_drake.simulation.pushes import timed_forces
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_pd import joint_pd
-from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
+from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.state_estimator import StateEstimator
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 
@@ -60,6 +62,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped) -> LoggedDiagram
 
     estimator = wiring.add("state_estimator", StateEstimator(biped))
     wiring.connect(estimator, "robot_state", "contact_forces")
+    add_model_error(wiring, scenario.model_error, plant, biped)
+    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     encoders = wiring.add("joint_encoders", MatrixGain(_joint_selector(biped)))
     wiring.builder.Connect(plant.get_state_output_port(), encoders.get_input_port())
     wiring.offer("joint_state", encoders.get_output_port())
@@ -71,7 +75,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped) -> LoggedDiagram
     pd = wiring.add("joint_pd", joint_pd(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
     connect_controller(wiring, walk, controller)
-    wiring.connect(controller, "zmp_offset", "foot_state")
+    wiring.connect(controller, "zmp_offset")
+    wiring.connect_seen(controller, "foot_state")
     wiring.connect(foot_reference, "gait_phase", "foot_plan")
     wiring.connect(kinematics, "com_height", "com_reference", "zmp_reference", "foot_reference")
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference")
@@ -82,7 +87,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped) -> LoggedDiagram
     wiring.builder.Connect(pd.GetOutputPort("actuation"), motors.get_input_port())
     wiring.builder.Connect(motors.get_output_port(), plant.get_actuation_input_port())
     if scenario.pushes:
-        push = wiring.add("push_schedule", PushSchedule(_forces(scenario, plant, biped), config.tick))
+        push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
         applied = plant.get_applied_spatial_force_input_port()
         wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
         wiring.log("push")
@@ -97,15 +102,3 @@ def _joint_selector(biped: Biped) -> np.ndarray:
     select[np.arange(12), biped.q_index] = 1.0
     select[12 + np.arange(12), 19 + biped.v_index] = 1.0
     return select
-
-
-def _forces(scenario: Scenario, plant: MultibodyPlant, biped: Biped) -> list[TimedForce]:
-    tick = scenario.gait.tick
-    forces = []
-    for push in scenario.pushes:
-        body = plant.GetBodyByName(push.body or biped.config.torso_link or biped.config.base_link)
-        point = body.default_com()
-        first = round(push.start(scenario.gait) / tick)
-        last = first + max(1, round(push.duration / tick))
-        forces.append(TimedForce(body.index(), point, np.array(push.force), first, last))
-    return forces

@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, OutputPort, System
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.simulation.disturbance import SEEN, add_measurement
+from pdhocbf_drake.simulation.pushes import timed_forces
+from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.gait_reference import GaitReference
+from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pdhocbf_drake.systems.mpc_controller import MpcController
+from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
 
 
 @dataclass
 class LoggedDiagram:
-    """A diagram with the sinks of its logged signals, by name (`simulation.signals`)."""
+    """A diagram with the sinks of its logged signals, by name (`simulation.signals`).
+
+    `adjust` holds what is to be done to a new context of it: seeds and parameters.
+    """
 
     diagram: Diagram
     sinks: dict[str, VectorLogSink]
+    adjust: list[Callable[[Context], None]] = field(default_factory=list)
 
 
 @dataclass
@@ -30,6 +40,7 @@ class Wiring:
     tick: float
     builder: DiagramBuilder = field(default_factory=DiagramBuilder)
     sinks: dict[str, VectorLogSink] = field(default_factory=dict)
+    adjust: list[Callable[[Context], None]] = field(default_factory=list)
     _ports: dict[str, OutputPort] = field(default_factory=dict)
 
     def add(self, name: str, system: System) -> System:
@@ -52,6 +63,11 @@ class Wiring:
         for name in names:
             self.builder.Connect(self._ports[name], system.GetInputPort(name))
 
+    def connect_seen(self, system: System, *names: str) -> None:
+        """Connects input ports to what is told of the output ports of the same name: late or noisy, if it is."""
+        for name in names:
+            self.builder.Connect(self._ports.get(name + SEEN, self._ports[name]), system.GetInputPort(name))
+
     def log(self, *names: str) -> None:
         """Logs output ports at every tick."""
         for name in names:
@@ -62,7 +78,7 @@ class Wiring:
     def build(self, name: str) -> LoggedDiagram:
         diagram = self.builder.Build()
         diagram.set_name(name)
-        return LoggedDiagram(diagram, self.sinks)
+        return LoggedDiagram(diagram, self.sinks, self.adjust)
 
 
 def add_controller(wiring: Wiring, walk: Walk, initial: np.ndarray, feet: np.ndarray) -> MpcController:
@@ -78,7 +94,8 @@ def add_controller(wiring: Wiring, walk: Walk, initial: np.ndarray, feet: np.nda
 
 def connect_controller(wiring: Wiring, walk: Walk, controller: LeafSystem) -> None:
     """Closes the loop from `lip_state` and logs the controller's signals."""
-    wiring.connect(controller, "gait_phase", "lip_state")
+    wiring.connect(controller, "gait_phase")
+    wiring.connect_seen(controller, "lip_state")
     if walk.barriers:
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")
         wiring.connect(controller, "velocity_bound")
@@ -93,13 +110,20 @@ def start_of(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     return np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]])
 
 
-def vhip_diagram(walk: Walk) -> LoggedDiagram:
+def vhip_diagram(scenario: Scenario, walk: Walk) -> LoggedDiagram:
     """The controller on the template itself."""
     wiring = Wiring(walk.gait.config.tick)
     initial, feet = start_of(walk)
     controller = add_controller(wiring, walk, initial, feet)
-    plant = VhipPlant(walk.vhip, initial)
+    plant = VhipPlant(walk.vhip, initial, scenario.vhip.mass)
     wiring.add("vhip", plant)
     wiring.connect(plant, "gait_phase", "zmp_reference")
+    if scenario.pushes:
+        wiring.add("push_schedule", PushSchedule(timed_forces(scenario), wiring.tick))
+        wiring.connect(plant, "push")
+        wiring.log("push")
+    detector = wiring.add("lean_detector", LeanDetector(walk.gait.config.com_height, wiring.tick))
+    wiring.connect(detector, "lip_state")
+    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state")
     connect_controller(wiring, walk, controller)
     return wiring.build("vhip_walk")

@@ -11,8 +11,9 @@ from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.config import Config, parse_config
 from pdhocbf_drake.gait.config import GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, ModelErrorConfig
 from pdhocbf_drake.simulation.drake_config import complete_plant_config, complete_simulator_config
-from pdhocbf_drake.templates.config import VanDerPolConfig
+from pdhocbf_drake.templates.config import VanDerPolConfig, VhipConfig
 
 System = Literal["biped", "vhip", "van_der_pol"]
 
@@ -62,9 +63,11 @@ class Scenario(Config):
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
         friction: Coulomb coefficient between soles and ground [1].
-        gait, mpc, van_der_pol: the configs of those rooms.
+        gait, mpc, vhip, van_der_pol: the configs of those rooms.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
-        pushes: forces on the robot.
+        pushes: forces on the robot, or on the template's mass.
+        model_error: how the simulated robot differs from the controller's model of it.
+        measurement: noise and delay of what the controller is told.
         plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`; what is left out is
             Drake's default, except that contact is solved by SAP on points.
     """
@@ -81,6 +84,9 @@ class Scenario(Config):
     mpc: MpcConfig = MpcConfig()
     barriers: dict[str, BarrierConfig] = Field({})
     pushes: tuple[Push, ...] = ()
+    model_error: ModelErrorConfig = ModelErrorConfig()
+    measurement: MeasurementConfig = MeasurementConfig()
+    vhip: VhipConfig = VhipConfig()
     van_der_pol: VanDerPolConfig = VanDerPolConfig()
     plant: dict[str, Any] = Field({}, validate_default=True)
     simulator: dict[str, Any] = Field({}, validate_default=True)

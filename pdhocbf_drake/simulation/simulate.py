@@ -22,7 +22,7 @@ def make_diagram(scenario: Scenario) -> LoggedDiagram:
     """The scenario's diagram with its sinks; raises `InputError` or `ModelError`."""
     walk = build_walk(scenario)
     if scenario.system == "vhip":
-        return vhip_diagram(walk)
+        return vhip_diagram(scenario, walk)
     return biped_diagram(scenario, walk, Biped.load(scenario.robot))
 
 
@@ -38,6 +38,8 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> RunLog:
     """
     logged = make_diagram(scenario)
     simulator = Simulator(logged.diagram)
+    for adjust in logged.adjust:
+        adjust(simulator.get_mutable_context())
     ending = FINISHED
     try:
         simulator.Initialize()

@@ -7,6 +7,16 @@ from pydantic import Field
 from pdhocbf_drake.config import Config
 
 
+class VhipConfig(Config):
+    """The variable-height inverted pendulum as a plant; its height and motion are the gait's.
+
+    Attributes:
+        mass: turns the force of a push into an acceleration; nothing else depends on it [kg].
+    """
+
+    mass: float = Field(30.0, gt=0)
+
+
 class VanDerPolConfig(Config):
     """The Van der Pol oscillator (15)-(16), held in a tube around a periodic orbit by the barriers (18).
 

@@ -1,0 +1,48 @@
+"""What a user writes about a plant that is not as the controller believes: its mass, and how it is measured."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from pdhocbf_drake.config import Config
+
+
+class ModelErrorConfig(Config):
+    """How the simulated robot differs from the controller's model of it.
+
+    Attributes:
+        torso_mass: mass and inertia of the simulated torso over those the controller knows [1].
+    """
+
+    torso_mass: float = Field(1.0, gt=0)
+
+
+class MeasurementNoise(Config):
+    """Standard deviations of white noise, drawn anew at every tick, alike in x and y.
+
+    Attributes:
+        com: of the CoM [m].
+        velocity: of the CoM velocity [m/s].
+        zmp: of the ZMP [m].
+    """
+
+    com: float = Field(0.0, ge=0)
+    velocity: float = Field(0.0, ge=0)
+    zmp: float = Field(0.0, ge=0)
+
+    @property
+    def deviations(self) -> list[float]:
+        """One for each element of `lip_state`."""
+        return [self.com, self.velocity, self.zmp] * 2
+
+
+class MeasurementConfig(Config):
+    """What happens to the estimator's answer on its way to the controller.
+
+    Attributes:
+        noise: added to the CoM and ZMP.
+        delay_ticks: how late CoM, ZMP and soles arrive [ticks].
+    """
+
+    noise: MeasurementNoise = MeasurementNoise()
+    delay_ticks: int = Field(0, ge=0)
