@@ -69,7 +69,7 @@ def test_a_function_of_the_users_own_is_taken():
     assert Barrier("h", lambda k, x: x[0], 1, (alpha, 0.3)).class_k == (alpha, Linear(0.3))
 
 
-@given(st.floats(0.01, 1.0), st.floats(0.01, 10.0), st.floats(0.0, 1e3), st.floats(0.0, 1e3))
+@given(st.floats(0.01, 1.0), st.floats(0.01, 10.0), st.floats(1e-9, 1e3), st.floats(1e-9, 1e3))
 def test_saturating_is_class_k(gamma, scale, s, t):
     alpha = Saturating(gamma, scale)
     assert alpha(0.0) == 0 and alpha(-s) == -alpha(s)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -115,6 +117,20 @@ def test_limits_of_the_input_hold_even_when_the_barrier_gives_way():
     assert barrier_filter(0, [-2.0], [3.0]).input.tolist() == [0.1]
 
 
+def test_nearest_input_of_several_within_limits():
+    """u = (u_1, u_2) with u_1 + u_2 ≤ 1 from the barrier and u_1 ≤ 0.2: the projection of (2, 1.5) is (0.2, 0.8)."""
+    system = PeriodicAffineSystem([[1.0]], [[1.0, 1.0]])
+    barrier = AffineBarrier("sum", [1.0], constant(1.0), 1, (1.0,))
+    result = BarrierFilter(system, [barrier], upper=[0.2, 5.0])(0, [0.0], [2.0, 1.5])
+    assert result.status == "solved"
+    assert result.input == pytest.approx([0.2, 0.8], abs=1e-6)
+    # without the limit the excess is shared
+    assert BarrierFilter(system, [barrier])(0, [0.0], [2.0, 1.5]).input == pytest.approx([0.75, 0.25], abs=1e-6)
+    # a wanted input that the limits clip is still what the answer is nearest to
+    wide = BarrierFilter(system, [barrier], upper=[1.0, 1.0])(0, [0.0], [4.0, 1.0])
+    assert wide.input == pytest.approx([1.0, 0.0], abs=1e-6)
+
+
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_measurement_that_is_not_finite_fails_in_a_defined_way(bad):
     barrier_filter = BarrierFilter(Pendulum(), pendulum_barriers(), lower=[-1.0], upper=[1.0])
@@ -195,7 +211,7 @@ def test_records_and_margins():
     assert (found.h_min, found.h_mean, found.violations) == (0.25, pytest.approx(0.45), 0)
     psi_1 = [0.25, 0.25, 0.0, 0.375]
     assert found.psi[1] == pytest.approx(psi_1)
-    assert found.psi_min == pytest.approx(min(b - 0.75 * a for a, b in zip(psi_1, psi_1[1:], strict=False)))
+    assert found.psi_min == pytest.approx(min(b - 0.75 * a for a, b in pairwise(psi_1)))
     assert record(barrier, states + 0.6, k=2).violations == 5
     assert np.isnan(record_from_h([1.0, 2.0], barrier.class_k).psi_min)
     assert safety_margin([1.0, 2.0, 6.0]) == 3.0

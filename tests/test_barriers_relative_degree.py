@@ -83,6 +83,16 @@ def test_degree_per_phase():
     assert str(caught.value) == 'barrier "x1": relative degree 2 is declared, but the dynamics give 1 (at phase 1)'
 
 
+@pytest.mark.parametrize("as_nonlinear", [False, True])
+def test_degree_follows_the_matrices_of_the_coming_ticks(as_nonlinear):
+    """x_2 reaches x_1 only through A_1: u(0) shows two ticks later, u(1) has to wait a tick longer."""
+    coupled, apart = [[1.0, 0.5], [0.0, 1.0]], [[1.0, 0.0], [0.0, 1.0]]
+    system = PeriodicAffineSystem(np.array([apart, coupled]), [[0.0], [1.0]])
+    barrier = AffineBarrier("x1", [1.0, 0.0], constant(1.0), 1, (0.5, 0.5))
+    seen = Stepping(system) if as_nonlinear else system
+    assert [relative_degree(barrier, seen, phase) for phase in range(4)] == [2, 3, 2, 3]
+
+
 def test_input_that_never_shows():
     system = PeriodicAffineSystem([[1.0, 0.0], [0.3, 1.0]], [[0.0], [1.0]])
     barrier = AffineBarrier("x1", [1.0, 0.0], constant(1.0), 1, (0.5,))

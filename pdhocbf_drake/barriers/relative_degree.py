@@ -27,7 +27,7 @@ def relative_degree(
     """The smallest r ≥ 1 for which h(k+r) depends on u(k), k = `phase`; None if u(k) never shows in h.
 
     For an affine barrier on affine dynamics: the first r with n·A_{k+r−1}···A_{k+1}·B_k ≠ 0, exactly. Otherwise by
-    automatic differentiation at some states, up to r = n: what holds at almost all states.
+    automatic differentiation at some states, up to r = n·N: what holds at almost all states.
 
     Args:
         states: (S, n), where to differentiate; by default four drawn from a standard normal distribution.
@@ -39,12 +39,16 @@ def relative_degree(
         return _from_matrices(barrier, system, phase)
     random = np.random.default_rng(0)
     points = random.standard_normal((_SAMPLES, system.n)) if states is None else np.atleast_2d(np.asarray(states))
-    found: list[int] = []
-    for x in points:
-        gradient = h_sensitivity(barrier, system, phase, x, random.standard_normal(system.m), system.n).gradient
-        shows = np.flatnonzero(np.abs(gradient).max(axis=1) > _ROUNDING * np.abs(gradient).max())
-        found.extend(int(r) for r in shows[:1])
-    return min(found, default=None)
+    inputs = random.standard_normal((len(points), system.m))
+    for ticks in (system.n, system.n * system.period):  # the second only if the first, which is usual, finds none
+        found: list[int] = []
+        for x, u in zip(points, inputs, strict=True):
+            gradient = np.abs(h_sensitivity(barrier, system, phase, x, u, ticks).gradient)
+            shows = np.flatnonzero(gradient.max(axis=1) > _ROUNDING * gradient.max())
+            found.extend(int(r) for r in shows[:1])
+        if found:
+            return min(found)
+    return None
 
 
 def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phase: int) -> int | None:

@@ -1,0 +1,169 @@
+"""Bounded convex polytopes, by their vertices and by their facets at once; Qhull does the geometry."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+
+from pdhocbf_drake.errors import InputError
+
+Array = NDArray[np.float64]
+
+THINNEST = 1e-7
+"""A polytope with no inscribed ball of this radius counts as empty [unit of x]."""
+_SAME = 1e-10  # unit rows and vertices that differ by less are one
+_DEEP = 1e-3  # an inner point with this margin is as good as the best one
+
+
+@dataclass(frozen=True)
+class Polytope:
+    """P = {x : A x ≤ b} = hull of its vertices, bounded and with an interior.
+
+    Attributes:
+        A: outward unit normals of the facets, shape (r, n).
+        b: their offsets, shape (r,) [unit of x].
+        vertices: shape (v, n) [unit of x].
+    """
+
+    A: Array
+    b: Array
+    vertices: Array
+
+    @classmethod
+    def from_vertices(cls, points: ArrayLike) -> Polytope | None:
+        """The convex hull of points, shape (v, n); None where it has no interior."""
+        given = np.asarray(points, dtype=float)
+        if given.shape[1] == 1:
+            low, high = float(given.min()), float(given.max())
+            if high - low < 2 * THINNEST:
+                return None
+            return cls(np.array([[1.0], [-1.0]]), np.array([high, -low]), np.array([[low], [high]]))
+        try:
+            hull = ConvexHull(given)
+        except (QhullError, ValueError):  # flat, or too few points
+            return None
+        # Qhull cuts every facet into simplices, each with the facet's own plane.
+        facets = _unique(hull.equations)
+        return cls(facets[:, :-1], -facets[:, -1], given[hull.vertices])
+
+    @classmethod
+    def from_rows(cls, A: ArrayLike, b: ArrayLike, near: ArrayLike | None = None) -> Polytope | None:
+        """{x : A x ≤ b} without its redundant rows; None where it has no interior.
+
+        Args:
+            near: a guess of an inner point, which saves a linear program.
+
+        Raises:
+            InputError: the rows leave x unbounded.
+        """
+        rows, bounds = np.asarray(A, dtype=float), np.asarray(b, dtype=float)
+        size = np.linalg.norm(rows, axis=1)
+        if np.any(bounds[size < _SAME] < -THINNEST):
+            return None  # 0 ≤ b is false
+        keep = size >= _SAME
+        rows, bounds = rows[keep] / size[keep, None], bounds[keep] / size[keep]
+        inner = None if near is None else np.asarray(near, dtype=float)
+        if inner is None or (bounds - rows @ inner).min() < _DEEP:
+            inner = inner_point(rows, bounds)
+        if inner is None:
+            return None
+        if rows.shape[1] == 1:
+            sides = bounds / rows[:, 0]
+            low, high = np.max(sides[rows[:, 0] < 0], initial=-np.inf), np.min(sides[rows[:, 0] > 0], initial=np.inf)
+            _check_bounded(bool(np.isfinite([low, high]).all()))
+            return cls.from_vertices([[low], [high]])
+        try:
+            found = HalfspaceIntersection(np.column_stack([rows, -bounds]), inner)
+        except QhullError:
+            found = None
+        _check_bounded(found is not None and bool(np.isfinite(found.intersections).all()))
+        return cls.from_vertices(_unique(found.intersections))
+
+    @classmethod
+    def box(cls, lower: ArrayLike, upper: ArrayLike) -> Polytope:
+        """{x : lower ≤ x ≤ upper}.
+
+        Raises:
+            InputError: the limits are not finite, or leave no interior.
+        """
+        low, high = np.atleast_1d(np.asarray(lower, dtype=float)), np.atleast_1d(np.asarray(upper, dtype=float))
+        if low.shape != high.shape or not np.all(np.isfinite([low, high])) or np.any(high - low < 2 * THINNEST):
+            raise InputError(f"a box needs finite limits with lower < upper, given {low.tolist()} and {high.tolist()}")
+        eye = np.eye(len(low))
+        polytope = cls.from_rows(np.vstack([eye, -eye]), np.concatenate([high, -low]), 0.5 * (low + high))
+        if polytope is None:  # pragma: no cover: excluded above
+            raise InputError("the box is empty")
+        return polytope
+
+    @property
+    def dimension(self) -> int:
+        """n."""
+        return int(self.vertices.shape[1])
+
+    @property
+    def centre(self) -> Array:
+        """The mean of the vertices, a point well inside."""
+        return np.asarray(self.vertices.mean(axis=0))
+
+    def violation(self, points: ArrayLike) -> Array:
+        """By how much the worst row is broken at each point of shape (p, n); ≤ 0 inside [unit of x]."""
+        return np.asarray((np.asarray(points) @ self.A.T - self.b).max(axis=-1))
+
+    def volume(self) -> float:
+        """Length, area, volume, … [unit of x, to the n-th]."""
+        if self.dimension == 1:
+            return float(np.ptp(self.vertices))
+        return float(ConvexHull(self.vertices).volume)
+
+    def swept(self, directions: Sequence[Array] | Array) -> Polytope:
+        """The Minkowski sum with the hull of some points, shape (d, n)."""
+        moved = np.concatenate([self.vertices + direction for direction in np.asarray(directions)])
+        polytope = Polytope.from_vertices(moved)
+        if polytope is None:  # pragma: no cover: it contains a shifted copy of this one
+            raise InputError("a polytope lost its interior to rounding: scale the states to similar sizes")
+        return polytope
+
+    def slice(self, values: ArrayLike) -> Polytope | None:
+        """{y : (y, values) ∈ P}: the last coordinates are fixed."""
+        fixed = np.atleast_1d(np.asarray(values, dtype=float))
+        free = self.dimension - len(fixed)
+        return Polytope.from_rows(self.A[:, :free], self.b - self.A[:, free:] @ fixed)
+
+    def shadow(self, size: int) -> Polytope:
+        """The projection onto the first `size` coordinates."""
+        polytope = Polytope.from_vertices(self.vertices[:, :size])
+        if polytope is None:  # pragma: no cover: a projection of a body has an interior
+            raise InputError("a polytope lost its interior to rounding: scale the states to similar sizes")
+        return polytope
+
+
+def inner_point(A: Array, b: Array) -> Array | None:
+    """The centre of the largest ball in {x : A x ≤ b}, rows of length 1; None if it is smaller than `THINNEST`."""
+    n = A.shape[1]
+    cost = np.zeros(n + 1)
+    cost[-1] = -1.0
+    rows = np.column_stack([A, np.ones(len(A))])
+    bounds = [(None, None)] * n + [(None, 1e3)]
+    result = linprog(cost, A_ub=rows, b_ub=b, bounds=bounds, method="highs")
+    if not result.success or result.x[-1] < THINNEST:
+        return None
+    return np.asarray(result.x[:-1])
+
+
+def _unique(rows: Array) -> Array:
+    """Rows without near repetitions, in a fixed order."""
+    order = np.lexsort(np.round(rows / _SAME).T)
+    ordered = rows[order]
+    new = np.ones(len(ordered), dtype=bool)
+    new[1:] = np.abs(np.diff(ordered, axis=0)).max(axis=1) > _SAME
+    return np.asarray(ordered[new])
+
+
+def _check_bounded(bounded: bool) -> None:
+    if not bounded:
+        raise InputError("a polytope must be bounded: limit every state, if only loosely")
