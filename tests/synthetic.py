@@ -45,7 +45,7 @@ def walk_log(robot: bool = True, duration: float = 4.0, ending: str = FINISHED) 
     zero = np.zeros(len(ticks))
     bound = harmonic(SPEED + MARGIN, RIPPLE, 0.0, N)
     bounds = np.array([bound.samples(int(k), H + 1) for k in ticks])
-    stances = np.stack([stance + [STRIDE * j, 0.0] for j in (-1, 0, 1, 2)], axis=1).reshape(-1, 8)
+    stances = np.stack([stance + np.array([STRIDE * j, 0.0]) for j in (-1, 0, 1, 2)], axis=1).reshape(-1, 8)
     stances[:, [1, 5]] *= -1
     signals = {
         "gait_phase": np.stack([phase, step, support], axis=1),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -32,7 +32,10 @@ _STYLE: dict[str, Any] = {
 @contextmanager
 def styled() -> Iterator[None]:
     """Figures made inside have the common look; a user's own matplotlib settings stay as they are outside."""
-    with matplotlib.rc_context({**matplotlib.rcParamsDefault, **_STYLE, "backend": "agg"}):
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        parameters: Any = matplotlib.rcParams  # typed with every key spelt out
+        parameters.update(_STYLE)
         yield
 
 
@@ -56,9 +59,10 @@ def legend(axes: Axes, columns: int = 4) -> None:
 def time_axis(axes: list[Axes]) -> None:
     """Labels the lowest panel's time and trims empty space."""
     axes[-1].set_xlabel("time [s]")
-    axes[-1].margins(x=0)
+    for axis in axes:
+        axis.margins(x=0)
 
 
-def save(figure: Figure, path: Path) -> None:
+def save(figure: Figure, path: Path | BinaryIO) -> None:
     """Writes a PNG without a date in it, so that the same run gives the same bytes."""
-    figure.savefig(path, metadata={"Software": None})
+    figure.savefig(path, format="png", metadata={"Software": None})

@@ -20,9 +20,9 @@ def tracking(run: Run, limits: RobotLimits) -> Figure:
     """How far the robot is from its plan, and the ZMP from the edge of the soles."""
     log = run.log
     figure, axes = panels(2, height=2.3)
-    for axis, colour in zip("xy", (palette.JOINTS[0], palette.JOINTS[4]), strict=True):
-        error = log.element("lip_state", axis) - log.element("com_reference", axis)
-        axes[0].plot(log.time, 1e3 * error, color=colour, lw=1.0, label=f"CoM {axis}, measured less planned")
+    for name, colour in zip("xy", (palette.JOINTS[0], palette.JOINTS[4]), strict=True):
+        error = log.element("lip_state", name) - log.element("com_reference", name)
+        axes[0].plot(log.time, 1e3 * error, color=colour, lw=1.0, label=f"CoM {name}, measured less planned")
     height = log.element("com_z", "z") - log.element("com_height", "z")
     axes[0].plot(log.time, 1e3 * height, color=palette.JOINTS[2], lw=1.0, label="CoM height, measured less commanded")
     label(axes[0], "error", "mm")

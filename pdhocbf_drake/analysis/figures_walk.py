@@ -64,7 +64,7 @@ def barriers(run: Run) -> Figure:
         order = len(use.class_k)
         levels = psi_along(log["h"][:, use.column], use.class_k)
         axis.plot(log.time, levels[0], color=colour, label="h")
-        axis.plot(log.time[: len(levels[-1])], levels[-1], color=palette.LIMIT, lw=0.7, label=f"ψ of order {order}")
+        axis.plot(log.time[: len(levels[-1])], levels[-1], color=palette.LIMIT, lw=0.7, label=f"$\\psi_{order}$")
         axis.axhline(0.0, color=palette.UNSAFE, lw=1.0, ls=":", label="limit of safety")
         axis.axvspan(0.0, min(scenario.from_time, log.time[-1]), color=palette.BOX, alpha=0.25, linewidth=0)
         axis.set_title(f"{name}: h, judged after the shaded start", loc="right")

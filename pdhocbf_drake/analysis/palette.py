@@ -1,22 +1,22 @@
 """One colour per quantity, the same in every figure, table and replay.
 
-The colours are those of Okabe and Ito, which stay apart for every kind of colour blindness; where two could still be
-taken for each other (measured and planned), the line style differs too.
+The hues are those of Okabe and Ito, which stay apart for every kind of colour blindness; measured and planned share a
+hue and differ in lightness and in line style.
 """
 
 from __future__ import annotations
 
 from typing import Final
 
-MEASURED_COM: Final = "#0072B2"
-PLANNED_COM: Final = "#56B4E9"
-MEASURED_ZMP: Final = "#D55E00"
-PLANNED_ZMP: Final = "#E69F00"
+MEASURED_COM: Final = "#000000"
+PLANNED_COM: Final = "#888888"
+MEASURED_ZMP: Final = "#CC79A7"
+PLANNED_ZMP: Final = "#7B3264"
 LEFT: Final = "#0072B2"
 RIGHT: Final = "#D55E00"
-BOX: Final = "#BBBBBB"
+BOX: Final = "#C8C8C8"
 LIMIT: Final = "#555555"
-BARRIERS: Final = ("#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+BARRIERS: Final = ("#009E73", "#E69F00", "#56B4E9", "#0072B2")
 RUNS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 JOINTS: Final = ("#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7")
 

@@ -1,0 +1,96 @@
+"""Runs beside each other: the safety margins (5), their ratio (6), and figures with a colour a run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from matplotlib.figure import Figure
+
+from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along
+from pdhocbf_drake.analysis.drawing import label, legend, panels, styled, time_axis
+from pdhocbf_drake.analysis.figures import Drawn
+from pdhocbf_drake.barriers.margin import margin_ratio, safety_margin
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.run_folder import Run
+
+
+class Comparison(NamedTuple):
+    """A barrier in each of two runs: names, safety margins (5) [unit] and their ratio (6) [1]."""
+
+    names: tuple[str, str]
+    margins: tuple[float, float]
+    ratio: float
+    unit: str
+
+
+def compare(first: Run, second: Run, from_time: float) -> list[Comparison]:
+    """The barriers that both runs have by the same name; or the only one of each.
+
+    Raises:
+        InputError: there is nothing to compare, or no rows from `from_time` on.
+    """
+    uses = barriers_of(first.scenario), barriers_of(second.scenario)
+    pairs = [(name, name) for name in uses[0] if name in uses[1]]
+    if not pairs and len(uses[0]) == len(uses[1]) == 1:
+        pairs = [(next(iter(uses[0])), next(iter(uses[1])))]
+    if not pairs:
+        have = " and ".join(", ".join(use) or "none" for use in uses)
+        raise InputError(f"the runs share no barrier to compare; they have {have}")
+    result = []
+    for names in pairs:
+        records = []
+        for run, use, name in zip((first, second), uses, names, strict=True):
+            rows = run.log.after(from_time)
+            if len(rows) == 0:
+                ended = f"{run.log.time[-1]:.2f} s" if len(run.log) else "once"
+                raise InputError(f"run {run.scenario.name} has nothing from {from_time:g} s on: it ended at {ended}")
+            records.append(rows["h"][:, use[name].column])
+        margins = safety_margin(records[0]), safety_margin(records[1])
+        result.append(Comparison(names, margins, margin_ratio(*records), uses[0][names[0]].unit))
+    return result
+
+
+def comparison_figures(runs: Sequence[Run]) -> list[Drawn]:
+    """Velocities under their bounds, and h, with all runs in one panel; for walks only."""
+    walks = [run for run in runs if run.scenario.system != "van_der_pol" and len(run.log) > 1]
+    if len(walks) < 2:
+        return []
+    with styled():
+        drawn = [Drawn("velocities", "CoM velocity in x of each run, under its bounds", _velocities(walks))]
+        if any(run.scenario.barriers for run in walks):
+            drawn.append(Drawn("margins", "Barriers of each run on the measured state", _margins(walks)))
+    return drawn
+
+
+def _velocities(runs: Sequence[Run]) -> Figure:
+    figure, axes = panels(1, height=3.2)
+    for run, colour in zip(runs, _colours(runs), strict=True):
+        name = run.scenario.name
+        axes[0].plot(run.log.time, run.log.element("lip_state", "vx"), color=colour, lw=1.0, label=name)
+        for barrier, use in barriers_of(run.scenario).items():
+            if run.scenario.barriers[barrier].axis == "x":
+                bound = bound_along(run.log, run.scenario, use)
+                axes[0].plot(run.log.time, bound, color=colour, ls="--", label=f"{name}: bound of {barrier}")
+    label(axes[0], "CoM velocity in x", "m/s")
+    legend(axes[0], 3)
+    time_axis(axes)
+    return figure
+
+
+def _margins(runs: Sequence[Run]) -> Figure:
+    figure, axes = panels(1, height=3.0)
+    for run, colour in zip(runs, _colours(runs), strict=True):
+        for (barrier, use), style in zip(barriers_of(run.scenario).items(), ("-", "--", "-.", ":") * 4, strict=False):
+            h = run.log["h"][:, use.column]
+            axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{run.scenario.name}: {barrier}")
+    axes[0].axhline(0.0, color=palette.LIMIT, ls=":")
+    label(axes[0], "h", "m/s")
+    legend(axes[0], 3)
+    time_axis(axes)
+    return figure
+
+
+def _colours(runs: Sequence[Run]) -> list[str]:
+    return [palette.RUNS[index % len(palette.RUNS)] for index in range(len(runs))]

@@ -1,0 +1,103 @@
+"""What a replay of a walk shows beside the body: CoM, ZMP, its box, and footholds planned and taken."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.geometry import Box, Cylinder, Sphere
+
+from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.replay_stage import Stage
+from pdhocbf_drake.simulation.run_log import RunLog
+
+# Heights above the ground that keep flat things from flickering through each other [m].
+_FOOTHOLD, _OUTLINE, _BOX, _PLANNED, _MEASURED = 0.001, 0.003, 0.005, 0.008, 0.011
+
+
+class Foothold(NamedTuple):
+    """A sole on the ground: row of the log from which it stands, side, centre [m] and half size [m]."""
+
+    row: int
+    side: str
+    centre: np.ndarray
+    half: np.ndarray
+
+
+class Markers:
+    """CoM, ZMP, ZMP box and footholds of a log.
+
+    Args:
+        com_z: height of the measured CoM at each row, (T,) [m].
+        safety: 0 (h ≤ 0) to 1 (as safe as usual) at each row, (T,); None without a barrier.
+        taken: footholds, in the order in which they were taken.
+    """
+
+    def __init__(
+        self, stage: Stage, log: RunLog, com_z: np.ndarray, safety: np.ndarray | None, taken: list[Foothold]
+    ) -> None:
+        self._stage, self._log, self._com_z, self._safety, self._taken = stage, log, com_z, safety, taken
+        stage.add("CoM measured", Sphere(0.035), palette.MEASURED_COM)
+        stage.add("CoM planned", Sphere(0.05), palette.PLANNED_COM, 0.35)
+        stage.through_everything("CoM measured")
+        stage.add("CoM plumb line", Cylinder(0.003, 1.0), palette.LIMIT, 0.6)
+        stage.add("ZMP measured", Cylinder(0.012, 0.004), palette.MEASURED_ZMP)
+        stage.add("ZMP planned", Cylinder(0.020, 0.004), palette.PLANNED_ZMP)
+        stage.add("ZMP box", Box(1.0, 1.0, 0.002), palette.BARRIERS[0], 0.35)
+        colours = {"left": palette.LEFT, "right": palette.RIGHT}
+        for number, foothold in enumerate(taken):
+            path = _taken_path(number)
+            stage.add(path, Box(2 * foothold.half[0], 2 * foothold.half[1], 0.001), colours[foothold.side], 0.35)
+            stage.move(path, [*foothold.centre, _FOOTHOLD])
+        half = taken[0].half if taken else np.array([0.05, 0.05])
+        for path in ("footholds planned/next", "footholds planned/after"):
+            _outline(stage, path, half)
+
+    def draw(self, row: int) -> None:
+        """Moves everything to where it was at that row."""
+        stage, log = self._stage, self._log
+        x, _, x_zmp, y, _, y_zmp = log["lip_state"][row]
+        z = self._com_z[row]
+        stage.move("CoM measured", [x, y, z])
+        stage.move("CoM plumb line", [x, y, z / 2])
+        stage.scale("CoM plumb line", [1.0, 1.0, z])
+        stage.move("CoM planned", [*log["com_reference"][row, [0, 3]], log["com_height"][row, 0]])
+        stage.move("ZMP measured", [x_zmp, y_zmp, _MEASURED])
+        stage.move("ZMP planned", [*log["zmp_reference"][row, [0, 2]], _PLANNED])
+        x_min, x_max, y_min, y_max = log["zmp_box"][row]
+        stage.move("ZMP box", [(x_min + x_max) / 2, (y_min + y_max) / 2, _BOX])
+        stage.scale("ZMP box", [round(x_max - x_min, 4), round(y_max - y_min, 4), 1.0])
+        plan = log["stance_plan"][row].reshape(4, 2)
+        stage.move("footholds planned/next", [*plan[2], _OUTLINE])
+        stage.move("footholds planned/after", [*plan[3], _OUTLINE])
+        for number, foothold in enumerate(self._taken):
+            stage.show(_taken_path(number), row >= foothold.row)
+        if self._safety is not None:
+            # Few shades, so that a colour is recorded when it is seen to change and not at every frame.
+            stage.colour("CoM measured", palette.safety_colour(round(12 * self._safety[row]) / 12, 1.0))
+
+
+def safety_along(h: np.ndarray, from_row: int) -> np.ndarray | None:
+    """The least of the barriers at each row: 0 at the limit, 1 where h is as large as it usually is, (T,)."""
+    if h.shape[1] == 0:
+        return None
+    steady = h[from_row:] if len(h) > from_row else h
+    usual = np.maximum(np.median(steady, axis=0), 1e-6)
+    return np.nan_to_num(np.clip((h / usual).min(axis=1), 0.0, 1.0))
+
+
+def _taken_path(number: int) -> str:
+    return f"footholds taken/{number}"
+
+
+def _outline(stage: Stage, path: str, half: np.ndarray) -> None:
+    """A rectangle of four thin bars."""
+    bar = 0.006
+    for name, x, y, length, width in (
+        ("front", half[0], 0.0, bar, 2 * half[1]),
+        ("back", -half[0], 0.0, bar, 2 * half[1]),
+        ("left", 0.0, half[1], 2 * half[0], bar),
+        ("right", 0.0, -half[1], 2 * half[0], bar),
+    ):
+        stage.add(f"{path}/{name}", Box(length, width, 0.002), palette.LIMIT)
+        stage.move(f"{path}/{name}", [x, y, 0.0])

@@ -1,0 +1,150 @@
+"""A recorded Meshcat scene: ground, sky, a view that follows, and markers that move, scale and change colour.
+
+Nothing is shown while recording: the page is the only output, and it holds all it needs.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+import numpy as np
+from pydrake.geometry import Meshcat, MeshcatParams, Rgba, Shape
+from pydrake.math import RigidTransform
+
+from pdhocbf_drake.analysis.palette import Rgb, rgb
+
+FRAMES_PER_SECOND = 30
+
+_TILE = 0.25  # [m]
+_HALF_WIDTH = 2.5  # [m]
+_LIGHT, _DARK = Rgba(0.93, 0.94, 0.95), Rgba(0.84, 0.86, 0.88)
+
+
+class Stage:
+    """Records one frame after another; `html` gives the page.
+
+    All paths are below one world, which moves backwards under a camera at rest: a moving camera would keep looking at
+    the place where it started.
+
+    Attributes:
+        meshcat: Drake's recorder, for a `MeshcatVisualizer` to publish to, below `world`.
+        world: path of the world in Meshcat's tree.
+    """
+
+    world = "world"
+
+    def __init__(self) -> None:
+        with _quiet():
+            self.meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
+        self._time: float | None = None
+        self._shown: dict[tuple[str, str], tuple[float, ...]] = {}
+        self.meshcat.SetProperty("/Axes", "visible", False)
+        self.meshcat.SetProperty("/Grid", "visible", False)
+        self.meshcat.SetProperty("/Background/<object>", "top_color", [0.80, 0.87, 0.95])
+        self.meshcat.SetProperty("/Background/<object>", "bottom_color", [0.97, 0.98, 1.0])
+
+    @contextmanager
+    def frame(self, time: float) -> Iterator[None]:
+        """What moves inside is recorded at this time [s], which must grow from frame to frame."""
+        if self._time is None:
+            self.meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=False)
+        self._time = time
+        yield
+
+    def add(self, path: str, shape: Shape, colour: str, opacity: float = 1.0) -> None:
+        """Puts a shape at a path of the scene tree."""
+        self.meshcat.SetObject(self._in_world(path), shape, Rgba(*rgb(colour), opacity))
+
+    def add_trace(self, path: str, points: np.ndarray) -> None:
+        """Draws a line through points, (T, 3) [m]."""
+        self.meshcat.SetLine(self._in_world(path), np.asfortranarray(points.T), 2.0)
+
+    def through_everything(self, path: str) -> None:
+        """Draws the shape at a path over whatever hides it."""
+        shape = f"{self._in_world(path)}/<object>"
+        self.meshcat.SetProperty(shape, "material.depthTest", False)
+        self.meshcat.SetProperty(shape, "material.transparent", True)  # these are drawn last
+        self.meshcat.SetProperty(shape, "renderOrder", 10.0)
+
+    def move(self, path: str, position: Sequence[float] | np.ndarray) -> None:
+        """Moves what is at a path without turning it [m]."""
+        self.place(path, RigidTransform(np.asarray(position, dtype=float)))
+
+    def place(self, path: str, pose: RigidTransform) -> None:
+        """Moves and turns what is at a path."""
+        self.meshcat.SetTransform(self._in_world(path), pose, self._time)
+
+    def scale(self, path: str, factors: Sequence[float]) -> None:
+        """Stretches what is at a path along its own axes; recorded only where it changes."""
+        self._animate(self._in_world(path), "scale", tuple(max(1e-3, float(factor)) for factor in factors))
+
+    def show(self, path: str, visible: bool) -> None:
+        """Shows or hides what is at a path, by its size: Meshcat does not animate visibility."""
+        self.scale(path, (1.0, 1.0, 1.0) if visible else (0.0, 0.0, 0.0))
+
+    def colour(self, path: str, colour: Rgb) -> None:
+        """Colours the shape at a path."""
+        self._animate(f"{self._in_world(path)}/<object>", "material.color", colour)
+
+    def look(self, target: Sequence[float], distance: Sequence[float]) -> None:
+        """Aims the camera at a target from a distance away [m]; the viewer can still turn and zoom it."""
+        aim = np.asarray(target, dtype=float)
+        self.meshcat.SetCameraPose(aim + np.asarray(distance), aim)
+
+    def follow(self, position: Sequence[float]) -> None:
+        """Keeps a place of the world where the origin was seen [m]."""
+        self.meshcat.SetTransform(self.world, RigidTransform(-np.asarray(position, dtype=float)), self._time)
+
+    def ground(self, start: float, end: float) -> None:
+        """Lays a tiled floor under the walk from x = start to end [m], its top just below z = 0."""
+        columns = np.arange(np.floor((start - _HALF_WIDTH) / _TILE), np.ceil((end + _HALF_WIDTH) / _TILE))
+        rows = np.arange(-_HALF_WIDTH / _TILE, _HALF_WIDTH / _TILE)
+        for name, remainder, colour in (("light", 0, _LIGHT), ("dark", 1, _DARK)):
+            tiles = [(x, y) for x in columns for y in rows if (x + y) % 2 == remainder]
+            corners = np.array([[x + i, y + j] for x, y in tiles for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]) * _TILE
+            vertices = np.column_stack([corners, np.full(len(corners), -0.002)]).T
+            first = 4 * np.arange(len(tiles))
+            faces = np.concatenate([[first, first + 1, first + 2], [first, first + 2, first + 3]], axis=1)
+            path = self._in_world(f"ground/{name}")
+            self.meshcat.SetTriangleMesh(path, np.asfortranarray(vertices), np.asfortranarray(faces, np.int32), colour)
+
+    def html(self) -> str:
+        """The page with the recording, playing over and over."""
+        recording = self.meshcat.get_mutable_recording()
+        recording.set_autoplay(True)
+        recording.set_loop_mode(recording.LoopMode.kLoopRepeat)
+        recording.set_repetitions(10_000)
+        self.meshcat.StopRecording()
+        self.meshcat.PublishRecording()
+        page: str = self.meshcat.StaticHtml()
+        return page
+
+    def _in_world(self, path: str) -> str:
+        return f"{self.world}/{path}"
+
+    def _animate(self, path: str, name: str, value: tuple[float, ...]) -> None:
+        """Records a step, not a ramp: the viewer would blend from the last change to this one."""
+        if self._time is None:
+            return
+        last = self._shown.get((path, name))
+        if last == value:
+            return
+        before = self._time - 1.0 / FRAMES_PER_SECOND
+        if last is not None and before > 0.0:
+            self.meshcat.SetProperty(path, name, list(last), before)
+        self.meshcat.SetProperty(path, name, list(value), self._time)
+        self._shown[path, name] = value
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Meshcat announces an address where nobody needs to look."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.WARNING)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)

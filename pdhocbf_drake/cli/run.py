@@ -1,0 +1,76 @@
+"""`pdhocbf run`: a scenario goes in, a run folder comes out."""
+
+from __future__ import annotations
+
+import sys
+import time
+from datetime import datetime, timezone
+from pathlib import Path
+
+from pdhocbf_drake.analysis.metrics_schema import Metrics
+from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
+from pdhocbf_drake.analysis.summary import summary_rows
+from pdhocbf_drake.cli.progress import shown_progress
+from pdhocbf_drake.simulation.provenance import Provenance
+from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder, write_run
+from pdhocbf_drake.simulation.run_log import INTERRUPTED, RunLog
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import simulate
+
+
+def run(name: str, text: str, out: Path | None, live: bool, with_replay: bool) -> int:
+    """Simulates, writes and tells; gives the exit code."""
+    scenario = load_scenario(name, text)
+    place = out or _new_place(scenario)
+    with new_run_folder(place) as folder:
+        recorded = _recorded(scenario, live)
+        write_run(folder, recorded)
+        metrics = write_metrics(recorded, folder)
+        done = _write_pages(recorded, metrics, folder, with_replay)
+    _tell(metrics, place, done)
+    if recorded.log.ending == INTERRUPTED:
+        print(f"pdhocbf: interrupted; what was recorded is in {place}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _recorded(scenario: Scenario, live: bool) -> Run:
+    started, clock = datetime.now(timezone.utc), time.perf_counter()
+    with shown_progress(scenario.name, scenario.duration) as progress:
+        log: RunLog = simulate(scenario, progress)
+    return Run(scenario, log, Provenance.of_run(scenario, started, time.perf_counter() - clock))
+
+
+def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> list[str]:
+    """Writes replay and report; gives the names of those written. Ctrl-C here costs only what is missing."""
+    done: list[str] = []
+    if len(recorded.log) < 2:
+        return done
+    try:
+        page = None
+        if with_replay:
+            page = write_replay(recorded, folder)
+            done.append(REPLAY)
+        write_report(recorded, metrics, folder, page)
+        done.append(REPORT)
+    except KeyboardInterrupt:
+        print("pdhocbf: interrupted after the run; `pdhocbf report` makes up what is missing", file=sys.stderr)
+    return done
+
+
+def _new_place(scenario: Scenario) -> Path:
+    stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
+    wanted = Path("runs") / f"{scenario.name}-{stamp}"
+    place, count = wanted, 1
+    while place.exists():
+        count += 1
+        place = wanted.with_name(f"{wanted.name}-{count}")
+    return place
+
+
+def _tell(metrics: Metrics, place: Path, done: list[str]) -> None:
+    rows = [*summary_rows(metrics), *((name.removesuffix(".html"), str(place / name)) for name in done)]
+    rows.append(("run folder", str(place)))
+    width = max(len(name) for name, _ in rows)
+    print("\n".join(f"{name:<{width}}  {value}" for name, value in rows))

@@ -1,0 +1,150 @@
+"""Scenarios are found, merged and refused as the command line promises."""
+
+from __future__ import annotations
+
+import pytest
+import yaml
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.scenario import Push, Scenario
+from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
+from pdhocbf_drake.simulation.yaml_text import merge, write_yaml
+
+NAMES = ["van_der_pol", "vhip", "vhip_dcbf", "vhip_nobarrier", "walking", "walking_dcbf", "walking_nobarrier"]
+
+
+def test_the_promised_scenarios_come_with_the_package():
+    assert scenario_names() == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_written_scenario_is_read_back_the_same(name, tmp_path):
+    scenario = load_scenario(name)
+    assert scenario.name == name and scenario.description
+    write_yaml(scenario.to_dict(), tmp_path / "other_name.yaml")
+    assert load_scenario(str(tmp_path / "other_name.yaml")) == scenario
+
+
+def test_a_written_scenario_says_every_default():
+    data = load_scenario("walking").to_dict()
+    assert data["plant"]["discrete_contact_approximation"] == "sap"
+    assert set(data) == set(Scenario.model_fields)
+    assert set(data["gait"]) == set(type(load_scenario("walking").gait).model_fields)
+
+
+def test_the_three_walks_differ_in_their_barriers_only():
+    for family in ("walking", "vhip"):
+        variants = [load_scenario(f"{family}{suffix}").to_dict() for suffix in ("", "_dcbf", "_nobarrier")]
+        kinds = [[b["bound"]["kind"] for b in v["barriers"].values()] for v in variants]
+        assert kinds == [["orbit"], ["orbit_peak"], []]
+        for variant in variants:
+            for key in ("barriers", "name", "description"):
+                variant.pop(key)
+        assert variants[0] == variants[1] == variants[2]
+
+
+def test_overrides_change_what_they_name_and_nothing_else():
+    base, changed = load_scenario("walking"), load_scenario("walking", "gait: {stride: 0.05}")
+    assert changed.gait.stride == 0.05
+    assert changed.model_copy(update={"gait": base.gait}) == base
+
+
+def test_null_removes_a_barrier():
+    assert load_scenario("walking", "barriers: {forward_speed: null}").barriers == {}
+
+
+def test_a_number_without_a_point_is_a_number():
+    assert load_scenario("walking", "mpc: {foothold_weight: 1e3}").mpc.foothold_weight == 1000.0
+
+
+def test_one_of_several_scenarios_in_a_file(tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text("slow: {extends: walking, gait: {stride: 0.05}}\nslower: {extends: slow, gait: {stride: 0.02}}\n")
+    slower = load_scenario(f"{path}:slower")
+    assert (slower.name, slower.gait.stride, list(slower.barriers)) == ("slower", 0.02, ["forward_speed"])
+    with pytest.raises(InputError, match=r"has no scenario 'fast'; it has slow, slower"):
+        load_scenario(f"{path}:fast")
+    with pytest.raises(InputError, match=r"holds several scenarios; choose one as .*:NAME from slow, slower"):
+        load_scenario(str(path))
+
+
+def test_a_robot_file_is_seen_from_the_scenario_file(tmp_path):
+    (tmp_path / "mine.yaml").write_text("robot: robots/mine.yaml\n")
+    assert load_scenario(str(tmp_path / "mine.yaml")).robot == str(tmp_path / "robots" / "mine.yaml")
+
+
+def test_a_map_of_another_kind_replaces_the_old_one():
+    old = {"bound": {"kind": "orbit", "margin": 0.1}, "gamma": [0.5]}
+    new = merge(old, {"bound": {"kind": "constant", "value": 1.0}})
+    assert new == {"bound": {"kind": "constant", "value": 1.0}, "gamma": [0.5]}
+    assert merge(old, {"bound": {"margin": 0.2}})["bound"] == {"kind": "orbit", "margin": 0.2}
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("gaitt: {}", r"walking\.gaitt: unknown key; allowed here: barriers, description, duration"),
+        ("gait: {stridee: 1}", r"walking\.gait\.stridee: unknown key; allowed here: .*stride, swing_height"),
+        ("barriers: {forward_speed: {bound: {marginn: 1}}}", r"bound\.marginn: unknown key; allowed here: .*margin"),
+        ("pushes: [{force: [1, 2, 3], time: 1.0, fource: 2}]", r"fource: unknown key; allowed here: body, duration"),
+        ("gait: {stride: abc}", r"walking\.gait\.stride: .*valid number \(given: 'abc'\)"),
+        ("gait: {stride: [1.0]}", r"walking\.gait\.stride: .*valid number \(given: \[1\.0\]\)"),
+        ("gait: {stride: .nan}", r"walking\.gait\.stride: .*finite number"),
+        ("gait: {stride: .inf}", r"walking\.gait\.stride: .*finite number"),
+        ("gait: {zmp_box: [0.1, 0.1, 0.1]}", r"walking\.gait\.zmp_box: .*at most 2 items"),
+        ("gait: {zmp_box: 0.1}", r"walking\.gait\.zmp_box: .*valid array"),
+        ("gait: {tick: -0.01}", r"walking\.gait\.tick: .*greater than 0 \(given: -0\.01\)"),
+        ("gait: {ticks_per_step: 40.5}", r"walking\.gait\.ticks_per_step: .*integer"),
+        ("gait: 2020-01-01", r"walking\.gait: .*object \(given: '2020-01-01'\)"),
+        ("duration: true", r"walking\.duration: .*number"),
+        ("duration: 0", r"walking\.duration: .*greater than 0"),
+        ("system: quadruped", r"walking\.system: .*'biped', 'vhip' or 'van_der_pol' \(given: 'quadruped'\)"),
+        ("barriers: {forward_speed: {gamma: [1.5, 0.5]}}", r"gamma"),
+        ("barriers: {forward_speed: {gamma: [0.0, 0.5]}}", r"gamma"),
+        ("plant: {time_stepp: 0.001}", r"unknown key 'time_stepp'; Drake's MultibodyPlantConfig has: .*time_step"),
+        ("plant: {time_step: .nan}", r"time_step must be a finite number, given nan"),
+        ("plant: {contact_model: glue}", r"Unknown contact_model: 'glue'"),
+        ("simulator: {integration_scheme: guess}", r"Unknown integration scheme: guess"),
+        ("pushes: [{force: [10, 0, 0]}]", r"either at a time \[s\] or at a step"),
+        ("a: {b", r"--text is not valid YAML at line 1, column 6"),
+        ("gait: {stride: 0.1, stride: 0.2}", r"key 'stride' is given twice"),
+        ("0.1", r"--text must hold a YAML map such as"),
+        ("extends: vhip", r"--text overrides a scenario and cannot extend"),
+    ],
+)
+def test_bad_overrides_are_told_in_one_sentence(text, says):
+    with pytest.raises(InputError, match=says) as told:
+        load_scenario("walking", text)
+    assert "\n" not in str(told.value)
+
+
+def test_an_unknown_scenario_lists_those_there_are():
+    with pytest.raises(InputError, match=f"unknown scenario 'wlaking'; there are {', '.join(NAMES)}, or give a YAML"):
+        load_scenario("wlaking")
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(InputError, match=r"nowhere\.yaml does not exist"):
+        load_scenario(str(tmp_path / "nowhere.yaml"))
+
+
+def test_a_circle_of_scenarios_is_named(tmp_path):
+    (tmp_path / "c.yaml").write_text("a: {extends: b}\nb: {extends: a}\n")
+    with pytest.raises(InputError, match="extends itself: a -> b -> a"):
+        load_scenario(f"{tmp_path}/c.yaml:a")
+
+
+def test_a_push_at_a_step_starts_with_that_step():
+    gait = load_scenario("walking").gait
+    push = Push(step=3, phase=10, force=(1.0, 0.0, 0.0))
+    assert push.start(gait) == pytest.approx(((gait.start_steps + 3) * 40 + 10) * 0.01)
+    assert Push(time=1.5, force=(1.0, 0.0, 0.0)).start(gait) == 1.5
+
+
+def test_packaged_scenarios_are_plain_yaml():
+    # Users copy these files; nothing in them may depend on this package's reader.
+    from pdhocbf_drake.simulation import scenario_file
+
+    for name in NAMES:
+        text = (scenario_file._PACKAGED / f"{name}.yaml").read_text()
+        assert isinstance(yaml.safe_load(text), dict)
