@@ -26,6 +26,9 @@ class TimedForce(NamedTuple):
 class PushSchedule(LeafSystem):
     """Applies forces to the plant; its discrete state is the tick whose interval is running.
 
+    Each force is a numeric parameter of the context (force, first, last), so that one diagram can be pushed in many
+    ways: see `push`.
+
     Output ports:
         applied_spatial_force: list of `ExternallyAppliedSpatialForce`.
         push (3): sum of the forces that act now [N].
@@ -34,9 +37,11 @@ class PushSchedule(LeafSystem):
     def __init__(self, forces: Sequence[TimedForce], tick: float) -> None:
         super().__init__()
         self._forces = tuple(forces)
+        for force in self._forces:
+            self.DeclareNumericParameter(BasicVector([*force.force, force.first, force.last]))
         self.DeclareDiscreteState([-1.0])
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._advance)
-        state = {self.xd_ticket()}
+        state = {self.xd_ticket(), self.all_parameters_ticket()}
         model = Value[list[ExternallyAppliedSpatialForce]]
         self.DeclareAbstractOutputPort("applied_spatial_force", lambda: model([]), self._applied, state)
         self.DeclareVectorOutputPort("push", 3, self._sum, state)
@@ -44,19 +49,26 @@ class PushSchedule(LeafSystem):
     def _advance(self, context: Context, values: DiscreteValues) -> None:
         values.set_value([context.get_discrete_state_vector()[0] + 1.0])
 
-    def _active(self, context: Context) -> list[TimedForce]:
+    def push(self, context: Context, index: int, force: np.ndarray, first: int, last: int) -> None:
+        """Replaces a force [N] (3,) and its ticks in one context."""
+        context.get_mutable_numeric_parameter(index).SetFromVector([*force, first, last])
+
+    def _active(self, context: Context) -> list[tuple[TimedForce, np.ndarray]]:
+        """The forces of this tick: where they act, and what they are [N]."""
         tick = round(context.get_discrete_state_vector()[0])
-        return [force for force in self._forces if force.first <= tick < force.last]
+        values = [context.get_numeric_parameter(i).value() for i in range(len(self._forces))]
+        pairs = zip(self._forces, values, strict=True)
+        return [(place, value[:3]) for place, value in pairs if value[3] <= tick < value[4]]
 
     def _applied(self, context: Context, value: AbstractValue) -> None:
         applied = []
-        for force in self._active(context):
+        for place, force in self._active(context):
             entry = ExternallyAppliedSpatialForce()
-            entry.body_index = force.body
-            entry.p_BoBq_B = force.point
-            entry.F_Bq_W = SpatialForce(tau=np.zeros(3), f=force.force)
+            entry.body_index = place.body
+            entry.p_BoBq_B = place.point
+            entry.F_Bq_W = SpatialForce(tau=np.zeros(3), f=force)
             applied.append(entry)
         value.set_value(applied)
 
     def _sum(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(sum((force.force for force in self._active(context)), np.zeros(3)))
+        output.SetFromVector(sum((force for _, force in self._active(context)), np.zeros(3)))

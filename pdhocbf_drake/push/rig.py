@@ -1,0 +1,116 @@
+"""Pushes what is already walking: one diagram, one saved context a phase, many trials."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import Context
+
+from pdhocbf_drake.biped import Biped
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.push.legs import LegWatch
+from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.simulation.scenario import Push, Scenario
+from pdhocbf_drake.simulation.simulate import make_diagram
+
+SURVIVED, FELL, LEGS, ASTRAY = "survived", "fell", "legs touched", "did not walk on"
+_SETTLING_GAITS = 3  # from the standing start to steady walking
+_SPEED_ERROR = 0.1  # [m/s]: mean over the last gait, against what the gait commands; more is not walking on
+
+
+class Trial(NamedTuple):
+    """One push: how it ended, and what was recorded from the push on."""
+
+    ending: str
+    log: RunLog
+
+    @property
+    def survived(self) -> bool:
+        return self.ending == SURVIVED
+
+
+class PushRig:
+    """The robot (or the template) of a scenario in steady walking, ready to be pushed at each phase of the gait.
+
+    Attributes:
+        scenario: what walks; its own pushes are left out.
+        phases: the ticks of the gait at which pushes may begin; 0 is the first tick of a step on the first stance foot.
+
+    Raises:
+        InputError: nothing walks in the scenario, a phase is no tick of the gait, or the robot falls unpushed.
+    """
+
+    def __init__(self, scenario: Scenario, phases: Iterable[int]) -> None:
+        if scenario.system == "van_der_pol":
+            raise InputError("scenario.system: only what walks can be pushed, 'biped' or 'vhip' (given: 'van_der_pol')")
+        if scenario.gait.walk_steps is not None:
+            raise InputError("gait.walk_steps: pushes are tried on a walk without an end (null)")
+        self.phases = sorted(set(phases))
+        gait = scenario.gait
+        if not self.phases or self.phases[0] < 0 or self.phases[-1] >= gait.ticks_per_gait:
+            raise InputError(f"phases are ticks of the gait, 0 to {gait.ticks_per_gait - 1} (given: {self.phases})")
+        placeholder = Push(time=0.0, force=(0.0, 0.0, 0.0))
+        self.scenario = scenario.model_copy(update={"pushes": (placeholder,)})
+        self._logged = make_diagram(self.scenario)
+        self._diagram = self._logged.diagram
+        self._schedule = self._diagram.GetSubsystemByName("push_schedule")
+        self._legs = LegWatch(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None
+        self._first = gait.start_steps * gait.ticks_per_step + _SETTLING_GAITS * gait.ticks_per_gait
+        self._saved = self._walk()
+
+    def _walk(self) -> dict[int, Context]:
+        """Contexts at each phase of the gait after the settling ones."""
+        simulator = Simulator(self._diagram)
+        for adjust in self._logged.adjust:
+            adjust(simulator.get_mutable_context())
+        simulator.Initialize()
+        saved = {}
+        for phase in self.phases:
+            status = simulator.AdvanceTo((self._first + phase) * self.scenario.gait.tick)
+            if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                raise InputError(f"scenario {self.scenario.name}: the robot falls before it is pushed")
+            for sink in self._logged.sinks.values():
+                sink.FindMutableLog(simulator.get_mutable_context()).Clear()
+            saved[phase] = simulator.get_context().Clone()
+        return saved
+
+    def trial(self, phase: int, force: np.ndarray, duration: float = 0.1, watch: float = 3.2) -> Trial:
+        """Pushes the torso with `force` (3,) [N] for `duration` [s] and watches for `watch` seconds."""
+        tick = self.scenario.gait.tick
+        context = self._saved[phase].Clone()
+        first = self._first + phase
+        self._schedule.push(
+            self._schedule.GetMyMutableContextFromRoot(context), 0, force, first, first + max(1, round(duration / tick))
+        )
+        simulator = Simulator(self._diagram, context)
+        simulator.Initialize()
+        ending = SURVIVED
+        for k in range(1, round(watch / tick) + 1):
+            status = simulator.AdvanceTo((first + k) * tick)
+            if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                ending = FELL
+                break
+            if self._legs is not None and self._legs.touch(simulator.get_context()):
+                ending = LEGS
+                break
+        log = self._log(simulator.get_context())
+        if ending == SURVIVED and not self._walks_on(log):
+            ending = ASTRAY
+        return Trial(ending, log)
+
+    def _walks_on(self, log: RunLog) -> bool:
+        """Whether the last gait of the log went at the commanded mean velocity, and on the feet's own tracks."""
+        gait = self.scenario.gait
+        lip = log["lip_state"]
+        gone = (lip[-1, [0, 3]] - lip[-1 - gait.ticks_per_gait, [0, 3]]) / (gait.ticks_per_gait * gait.tick)
+        error = gone - [gait.stride / (gait.ticks_per_step * gait.tick), 0.0]
+        return bool(np.abs(error).max() < _SPEED_ERROR)
+
+    def _log(self, context: Context) -> RunLog:
+        logs = {name: sink.FindLog(context) for name, sink in self._logged.sinks.items()}
+        count = min(log.num_samples() for log in logs.values())
+        time = next(iter(logs.values())).sample_times()[:count]
+        return RunLog({name: np.array(log.data().T[:count]) for name, log in logs.items()}, time)
