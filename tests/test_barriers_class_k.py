@@ -51,6 +51,7 @@ def test_scales_outside_are_refused(scale):
         (lambda s: 0.5 * s + 0.1, "alpha(0) = 0.1, but a class-K function is 0 at 0"),
         (lambda s: -0.5 * s, "alpha is not increasing"),
         (lambda s: max(s, 0.0) * 0.5, "alpha is not increasing"),
+        (lambda s: min(s, 0.0) * 0.5, "alpha is not increasing"),
         (lambda s: abs(s) * 0.5, "alpha is not increasing"),
         (lambda s: s**3, "alpha(s) <= s is needed"),  # fine up to 1, above s from there on
         (lambda s: np.sign(s) * abs(s) ** 0.5, "alpha(s) <= s is needed"),  # fine from 1 on

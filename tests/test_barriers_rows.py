@@ -188,6 +188,21 @@ def test_pendulum_program_keeps_its_barrier(shooting):
     assert record(ANGLE, rollout(Pendulum(), 0, x, result.GetSolution(u))).h_min > -1e-6
 
 
+@pytest.mark.parametrize("shooting", [True, False])
+def test_nonlinear_rows_start_where_an_input_reaches(shooting):
+    """ψ_1 of an angle, relative degree 2: its first row is a fact about x(k)."""
+    late = Barrier("late", lambda k, x: 1.0 - x[0] ** 2, 1, (0.5,), relative_degree=2)
+    x, inputs = np.array([0.9, 1.5]), np.ones((4, 1))
+    expected = last_psis(late, Pendulum(), 0, x, inputs)
+    prog = MathematicalProgram()
+    x_var, u_var = prog.NewContinuousVariables(5, 2, "x"), prog.NewContinuousVariables(4, 1, "u")
+    bindings = add_nonlinear_barrier_rows(prog, late, Pendulum(), 0, x if shooting else x_var, u_var)
+    prog.SetInitialGuess(x_var, rollout(Pendulum(), 0, x, inputs))
+    prog.SetInitialGuess(u_var, inputs)
+    found = np.concatenate([prog.EvalBindingAtInitialGuess(one) for one in bindings])
+    assert expected[0] < 0 and found == pytest.approx(expected[1:], abs=1e-12)
+
+
 def test_linear_dynamics_give_the_same_rows_either_way():
     rng, system, barrier = random_case(11, inputs=1)
     x, inputs = rng.normal(size=3), rng.normal(size=(4, 1))
