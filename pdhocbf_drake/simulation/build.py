@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
-from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem, check_relative_degree, make_barrier, make_bound
+from pdhocbf_drake.barriers import (
+    AffineBarrier,
+    PeriodicAffineSystem,
+    check_in_safe_set,
+    check_relative_degree,
+    make_barrier,
+    make_bound,
+)
 from pdhocbf_drake.gait import Gait, GaitConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_orbit
+from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.templates.vhip import Vhip
+
+AT_REST = np.zeros(3)  # [c, v, p] at tick 0: standing between the feet
 
 
 @dataclass(frozen=True)
@@ -39,7 +50,8 @@ def build_walk(scenario: Scenario) -> Walk:
     """Makes the walk of a scenario.
 
     Raises:
-        InputError: a gait that can't be walked, a horizon against Lemma 2, a barrier with the wrong relative degree.
+        InputError: a gait that can't be walked, a horizon against Lemma 2, a barrier with the wrong relative degree,
+            or one whose safe set does not hold the robot at rest.
     """
     gait = Gait(scenario.gait)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
@@ -59,10 +71,14 @@ def build_walk(scenario: Scenario) -> Walk:
         bound = make_bound(config.bound, period, None if orbit is None else orbit[:period], config.side)
         barrier = make_barrier(name, config, [0.0, 1.0, 0.0], bound)
         check_relative_degree(barrier, system)
+        check_in_safe_set(barrier, system, 0, AT_REST)
         axes.append(axis)
         barriers.append(barrier)
     groups = tuple([b for a, b in zip(axes, barriers, strict=True) if a == axis] for axis in (0, 1))
-    mpc = PeriodicMpc(gait, vhip, scenario.mpc, (groups[0], groups[1]))
+    terminal = None
+    if scenario.mpc.terminal_set is not None:
+        terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits_of(scenario.gait, scenario.mpc))
+    mpc = PeriodicMpc(gait, vhip, scenario.mpc, (groups[0], groups[1]), terminal)
     return Walk(gait, vhip, mpc, tuple(axes), tuple(barriers))
 
 

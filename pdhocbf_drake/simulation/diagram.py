@@ -17,8 +17,10 @@ from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pdhocbf_drake.systems.mpc_controller import MpcController
+from pdhocbf_drake.systems.oscillator import Oscillator, TubeFilter
 from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
+from pdhocbf_drake.templates.van_der_pol_tube import VanDerPolTube
 
 
 @dataclass
@@ -108,6 +110,18 @@ def start_of(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     """[c, v, p] per axis (2, 3), at rest between the feet, and the feet's centres (2, 2)."""
     half = walk.gait.config.stance_width / 2.0
     return np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]])
+
+
+def oscillator_diagram(scenario: Scenario) -> LoggedDiagram:
+    """The Van der Pol oscillator and the filter that keeps it in its tube."""
+    tube = VanDerPolTube(scenario.van_der_pol)
+    wiring = Wiring(tube.config.tick)
+    tube_filter = wiring.add("tube_filter", TubeFilter(tube))
+    oscillator = wiring.add("oscillator", Oscillator(tube))
+    wiring.connect(oscillator, "oscillator_input")
+    wiring.connect(tube_filter, "oscillator_state")
+    wiring.log("oscillator_state", "oscillator_input", "h", "solver_status")
+    return wiring.build("van_der_pol")
 
 
 def vhip_diagram(scenario: Scenario, walk: Walk) -> LoggedDiagram:

@@ -92,6 +92,10 @@ SIGNALS: tuple[Signal, ...] = (
         "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.solution.Reason)",
         ("status", "time", "cost", "slack", "fallbacks", "reason"),
     ),
+    Signal(
+        "oscillator_state", "oscillator", 2, "1, 1/s", "state of the Van der Pol oscillator", ("x1", "x2"), "oscillator"
+    ),
+    Signal("oscillator_input", "tube_filter", 1, "1/s²", "input found at the last tick", ("u",), "oscillator"),
     Signal("com_z", "state_estimator", 2, "m, m/s", "measured CoM height and its rate", ("z", "vz"), "robot"),
     Signal(
         "foot_state",

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
-from pdhocbf_drake.biped import Biped
+from pdhocbf_drake.biped import Biped, check_walk
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import build_walk
-from pdhocbf_drake.simulation.diagram import LoggedDiagram, vhip_diagram
+from pdhocbf_drake.simulation.diagram import LoggedDiagram, oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 
@@ -20,10 +20,22 @@ _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 def make_diagram(scenario: Scenario) -> LoggedDiagram:
     """The scenario's diagram with its sinks; raises `InputError` or `ModelError`."""
+    if scenario.system == "van_der_pol":
+        return oscillator_diagram(scenario)
     walk = build_walk(scenario)
     if scenario.system == "vhip":
         return vhip_diagram(scenario, walk)
-    return biped_diagram(scenario, walk, Biped.load(scenario.robot))
+    biped = Biped.load(scenario.robot)
+    config = scenario.gait
+    heights = (config.com_height - config.com_height_amplitude, config.com_height + config.com_height_amplitude)
+    check_walk(
+        biped,
+        stride=config.stride,
+        stance_width=config.stance_width,
+        com_heights=heights,
+        zmp_box=config.zmp_box,
+    )
+    return biped_diagram(scenario, walk, biped)
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None) -> RunLog:

@@ -1,0 +1,177 @@
+"""The periodic MPC (36): its program, its rows, its closed loop on the template, and what it does when it can't."""
+
+import numpy as np
+import pytest
+from pydrake.solvers import ClarabelSolver, Solve
+from walks import make_mpc, speed_limit, start, walk
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.axis_program import axis_program
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.solution import Reason
+
+PLAIN = make_mpc()
+
+
+def test_the_horizon_must_hold_whole_gaits() -> None:
+    with pytest.raises(InputError) as error:
+        make_mpc(mpc={"horizon": 120})
+    assert str(error.value) == (
+        "mpc.horizon: Lemma 2 needs a multiple of the gait's 80 ticks (two steps), such as 80 or 160 (given: 120)"
+    )
+
+
+def test_every_constraint_and_cost_has_a_name() -> None:
+    mpc = make_mpc(barriers=(speed_limit(0.5),))
+    program = axis_program(mpc.gait, mpc.vhip, mpc.divergent, mpc.barriers[0], mpc.config, 3)
+    bindings = [*program.prog.GetAllConstraints(), *program.prog.GetAllCosts()]
+    names = {binding.evaluator().get_description() for binding in bindings}
+    assert names == {
+        "zmp_velocity", "foothold", "slack", "zmp_box_lower", "zmp_box_upper", "step_lower", "step_upper",
+        "stability", "barrier limit",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("tick", [0, 79, 95, 160, 163, 199])
+def test_the_program_solved_by_drake_is_what_the_controller_plans(axis: int, tick: int) -> None:
+    """The readable program with its parameters fixed, through a stock solver, against the compiled one."""
+    mpc = make_mpc(barriers=(speed_limit(0.385),))
+    for k, state, stance, plan in walk(mpc, tick + 1):  # noqa: B007
+        if k == tick:
+            break
+        last = plan
+    program = axis_program(mpc.gait, mpc.vhip, mpc.divergent, mpc.barriers[axis], mpc.config, tick % 40)
+    bounds = {"limit": np.full(81, 0.385)}
+    theta = mpc.theta(axis, tick, state[axis], stance[axis], bounds, np.zeros(80), last if tick else None)
+    program.prog.AddBoundingBoxConstraint(theta, theta, program.parameters)
+    result = Solve(program.prog) if axis == 1 else ClarabelSolver().Solve(program.prog)
+    assert result.is_success()
+    w = result.GetSolution(program.decisions)
+    np.testing.assert_allclose(w[:80], plan.inputs[axis], atol=2e-4)
+    np.testing.assert_allclose(w[80:82], plan.footholds[axis], atol=1e-6)
+
+
+def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() -> None:
+    mpc = PLAIN
+    for tick, state, stance, plan in walk(mpc, 300):
+        assert plan.reason == Reason.SOLVED
+        predicted = mpc.predict(state, plan)
+        low, high = mpc.zmp_box(tick + 1, stance, plan.footholds)
+        assert np.all(predicted[:, 1, 2] >= low - 1e-9) and np.all(predicted[:, 1, 2] <= high + 1e-9)
+        if not mpc.preview.repeats(tick):
+            continue
+        for axis in (0, 1):
+            first = mpc.divergent.offset_row(tick) @ predicted[axis, 0]
+            end = mpc.divergent.offset_row(tick + 80) @ predicted[axis, -1]
+            assert end == pytest.approx(first, abs=1e-8)
+
+
+@pytest.mark.parametrize("tail", ["truncated", "anticipative"])
+def test_other_tails_end_where_they_say(tail: str) -> None:
+    mpc = make_mpc(mpc={"tail": tail})
+    for tick, state, _, plan in walk(mpc, 200):
+        end = mpc.divergent.offset_row(tick + 80) @ mpc.predict(state, plan)[0, -1]
+        discount = mpc.divergent.discounts(tick, 80)[-1]
+        wanted = 0.0 if tail == "truncated" else mpc.preview.anticipative_tail(tick)[0] / discount
+        assert end == pytest.approx(wanted, abs=1e-8)
+
+
+def test_anticipative_tail_is_brute_force_summation_of_the_commanded_zmp() -> None:
+    mpc, tick = PLAIN, 207
+    weight, period = mpc.gait.box_weight, mpc.gait.period
+
+    def centre(k: int) -> np.ndarray:
+        step, phase = divmod(k, period)
+        before, now = mpc.gait.step(step - 1).centre, mpc.gait.step(step).centre
+        return before + weight[phase] * (now - before)
+
+    velocity = [(centre(k + 1) - centre(k)) / 0.01 for k in range(tick, tick + 2000)]
+    brute = mpc.divergent.input_weights(tick, 2000)[80:] @ np.array(velocity)[80:]
+    np.testing.assert_allclose(mpc.preview.anticipative_tail(tick), brute, atol=1e-7)
+
+
+def test_the_walk_settles_into_an_orbit_with_the_commanded_speed() -> None:
+    rows = [(state[0, 1], stance[0, 1]) for _, state, stance, _ in walk(PLAIN, 1000)]
+    velocity, stance = np.array(rows).T
+    assert np.abs(velocity[-40:] - velocity[-80:-40]).max() < 1e-3
+    assert velocity[-40:].mean() == pytest.approx(0.15 / 0.4, rel=0.01)
+    assert stance[-1] - stance[-81] == pytest.approx(0.3, rel=0.01)
+
+
+def test_a_binding_barrier_is_kept_and_slows_the_walk() -> None:
+    limit = 0.36  # below the mean of the nominal orbit
+    mpc = make_mpc(barriers=(speed_limit(limit),))
+    rows = [(state[0, 1], plan.slack) for _, state, _, plan in walk(mpc, 500)]
+    velocity, slack = np.array(rows).T
+    assert velocity.max() <= limit + 1e-9 + slack.max()
+    assert velocity.max() > limit - 0.01
+    assert slack.max() < 1e-6
+
+
+def test_a_soft_barrier_that_cannot_be_kept_is_paid_for_and_said() -> None:
+    mpc = make_mpc(barriers=(speed_limit(0.4),))
+    plans = [plan for *_, plan in walk(mpc, 230, kick={220: np.array([0.25, 0.0])})]
+    assert plans[221].reason == Reason.SOFTENED and plans[221].slack > 1e-3
+    assert plans[220].reason == Reason.SOLVED
+
+
+def test_a_hard_barrier_that_cannot_be_kept_degrades_and_never_raises() -> None:
+    mpc = make_mpc(mpc={"barrier": "hard"}, barriers=(speed_limit(0.4),))
+    plans = [plan for *_, plan in walk(mpc, 240, kick={220: np.array([0.25, 0.0])})]
+    assert all(np.all(np.isfinite(plan.inputs)) for plan in plans)
+    assert all(plan.reason == Reason.SOLVED for plan in plans[:221])
+    assert plans[221].reason != Reason.SOLVED
+
+
+def test_a_plan_out_of_reach_falls_back_to_the_shifted_plan_within_the_box() -> None:
+    mpc = PLAIN
+    memory = start(mpc)
+    rows = list(walk(mpc, 220, memory))
+    last = rows[-1][3]
+    lost = memory.state.copy()
+    lost[0, 1] += 5.0  # [m/s]: no ZMP in any box brings this back
+    plan = mpc.solve(220, lost, memory.stance, {}, None, last)
+    assert plan.reason == Reason.INFEASIBLE and plan.fallbacks == 1
+    np.testing.assert_allclose(plan.inputs[:, 1:-1], last.inputs[:, 2:])
+    low, high = mpc.zmp_box(221, memory.stance, plan.footholds)
+    zmp = lost[:, 2] + 0.01 * plan.inputs[:, 0]
+    assert np.all(zmp >= low - 1e-12) and np.all(zmp <= high + 1e-12)
+    again = mpc.solve(221, lost, memory.stance, {}, None, plan)
+    assert again.fallbacks == 2
+
+
+def test_without_any_plan_a_failed_start_holds_the_zmp() -> None:
+    mpc = PLAIN
+    memory = start(mpc)
+    lost = memory.state.copy()
+    lost[0, 1] = 9.0
+    plan = mpc.solve(0, lost, memory.stance, {}, None, None)
+    assert plan.reason == Reason.INFEASIBLE
+    np.testing.assert_array_equal(plan.inputs, 0.0)
+
+
+def test_memory_survives_packing() -> None:
+    mpc = PLAIN
+    memory = start(mpc)
+    list(walk(mpc, 130, memory))
+    vector = memory.pack(mpc)
+    copy = Memory.unpack(mpc, vector)
+    np.testing.assert_array_equal(copy.pack(mpc), vector)
+    assert copy.plan is not None and memory.plan is not None and copy.plan.tick == memory.plan.tick
+    fresh = start(mpc)
+    assert Memory.unpack(mpc, fresh.pack(mpc)).plan is None
+
+
+def test_a_landed_foot_is_taken_where_it_is_measured() -> None:
+    mpc = PLAIN
+    memory = start(mpc)
+    list(walk(mpc, 120, memory))  # tick 120 opens the second step; the left foot has just come down
+    measured = memory.feet + 0.01
+    memory.land(mpc, 120, measured)
+    np.testing.assert_allclose(memory.feet[0], measured[0])
+    np.testing.assert_allclose(memory.stance[:, 1], measured[0])
+    before = memory.feet.copy()
+    memory.land(mpc, 121, measured + 1.0)  # not a touchdown
+    memory.land(mpc, 120, np.full((2, 2), np.nan))
+    np.testing.assert_array_equal(memory.feet, before)

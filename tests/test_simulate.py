@@ -1,0 +1,117 @@
+"""The wired diagrams, and what runs of them promise."""
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.signals import SIGNALS
+from pdhocbf_drake.simulation.simulate import make_diagram, simulate
+
+SHORT = "{duration: 1.6, from_time: 0.8}"
+
+
+@pytest.fixture(scope="module")
+def walking():
+    return simulate(load_scenario("walking", "{duration: 2.8}"))
+
+
+@pytest.mark.parametrize("name", ["walking", "vhip", "van_der_pol"])
+def test_every_logged_signal_is_in_the_table_with_its_size(name: str) -> None:
+    scenario = load_scenario(name)
+    sinks = make_diagram(scenario).sinks
+    table = {signal.name: signal for signal in SIGNALS}
+    sizes = {"n_b": len(scenario.barriers) or 4, "n_b*(H+1)": len(scenario.barriers) * (scenario.mpc.horizon + 1)}
+    for signal, sink in sinks.items():
+        size = table[signal].size
+        assert sink.get_input_port().size() == (sizes[size] if isinstance(size, str) else size), signal
+    kind = {"walking": "robot", "vhip": "template", "van_der_pol": "oscillator"}[name]
+    if name != "van_der_pol":
+        wanted = {s.name for s in SIGNALS if s.only in ("", kind)} - {"push"}
+        assert wanted <= set(sinks)
+
+
+def test_every_block_has_a_name_and_the_drawing_shows_it() -> None:
+    diagram = make_diagram(load_scenario("walking")).diagram
+    names = [system.get_name() for system in diagram.GetSystems()]
+    chain = {
+        "gait_reference", "barrier_schedule", "mpc_controller", "foot_reference", "inverse_kinematics", "joint_pd",
+        "plant", "scene_graph", "state_estimator",
+    }  # fmt: skip
+    assert chain <= set(names) and not any(name.startswith("drake/") for name in names)
+    drawing = diagram.GetGraphvizString()
+    assert all(name in drawing for name in chain)
+
+
+def test_no_port_of_the_chain_is_left_open() -> None:
+    diagram = make_diagram(load_scenario("walking")).diagram
+    context = diagram.CreateDefaultContext()
+    for name in ("barrier_schedule", "mpc_controller", "foot_reference", "inverse_kinematics", "joint_pd"):
+        block = diagram.GetSubsystemByName(name)
+        for i in range(block.num_input_ports()):
+            port = block.get_input_port(i)
+            assert port.HasValue(block.GetMyContextFromRoot(context)), f"{name}.{port.get_name()}"
+
+
+def test_the_template_keeps_the_barrier_the_box_and_the_plan() -> None:
+    log = simulate(load_scenario("vhip", "{duration: 4.0}"))
+    assert log.ending == "finished" and len(log) == 401
+    assert log["h"].min() >= -1e-9
+    lip, box = log["lip_state"], log["zmp_box"]
+    for value, low, high in ((2, 0, 1), (5, 2, 3)):
+        assert np.all(lip[1:, value] >= box[1:, low] - 1e-9) and np.all(lip[1:, value] <= box[1:, high] + 1e-9)
+    np.testing.assert_allclose(lip[:, [0, 3]], log["com_reference"][:, [0, 3]], atol=1e-12)
+    speed = log.element("lip_state", "vx")
+    assert np.abs(speed[-40:] - speed[-80:-40]).max() < 1e-3
+
+
+def test_the_robot_follows_its_plan(walking) -> None:
+    assert walking.ending == "finished"
+    assert np.all(walking["solver_status"][:, 0] == 1.0) and np.all(walking["solver_status"][:, 4] == 0.0)
+    error = walking["lip_state"][:, [0, 3]] - walking["com_reference"][:, [0, 3]]
+    assert np.sqrt((error**2).mean(axis=0)).max() < 0.01
+    assert np.abs(walking["com_z"][:, 0] - walking["com_height"][:, 0]).max() < 0.01
+    assert walking.element("lip_state", "x")[-1] > 0.5
+
+
+def test_positive_speed_means_forward_and_the_feet_alternate(walking) -> None:
+    support = walking.element("gait_phase", "support")
+    height = walking.element("foot_reference", "left_z")
+    assert np.all(height[support > 0] == 0.0) and height[support < 0].max() == pytest.approx(0.05, abs=1e-6)
+
+
+def test_two_runs_are_the_same_bit_for_bit(walking) -> None:
+    assert walking.differences(simulate(load_scenario("walking", "{duration: 2.8}"))) == []
+
+
+def test_the_oscillator_stays_in_its_tube() -> None:
+    log = simulate(load_scenario("van_der_pol", "{duration: 30.0}"))
+    assert log.ending == "finished" and log["h"].min() >= -1e-9
+    assert np.all(log["solver_status"][:, 0] == 1.0)
+    assert np.abs(log["oscillator_input"]).max() > 1e-3  # the filter had work to do
+
+
+def test_a_push_beyond_help_ends_in_a_fall_with_a_complete_log() -> None:
+    text = "{duration: 4.0, pushes: [{time: 1.5, duration: 0.1, force: [900.0, 0.0, 0.0]}]}"
+    log = simulate(load_scenario("walking", text))
+    assert log.ending == "fell" and 1.5 < log.time[-1] < 4.0
+    assert all(len(table) == len(log) and np.all(np.isfinite(table)) for table in log.signals.values())
+    assert log["solver_status"][:, 5].max() > 0.0
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("{gait: {zmp_box: [0.3, 0.1]}}", "ZMP box"),
+        ("{gait: {stride: 2.0}}", "stride"),
+        ("{gait: {com_height: 0.9}}", "CoM height"),
+        ("{mpc: {horizon: 100}}", "Lemma 2"),
+        ("{barriers: {forward_speed: {gamma: [0.5]}}}", "relative degree"),
+        ("{barriers: {forward_speed: {side: lower}}}", "outside the safe set"),
+        ("{robot: nobody}", "biped"),
+    ],
+)
+def test_what_cannot_walk_is_refused_in_one_sentence(text: str, words: str) -> None:
+    with pytest.raises(PdhocbfError) as error:
+        make_diagram(load_scenario("walking", text))
+    assert words in str(error.value) and "\n" not in str(error.value)

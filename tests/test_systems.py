@@ -1,0 +1,258 @@
+"""Each block alone in its context."""
+
+import numpy as np
+import pytest
+from pydrake.multibody.plant import ExternallyAppliedSpatialForce
+from pydrake.multibody.tree import BodyIndex
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from walks import make_mpc, speed_limit, start
+
+from pdhocbf_drake.biped import Biped, sole_pose
+from pdhocbf_drake.gait import Gait, GaitConfig
+from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
+from pdhocbf_drake.systems.fall_detector import FallDetector
+from pdhocbf_drake.systems.foot_reference import FootReference
+from pdhocbf_drake.systems.gait_reference import GaitReference
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
+from pdhocbf_drake.systems.joint_pd import joint_pd
+from pdhocbf_drake.systems.mpc_controller import MpcController
+from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
+from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.vhip_plant import VhipPlant
+from pdhocbf_drake.systems.zmp_offset import ZmpOffset
+
+GAIT = Gait(GaitConfig())
+FEET = np.array([[0.0, 0.08], [0.0, -0.08]])
+
+
+@pytest.fixture(scope="module")
+def biped() -> Biped:
+    return Biped.load("biped")
+
+
+@pytest.fixture(scope="module")
+def posture(biped: Biped) -> np.ndarray:
+    return biped.posture(np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
+
+
+def test_clock_speaks_of_the_next_tick_once_updated() -> None:
+    clock = GaitReference(GAIT)
+    simulator = Simulator(clock)
+    context = simulator.get_context()
+    np.testing.assert_array_equal(clock.GetOutputPort("gait_phase").Eval(context), [0, 0, 0])
+    simulator.AdvanceTo(0.805)  # ticks 0 … 80 are over, the robot moves towards tick 81
+    np.testing.assert_array_equal(clock.GetOutputPort("gait_phase").Eval(context), [1, 2, -1])
+    np.testing.assert_allclose(clock.GetOutputPort("com_height").Eval(context), GAIT.height(81))
+
+
+def test_barrier_schedule_plays_bounds_and_h() -> None:
+    barriers = [speed_limit(0.5), speed_limit(0.2)]
+    schedule = BarrierSchedule([0, 1], barriers, 40, 80)
+    context = schedule.CreateDefaultContext()
+    schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
+    schedule.GetInputPort("lip_state").FixValue(context, [0.0, 0.45, 0.0, 0.0, 0.25, 0.0])
+    np.testing.assert_allclose(schedule.GetOutputPort("h").Eval(context), [0.05, -0.05])
+    bounds = schedule.GetOutputPort("velocity_bound").Eval(context)
+    np.testing.assert_allclose(bounds, np.repeat([0.5, 0.2], 81))
+
+
+def _controller(barriers: tuple = (), **state: float) -> tuple[MpcController, object]:
+    mpc = make_mpc(barriers=barriers)
+    memory = start(mpc)
+    controller = MpcController(mpc, memory.state, memory.feet, [(0, b.name) for b in barriers])
+    context = controller.CreateDefaultContext()
+    controller.GetInputPort("gait_phase").FixValue(context, [0.0, 0.0, 0.0])
+    lip = np.zeros(6)
+    lip[1] = state.get("vx", 0.0)
+    controller.GetInputPort("lip_state").FixValue(context, lip)
+    if barriers:
+        controller.GetInputPort("velocity_bound").FixValue(context, np.full(81, 0.5))
+    return controller, context
+
+
+def _update(controller: MpcController, context: object) -> None:
+    context.SetDiscreteState(controller.EvalUniquePeriodicDiscreteUpdate(context))  # type: ignore[attr-defined]
+
+
+def test_controller_starts_physical_and_plans_the_next_tick() -> None:
+    controller, context = _controller((speed_limit(0.5),))
+    np.testing.assert_array_equal(controller.GetOutputPort("com_reference").Eval(context), np.zeros(6))
+    _update(controller, context)
+    x, vx, ax, *_ = controller.GetOutputPort("com_reference").Eval(context)
+    zmp, velocity, *_ = controller.GetOutputPort("zmp_reference").Eval(context)
+    assert (x, vx) == (0.0, 0.0) and zmp == pytest.approx(0.01 * velocity)
+    assert ax == pytest.approx(-GAIT.height.eta()[1] * zmp)
+    status = controller.GetOutputPort("solver_status").Eval(context)
+    assert status[0] == 1.0 and status[4] == 0.0 and status[5] == Reason.SOLVED
+
+
+def test_controller_is_a_function_of_its_context() -> None:
+    controller, context = _controller()
+    copy = context.Clone()  # type: ignore[attr-defined]
+    for c in (context, copy, context, copy):
+        _update(controller, c)
+    plans = [controller.GetOutputPort("com_reference").Eval(c) for c in (context, copy)]
+    np.testing.assert_array_equal(plans[0], plans[1])
+
+
+def test_a_measurement_that_is_not_a_number_is_replaced_by_the_prediction_and_said() -> None:
+    controller, context = _controller()
+    _update(controller, context)
+    blind = context.Clone()  # type: ignore[attr-defined]
+    for c, lip in ((context, np.zeros(6)), (blind, np.full(6, np.nan))):
+        controller.GetInputPort("gait_phase").FixValue(c, [1.0, 0.0, 0.0])
+        controller.GetInputPort("lip_state").FixValue(c, lip)
+        _update(controller, c)
+    reasons = [controller.GetOutputPort("solver_status").Eval(c)[5] for c in (context, blind)]
+    assert reasons == [Reason.SOLVED, Reason.BAD_MEASUREMENT]
+    assert np.all(np.isfinite(controller.GetOutputPort("com_reference").Eval(blind)))
+
+
+def test_template_plant_steps_half_a_tick_after_the_controller() -> None:
+    mpc = make_mpc()
+    start_state = np.array([[0.1, 0.2, 0.1], [0.0, 0.1, 0.02]])
+    plant = VhipPlant(mpc.vhip, start_state, 29.0)
+    simulator = Simulator(plant)
+    context = simulator.get_mutable_context()
+    plant.GetInputPort("gait_phase").FixValue(context, [8.0, 0.0, 0.0])  # the clock's tick 8: we move from 7
+    plant.GetInputPort("zmp_reference").FixValue(context, [9.0, 0.3, 9.0, -0.2])
+    simulator.AdvanceTo(0.004)
+    np.testing.assert_allclose(plant.GetOutputPort("lip_state").Eval(context), start_state.ravel())
+    simulator.AdvanceTo(0.009)
+    expected = [mpc.vhip.step(7, start_state[0], 0.3), mpc.vhip.step(7, start_state[1], -0.2)]
+    np.testing.assert_allclose(plant.GetOutputPort("lip_state").Eval(context), np.ravel(expected))
+
+
+def test_stance_foot_rests_and_swing_foot_reaches_its_foothold() -> None:
+    feet = FootReference(GAIT)
+    context = feet.CreateDefaultContext()
+    plan = [0.0, 0.08, 0.3, 0.08, 0.15, -0.08, 0.15, -0.08]
+    feet.GetInputPort("foot_plan").FixValue(context, plan)
+    heights = []
+    for tick in range(41):
+        feet.GetInputPort("gait_phase").FixValue(context, [tick, 4.0, -1.0])
+        left, right = feet.GetOutputPort("foot_reference").Eval(context).reshape(2, 3, 3)
+        np.testing.assert_allclose(right, [[0.15, -0.08, 0.0], [0, 0, 0], [0, 0, 0]], atol=1e-12)
+        heights.append(left[0, 2])
+        if tick <= 4:
+            np.testing.assert_allclose(left[0], [0.0, 0.08, 0.0], atol=1e-12)
+    assert max(heights) == pytest.approx(0.05)
+    np.testing.assert_allclose(left[0], [0.3, 0.08, 0.0], atol=1e-12)
+
+
+def test_kinematics_meets_the_plan_and_its_rates_lead_there(biped: Biped, posture: np.ndarray) -> None:
+    block = InverseKinematics(biped, posture, 0.01)
+    context = block.CreateDefaultContext()
+    com = np.array([0.01, 0.1, 0.0, -0.005, 0.05, 0.0])
+    feet = np.zeros((2, 3, 3))
+    feet[0, 0], feet[1, 0] = [0.0, 0.08, 0.0], [0.0, -0.08, 0.0]
+    for name, value in (
+        ("com_height", [0.58, 0.0, 0.0]), ("com_reference", com), ("zmp_reference", [0.01, 0, -0.005, 0]),
+        ("foot_reference", feet.ravel()),
+    ):  # fmt: skip
+        block.GetInputPort(name).FixValue(context, value)
+    desired = block.GetOutputPort("desired_state").Eval(context)
+    assert block.GetOutputPort("ik_status").Eval(context)[0] == 1.0
+    np.testing.assert_allclose(posture[biped.q_index] + 0.01 * desired[12:], desired[:12])
+    # With no acceleration the whole body's ZMP lies under its CoM.
+    np.testing.assert_allclose(block.GetOutputPort("whole_body_zmp").Eval(context), [0.01, -0.005], atol=2e-3)
+    torque = block.GetOutputPort("feedforward").Eval(context)
+    assert np.all(np.abs(torque) < biped.effort_limits)
+
+
+def test_an_unreachable_plan_gives_finite_targets_and_says_so(biped: Biped, posture: np.ndarray) -> None:
+    block = InverseKinematics(biped, posture, 0.01)
+    context = block.CreateDefaultContext()
+    feet = np.zeros((2, 3, 3))
+    feet[0, 0], feet[1, 0] = [0.9, 0.08, 0.0], [0.0, -0.08, 0.0]
+    for name, value in (
+        ("com_height", [0.58, 0.0, 0.0]), ("com_reference", np.zeros(6)), ("zmp_reference", np.zeros(4)),
+        ("foot_reference", feet.ravel()),
+    ):  # fmt: skip
+        block.GetInputPort(name).FixValue(context, value)
+    assert block.GetOutputPort("ik_status").Eval(context)[0] == 0.0
+    assert np.all(np.isfinite(block.GetOutputPort("desired_state").Eval(context)))
+
+
+def test_estimator_finds_com_soles_and_zmp(biped: Biped, posture: np.ndarray) -> None:
+    estimator = StateEstimator(biped)
+    context = estimator.CreateDefaultContext()
+    estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([posture, np.zeros(18)]))
+    base = posture[biped.base_q_index[4:]]
+    point, force = np.array([0.03, -0.02, 0.0]), np.array([11.0, -7.0, 280.0])
+    wrench = np.zeros(18)
+    wrench[biped.base_v_index] = np.concatenate([np.cross(point - base, force), force])
+    estimator.GetInputPort("contact_forces").FixValue(context, wrench)
+    lip = estimator.GetOutputPort("lip_state").Eval(context)
+    np.testing.assert_allclose(lip, [0.0, 0.0, 0.03, 0.0, 0.0, -0.02], atol=1e-7)
+    np.testing.assert_allclose(estimator.GetOutputPort("com_z").Eval(context), [0.58, 0.0], atol=1e-7)
+    soles = estimator.GetOutputPort("foot_state").Eval(context).reshape(2, 6)
+    np.testing.assert_allclose(soles[:, :2], FEET, atol=1e-7)
+
+
+def test_estimator_in_the_air_puts_the_zmp_under_the_com(biped: Biped, posture: np.ndarray) -> None:
+    estimator = StateEstimator(biped)
+    context = estimator.CreateDefaultContext()
+    estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([posture, np.zeros(18)]))
+    estimator.GetInputPort("contact_forces").FixValue(context, np.zeros(18))
+    np.testing.assert_allclose(estimator.GetOutputPort("lip_state").Eval(context)[[2, 5]], 0.0, atol=1e-7)
+
+
+def test_offset_is_learned_per_tick_of_the_step_and_mirrored() -> None:
+    block = ZmpOffset(GAIT, 80)
+    context = block.CreateDefaultContext()
+    for _ in range(60):
+        block.GetInputPort("gait_phase").FixValue(context, [10.0, 4.0, 1.0])
+        block.GetInputPort("zmp_reference").FixValue(context, [1.0, 0.0, 0.1, 0.0])
+        block.GetInputPort("whole_body_zmp").FixValue(context, [1.02, 0.11])
+        _update(block, context)
+    block.GetInputPort("gait_phase").FixValue(context, [9.0, 4.0, 1.0])
+    x, y = block.GetOutputPort("zmp_offset").Eval(context).reshape(2, 80)
+    np.testing.assert_allclose([x[0], x[40], y[0], y[40]], [0.02, 0.02, 0.01, -0.01], atol=1e-9)
+    assert np.count_nonzero(np.abs(x) > 1e-12) == 2
+    block.GetInputPort("whole_body_zmp").FixValue(context, [np.nan, 5.0])
+    _update(block, context)
+    assert np.all(np.isfinite(block.GetOutputPort("zmp_offset").Eval(context)))
+
+
+def test_joint_control_is_pd_with_feedforward_within_the_limits(biped: Biped, posture: np.ndarray) -> None:
+    start_angles = posture[biped.q_index]
+    block = joint_pd(biped, start_angles, 0.001)
+    simulator = Simulator(block)
+    context = simulator.get_mutable_context()
+    rates, feedforward = np.full(12, 0.2), np.linspace(-3.0, 3.0, 12)
+    block.GetInputPort("desired_state").FixValue(context, np.concatenate([np.zeros(12), rates]))
+    block.GetInputPort("estimated_state").FixValue(context, np.concatenate([start_angles, np.zeros(12)]))
+    block.GetInputPort("feedforward").FixValue(context, feedforward)
+    torque = block.GetOutputPort("actuation").Eval(context)
+    np.testing.assert_allclose(torque, biped.kd * 0.2 + feedforward)
+    simulator.AdvanceTo(0.0095)  # ten steps of the integrator: the target has moved by 10 ms of its rate
+    torque = block.GetOutputPort("actuation").Eval(context)
+    np.testing.assert_allclose(torque, biped.kp * 0.2 * 0.01 + biped.kd * 0.2 + feedforward)
+    block.GetInputPort("feedforward").FixValue(context, np.full(12, 1e4))
+    np.testing.assert_allclose(block.GetOutputPort("actuation").Eval(context), biped.effort_limits)
+
+
+def test_a_push_acts_from_its_first_to_its_last_tick() -> None:
+    force = TimedForce(BodyIndex(1), np.array([0.0, 0.0, 0.1]), np.array([5.0, 0.0, 0.0]), 3, 5)
+    block = PushSchedule([force], 0.01)
+    simulator = Simulator(block)
+    context = simulator.get_context()
+    seen = []
+    for tick in range(7):
+        simulator.AdvanceTo(0.01 * tick + 0.005)
+        applied: list[ExternallyAppliedSpatialForce] = block.GetOutputPort("applied_spatial_force").Eval(context)
+        assert len(applied) == (tick in (3, 4))
+        seen.append(block.GetOutputPort("push").Eval(context)[0])
+    assert seen == [0, 0, 0, 5, 5, 0, 0]
+
+
+@pytest.mark.parametrize("height", [0.3, np.nan])
+def test_a_fall_ends_the_run(height: float) -> None:
+    block = FallDetector(0.58, 0.01)
+    simulator = Simulator(block)
+    block.GetInputPort("com_z").FixValue(simulator.get_mutable_context(), [0.58, 0.0])
+    assert simulator.AdvanceTo(0.05).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime
+    block.GetInputPort("com_z").FixValue(simulator.get_mutable_context(), [height, 0.0])
+    assert simulator.AdvanceTo(0.1).reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
