@@ -118,7 +118,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     if np.abs(moves).max() / 2 >= reach:
         raise InputError(f"the CoM's reach of {reach:g} m does not cover a step of {np.abs(moves).max():g} m")
     if np.any(ranges[:, 0] > ranges[:, 1]):
-        raise InputError(f"the range of footholds is empty along {'xy'[axis]}: {ranges[:, 0].max():g} m is its lower end")
+        raise InputError(f"no foothold is allowed along {'xy'[axis]}: a step would be at least {ranges.max():g} m")
     half = float(ahead[0].half[axis, 1])
     if half <= 0:
         raise InputError(f"mpc.zmp_margin leaves nothing of the ZMP box along {'xy'[axis]}")
@@ -152,10 +152,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
             c[phase, :2] = A[phase, :2, 2] * held[phase]
             if q == n - 1 and commit == 0:
                 c[phase, 0] = -moves[parity]
-    if free:
-        system = PeriodicAffineSystem(A, B)
-    else:
-        system = PeriodicAffineSystem(A[:, :2, :2], B[:, :2, :1], c[:, :2])
+    system = PeriodicAffineSystem(A, B) if free else PeriodicAffineSystem(A[:, :2, :2], B[:, :2, :1], c[:, :2])
     return SteppingTemplate(
         axis, system, tuple(states), tuple(inputs), half, weights, np.repeat(ranges, n, axis=0), held, bound_by_step,
         np.tile(vhip.eta, parities), delta,

@@ -11,6 +11,7 @@ from pydrake.solvers import MathematicalProgram
 from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem, affine_rows
 from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.templates.divergent import DivergentComponent
 from pdhocbf_drake.templates.vhip import Vhip
 
@@ -21,13 +22,14 @@ class Parameters:
     state [c, v, p]; stance (last, this step's box centre); target f* and step_lower/step_upper of every coming step;
     half (half sides of the box: last, this, coming steps); tail (0 = truncated, see `AxisProgram`); offset (what the
     real ZMP is expected to differ from the template's at k + 1 … k + H); then the samples V̄(k) … V̄(k + H) of each
-    barrier. All in SI units.
+    barrier; last what the terminal set of each step in its period is relaxed by. All in SI units.
     """
 
-    def __init__(self, footholds: int, horizon: int, barriers: Sequence[str]) -> None:
+    def __init__(self, footholds: int, horizon: int, barriers: Sequence[str], terminal_steps: int = 0) -> None:
         sizes = {"state": 3, "stance": 2, "target": footholds, "step_lower": footholds, "step_upper": footholds}
         sizes |= {"half": footholds + 2, "tail": 1, "offset": horizon}
         sizes |= {f"bound_{name}": horizon + 1 for name in barriers}
+        sizes |= {"terminal": terminal_steps}
         self.places = layout(sizes)
         self.size = sum(sizes.values())
 
@@ -51,6 +53,7 @@ class AxisProgram:
         step_lower, step_upper         limits of each coming step
         barrier NAME                   ψ_m(k + i) + slack_i ≥ 0, eq. (26)
         slack                          slack_i ≥ 0
+        terminal set                   (20f), see `TerminalSet`; the stability row is then a quadratic price instead
 
     The stability row replaces (33) and (34), which say the same. Its tail parameter is Π λ⁻¹ e_{k+H}: Π λ⁻¹ e_k for
     the periodic tail (32), 0 for the truncated one, and the ZMP motion known beyond H for the anticipative one.
@@ -84,12 +87,14 @@ def axis_program(
     barriers: Sequence[AffineBarrier],
     config: MpcConfig,
     phase: int,
+    terminal: TerminalSet | None = None,
 ) -> AxisProgram:
     """Writes the program of one axis for ticks with this phase."""
     horizon = config.horizon
     n_f = horizon // gait.period
     soft = bool(barriers) and config.barrier == "soft"
-    parameters = Parameters(n_f, horizon, [b.name for b in barriers])
+    steps_in_period = 0 if terminal is None else terminal.period // gait.period
+    parameters = Parameters(n_f, horizon, [b.name for b in barriers], steps_in_period)
 
     prog = MathematicalProgram()
     u = prog.NewContinuousVariables(horizon, "u")
@@ -116,9 +121,12 @@ def axis_program(
         _at_least_zero(prog, steps, np.concatenate([feet, part[f"step_{side}"]]), f"step_{side}")
 
     row = np.concatenate([divergent.input_weights(phase, horizon), -divergent.offset_row(phase), [1.0]])
-    prog.AddLinearEqualityConstraint(
-        row[None], [0.0], np.concatenate([u, part["state"], part["tail"]])
-    ).evaluator().set_description("stability")
+    on = np.concatenate([u, part["state"], part["tail"]])
+    if terminal is None:
+        prog.AddLinearEqualityConstraint(row[None], [0.0], on).evaluator().set_description("stability")
+    else:
+        price = prog.AddQuadraticCost(2.0 * config.tail_weight * np.outer(row, row), np.zeros(len(row)), on, True)
+        price.evaluator().set_description("stability")
 
     system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
     slacks = []
@@ -138,7 +146,25 @@ def axis_program(
             price = prog.AddQuadraticCost(2.0 * quadratic * np.eye(count), np.full(count, linear), slack)
             price.evaluator().set_description("slack")
             _at_least_zero(prog, np.eye(count), slack, "slack")
+    if terminal is not None:
+        for step in range(steps_in_period):
+            _add_terminal_rows(prog, terminal, step, gait.period, phase, (gamma[-1], phi[-1]), (u, part, feet))
     return AxisProgram(prog, np.concatenate([u, f, *slacks]), theta, horizon, n_f)
+
+
+def _add_terminal_rows(
+    prog: MathematicalProgram, terminal: TerminalSet, step: int, period: int, phase: int,
+    last: tuple[np.ndarray, np.ndarray], variables: tuple[np.ndarray, dict[str, np.ndarray], np.ndarray],
+) -> None:  # fmt: skip
+    """(20f) for plans that end in the given step of the set's period; others relax it by a parameter."""
+    rows, bounds = terminal.rows[step * period + phase], terminal.bounds[step * period + phase]
+    (gamma, phi), (u, part, feet) = last, variables
+    com, velocity, length = rows.T[:, :, None]
+    on_feet = length * [-1.0, 1.0] - com * [0.0, 1.0]
+    lhs = np.hstack([com * gamma[0] + velocity * gamma[1], com * phi[0] + velocity * phi[1], on_feet])
+    relaxed = part["terminal"][step : step + 1]
+    vector = np.concatenate([u, part["state"], feet[-2:], relaxed])
+    _at_least_zero(prog, np.hstack([-lhs, np.ones((len(rows), 1))]), vector, "terminal set", -bounds)
 
 
 def _at_least_zero(

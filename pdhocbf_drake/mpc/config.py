@@ -28,6 +28,9 @@ class MpcConfig(Config):
         zmp_margin: how far inside the ZMP box of the gait the ZMP is planned to stay [m].
         freeze_ticks: a coming foothold no longer moves this long before it is reached [ticks].
         zmp_state: "planned" takes the ZMP of the last plan as the ZMP now; "measured" is Remark 8 to the letter.
+        terminal_set: a file that `pdhocbf certify` wrote: the plan must end in that set, eq. (20f), and the tail's
+            stability condition is paid for instead of demanded; null demands the latter.
+        tail_weight: price of a tail that is missed, squared, where there is a terminal set [1/s²].
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
     """
 
@@ -42,4 +45,6 @@ class MpcConfig(Config):
     zmp_margin: float = Field(0.0, ge=0)
     freeze_ticks: int = Field(8, ge=0)
     zmp_state: Literal["planned", "measured"] = "planned"
+    terminal_set: str | None = None
+    tail_weight: float = Field(1e6, gt=0)
     solver: Literal["daqp", "clarabel"] = "daqp"

@@ -16,6 +16,7 @@ from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.solution import QpResult, Reason
 from pdhocbf_drake.mpc.solvers import QpSolver, make_solver
 from pdhocbf_drake.mpc.steps import StepPreview
+from pdhocbf_drake.mpc.terminal_set import RELAXED, TerminalSet
 from pdhocbf_drake.templates.divergent import DivergentComponent
 from pdhocbf_drake.templates.vhip import Vhip
 
@@ -52,6 +53,7 @@ class PeriodicMpc:
 
     Attributes:
         barriers: the barriers of the axes x and y.
+        terminal: the terminal sets (20f) of the axes, by axis; none where the tail is demanded instead.
         vhip, divergent: the template and its divergent component.
         qps: `qps[axis][phase]`, the compiled programs.
 
@@ -65,6 +67,7 @@ class PeriodicMpc:
         vhip: Vhip,
         config: MpcConfig,
         barriers: tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]],
+        terminal: Mapping[int, TerminalSet] | None = None,
     ) -> None:
         gait_ticks = gait.config.ticks_per_gait
         if config.horizon % gait_ticks:
@@ -76,13 +79,23 @@ class PeriodicMpc:
         self.divergent = DivergentComponent(vhip)
         self.preview = StepPreview(gait, config, self.divergent)
         self.footholds = config.horizon // gait.period
-        self.layouts = [Parameters(self.footholds, config.horizon, [b.name for b in group]) for group in barriers]
-        self.qps = [[self._compile(group, phase) for phase in range(gait.period)] for group in barriers]
+        self.terminal = dict(terminal or {})
+        self.layouts = [
+            Parameters(self.footholds, config.horizon, [b.name for b in group], self._terminal_steps(axis))
+            for axis, group in enumerate(barriers)
+        ]
+        self.qps = [[self._compile(axis, phase) for phase in range(gait.period)] for axis in (0, 1)]
+        # A terminal set has more facets at some phases than at others.
+        self.rows = [max(len(qp.A) for qp in axis) for axis in self.qps]
         self._solvers = [[make_solver(config.solver, qp, BOUND_ROWS) for qp in axis] for axis in self.qps]
         self._seconds: list[list[QpSolver | None]] = [[None] * gait.period for _ in barriers]
 
-    def _compile(self, barriers: Sequence[AffineBarrier], phase: int) -> ParametricQp:
-        program = axis_program(self.gait, self.vhip, self.divergent, barriers, self.config, phase)
+    def _terminal_steps(self, axis: int) -> int:
+        return self.terminal[axis].period // self.gait.period if axis in self.terminal else 0
+
+    def _compile(self, axis: int, phase: int) -> ParametricQp:
+        barriers, terminal = self.barriers[axis], self.terminal.get(axis)
+        program = axis_program(self.gait, self.vhip, self.divergent, barriers, self.config, phase, terminal)
         return compile_program(program.prog, program.decisions, program.parameters)
 
     def theta(
@@ -111,6 +124,11 @@ class PeriodicMpc:
         theta[place["offset"]] = offset
         for barrier in self.barriers[axis]:
             theta[place[f"bound_{barrier.name}"]] = bounds[barrier.name]
+        if axis in self.terminal:
+            # Where the plan ends: H is a multiple of two steps, so at a step of the same parity.
+            count = self._terminal_steps(axis)
+            in_force = (np.arange(count) == step % count) & self.preview.repeats(tick)
+            theta[place["terminal"]] = np.where(in_force, 0.0, RELAXED)
         return theta
 
     def _tail(self, axis: int, tick: int, state: np.ndarray) -> float:
@@ -159,12 +177,17 @@ class PeriodicMpc:
             tick,
             np.array([r.decisions[:horizon] for r in results]),
             np.array([r.decisions[horizon : horizon + n_f] for r in results]),
-            (results[0].active, results[1].active),
+            (self._padded(0, results[0].active), self._padded(1, results[1].active)),
             slack,
             sum(r.cost for r in results),
             reason,
             0,
         )
+
+    def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
+        """Flags for the longest program of this axis: rows that this phase lacks are inactive."""
+        missing = self.rows[axis] - len(active)
+        return np.concatenate([active, np.zeros(missing)]) if missing else active
 
     def _second(self, axis: int, phase: int) -> QpSolver:
         """The independent solver for this problem, made when first needed."""
@@ -175,12 +198,12 @@ class PeriodicMpc:
 
     def _fallback(self, tick: int, state: np.ndarray, stance: np.ndarray, last: Plan | None, reason: Reason) -> Plan:
         """The last plan shifted by a tick, its first input repeated at the end as in (32), its next ZMP in the box."""
-        step, phase = self.gait.phase(tick)
+        step = tick // self.gait.period
         ahead = self.preview.steps(step)
         targets = stance[:, 1:] + np.cumsum(ahead.moves, axis=1)
         if last is None:
             inputs, footholds, count = np.zeros((2, self.config.horizon)), targets, 1
-            active = tuple(np.zeros(len(axis[phase].A)) for axis in self.qps)
+            active = tuple(np.zeros(rows) for rows in self.rows)
         else:
             inputs, count, active = np.roll(last.inputs, -1, axis=1), last.fallbacks + 1, last.active
             footholds = last.footholds

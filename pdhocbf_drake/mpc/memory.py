@@ -44,7 +44,7 @@ class Memory:
 
     @staticmethod
     def sizes(mpc: PeriodicMpc) -> dict[str, int]:
-        rows = [len(axis[0].A) for axis in mpc.qps]
+        rows = mpc.rows
         return {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
             "state": 6, "feet": 4, "stance": 4, "plan": 2, "inputs": 2 * mpc.config.horizon,

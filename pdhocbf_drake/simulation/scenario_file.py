@@ -116,8 +116,10 @@ def _map(data: Any, where: str) -> dict[str, Any]:
 
 
 def _anchored(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """A robot given as a path means a path seen from the file that says so."""
-    robot = data.get("robot")
+    """A robot or a terminal set given as a path means a path seen from the file that says so."""
+    robot, mpc = data.get("robot"), data.get("mpc")
     if isinstance(robot, str) and _is_file(robot):
-        return {**data, "robot": str((folder / robot).resolve())}
+        data = {**data, "robot": str((folder / robot).resolve())}
+    if isinstance(mpc, dict) and isinstance(mpc.get("terminal_set"), str):
+        data = {**data, "mpc": {**mpc, "terminal_set": str((folder / mpc["terminal_set"]).resolve())}}
     return data

@@ -1,0 +1,103 @@
+"""A terminal set for (20f): where the plan must end so that there is a plan at the next tick too."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.gait.config import GaitConfig
+from pdhocbf_drake.mpc.config import MpcConfig
+
+RELAXED = 1e3
+"""What a terminal row is relaxed by where it is not in force [m]: far more than any state of a walk."""
+
+
+@dataclass(frozen=True)
+class TerminalSet:
+    """com·(c − f) + velocity·v + step·(f − f₋) ≤ bound for the CoM c, its velocity v, and the stance foot f after f₋.
+
+    Why a set in (c, v) makes a program with state (c, v, p) recursively feasible: the ZMP p(k + H) acts on the CoM
+    only after tick k + H, and its velocity is not limited. So of the plan made at k the last ZMP may still be chosen
+    anew at k + 1, and the set promises that some ZMP in the box leads on into the set one tick later. Everything
+    else of the old plan stays as it is, footholds included, and is feasible again, provided that the state is where
+    it was predicted, that the limits (box, footholds, margin) are those the set was made with, that the barrier is
+    soft or part of the set's own limits, and that nothing else is asked of the plan's end: therefore the stability
+    condition, which a shifted plan need not meet, is then paid for instead of demanded.
+
+    Attributes:
+        axis: 0 (x) or 1 (y).
+        period: ticks after which the set repeats, counted from an even step: N along x, 2N along y.
+        rows: com, velocity, step [1, s, 1] for each phase, shapes (r, 3).
+        bounds: [m] for each phase, shapes (r,).
+    """
+
+    axis: int
+    rows: tuple[np.ndarray, ...]
+    bounds: tuple[np.ndarray, ...]
+
+    @property
+    def period(self) -> int:
+        """Ticks after which the set repeats."""
+        return len(self.rows)
+
+    def violation(self, tick: int, com: float, velocity: float, step: float) -> float:
+        """By how much the worst row is broken, ≤ 0 inside [m]; the CoM is taken from the stance foot."""
+        phase = tick % self.period
+        return float((self.rows[phase] @ [com, velocity, step] - self.bounds[phase]).max())
+
+
+def limits_of(gait: GaitConfig, mpc: MpcConfig) -> dict[str, Any]:
+    """The numbers that a terminal set stands and falls with."""
+    walk = gait.model_dump(exclude={"swing_height", "start_steps", "walk_steps"})
+    return {**walk, **mpc.model_dump(include={"step_tolerance", "stance_width_min", "zmp_margin"})}
+
+
+def save_terminal_sets(path: Path, sets: Mapping[int, TerminalSet], made_for: Mapping[str, Any]) -> None:
+    """Writes sets by axis, and what they are valid for, as an `.npz` that numpy alone can read."""
+    columns: dict[str, np.ndarray] = {"made_for": np.array(json.dumps(made_for, sort_keys=True))}
+    for axis, terminal in sets.items():
+        counts = [len(bounds) for bounds in terminal.bounds]
+        columns[f"{'xy'[axis]}_phase"] = np.repeat(np.arange(terminal.period), counts)
+        columns[f"{'xy'[axis]}_rows"] = np.column_stack([np.vstack(terminal.rows), np.concatenate(terminal.bounds)])
+    with path.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **columns)
+
+
+def load_terminal_sets(path: Path, wanted_for: Mapping[str, Any]) -> dict[int, TerminalSet]:
+    """Reads what `save_terminal_sets` wrote.
+
+    Raises:
+        InputError: there is no such file, it is none of these, or it was made for other limits.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            made_for = json.loads(str(data["made_for"]))
+            sets = {axis: _unpacked(axis, data) for axis in (0, 1) if f"{'xy'[axis]}_rows" in data.files}
+    except FileNotFoundError:
+        raise InputError(f"mpc.terminal_set: file {path} does not exist; `pdhocbf certify` writes one") from None
+    except (OSError, ValueError, KeyError, EOFError) as error:
+        raise InputError(f"mpc.terminal_set: {path} is not a terminal set: {error}") from None
+    wanted = json.loads(json.dumps(wanted_for))
+    if different := sorted(key for key in {*made_for, *wanted} if made_for.get(key) != wanted.get(key)):
+        key = different[0]
+        raise InputError(
+            f"mpc.terminal_set: {path} was made for {key} = {made_for.get(key)}, but the scenario has "
+            f"{wanted.get(key)}; certify the scenario again"
+        )
+    return sets
+
+
+def _unpacked(axis: int, data: Any) -> TerminalSet:
+    rows, phases = data[f"{'xy'[axis]}_rows"], data[f"{'xy'[axis]}_phase"]
+    count = int(phases.max()) + 1
+    return TerminalSet(
+        axis,
+        tuple(rows[phases == phase, :3] for phase in range(count)),
+        tuple(rows[phases == phase, 3] for phase in range(count)),
+    )
