@@ -15,5 +15,9 @@ class ModelError(PdhocbfError, ValueError):
     """A robot model lacks something the controller needs (a file, joint, frame, actuator)."""
 
 
+class ClusterError(PdhocbfError, RuntimeError):
+    """A cluster that was to run something is not there, or went away."""
+
+
 class RunFolderError(PdhocbfError, OSError):
     """A run folder can't be read or written."""

@@ -40,6 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run_verb(options: argparse.Namespace) -> int:
     # Imported here, because the verbs load Drake, and usage errors need not wait for that.
+    from pdhocbf_drake.campaign import command as campaign
     from pdhocbf_drake.cli import inspect, run
 
     if options.verb == "list":
@@ -50,6 +51,8 @@ def _run_verb(options: argparse.Namespace) -> int:
         return inspect.compare_runs(options.first, options.second, options.from_time)
     if options.verb == "replay":
         return inspect.replay(options.run)
+    if options.verb == "campaign":
+        return campaign.run(options)
     return inspect.report(options.runs, options.out)
 
 
@@ -80,6 +83,13 @@ def _parser() -> argparse.ArgumentParser:
     report = verbs.add_parser("report", help="rebuild a run's report.html, or write one page for several runs")
     report.add_argument("runs", type=Path, nargs="+", metavar="RUN")
     report.add_argument("--out", type=Path, metavar="FILE", help="where to write it; ./comparison.html for several")
+
+    campaign = verbs.add_parser("campaign", help="many runs with fields varied, on all cores or a Dask cluster")
+    campaign.add_argument("campaign", metavar="FILE", help="a YAML file, or a campaign that comes with the package")
+    campaign.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/campaign-NAME")
+    campaign.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler to use, such as tcp://host:8786")
+    campaign.add_argument("--workers", type=int, metavar="N", help="workers on this machine; otherwise one a core")
+    campaign.add_argument("--retry-failed", action="store_true", help="run those again that failed before")
     return parser
 
 

@@ -25,7 +25,7 @@ def shown_progress(name: str, duration: float) -> Iterator[Progress]:
     row; the second one at once.
     """
     show = _bar(name, duration) if sys.stderr.isatty() else _lines(name, duration)
-    with _stop_requests() as requested, show as tell:
+    with stop_requests() as requested, show as tell:
 
         def progress(now: float) -> None:
             tell(now)
@@ -62,7 +62,8 @@ def _lines(name: str, duration: float) -> Iterator[Progress]:
 
 
 @contextmanager
-def _stop_requests() -> Iterator[threading.Event]:
+def stop_requests() -> Iterator[threading.Event]:
+    """An event that the first Ctrl-C or SIGTERM sets; the second one takes effect at once."""
     requested = threading.Event()
 
     def ask(number: int, frame: FrameType | None) -> None:

@@ -1,0 +1,94 @@
+"""Where the runs run: one worker a core of this machine, or the workers of a Dask scheduler that is there already."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import dask
+from distributed import Client, LocalCluster
+
+import pdhocbf_drake
+from pdhocbf_drake.errors import ClusterError, InputError
+
+_PATIENCE = 30.0  # [s] for a scheduler, and then for its first worker
+
+
+def cores() -> int:
+    """The cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextmanager
+def local_cluster(workers: int) -> Iterator[Client]:
+    """Workers of this machine, one run at a time each, that end with the block."""
+    scratch = tempfile.mkdtemp(prefix="pdhocbf-campaign-")
+    settings = {
+        # The death of a worker is told at once, and only of a run that it had begun.
+        "distributed.scheduler.allowed-failures": 0,
+        "distributed.scheduler.worker-saturation": 1.0,
+    }
+    try:
+        with (
+            dask.config.set(settings),
+            LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                memory_limit=None,  # it would measure the worker, and the run is another process
+                dashboard_address=None,
+                local_directory=scratch,
+                silence_logs=logging.CRITICAL,
+            ) as cluster,
+            Client(cluster) as client,
+        ):
+            yield client
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+@contextmanager
+def existing_cluster(address: str) -> Iterator[Client]:
+    """The workers of the scheduler at `address`, which must have this very version of the package.
+
+    Raises:
+        ClusterError: no scheduler answers there, or it has no workers, or they lack this package.
+        InputError: the address is not one.
+    """
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    try:
+        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+    except ValueError as error:
+        raise InputError(f"--scheduler must be an address such as tcp://host:8786 (given: {address!r})") from error
+    except OSError:
+        raise ClusterError(f"no Dask scheduler answers at {address} within {_PATIENCE:g} s") from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except asyncio.TimeoutError:  # not yet the builtin one in Python 3.10
+            raise ClusterError(f"the scheduler at {address} has had no workers for {_PATIENCE:g} s") from None
+        _check_versions(client, address)
+        yield client
+
+
+def _check_versions(client: Client, address: str) -> None:
+    here = pdhocbf_drake.__version__
+    try:
+        found: dict[str, str] = client.run(_version)
+    except Exception as error:
+        first = (str(error).splitlines() or [type(error).__name__])[0]
+        raise ClusterError(
+            f"the workers at {address} cannot load pdhocbf_drake, which must be installed there too: {first}"
+        ) from None
+    for worker, version in found.items():
+        if version != here:
+            raise ClusterError(f"worker {worker} has pdhocbf_drake {version}, and here it is {here}")
+
+
+def _version() -> str:
+    return pdhocbf_drake.__version__  # of the worker, which imports this module by its name

@@ -1,0 +1,102 @@
+"""What a user writes about a campaign: which scenario, which of its fields vary and how, which barriers compete."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import Field, model_validator
+
+from pdhocbf_drake.config import Config
+
+
+class FactorConfig(Config):
+    """How one field of the scenario varies: over given values, or between two ends.
+
+    Attributes:
+        values: what the field may be, in the field's unit; any YAML a scenario takes there.
+        low, high: the ends, both included, in the field's unit.
+        points: on a grid, how many values from low to high.
+        integer: whole numbers only.
+        scale: "log" spaces (or draws) evenly in the logarithm.
+    """
+
+    values: tuple[Any, ...] | None = Field(None, min_length=1)
+    low: float | None = None
+    high: float | None = None
+    points: int | None = Field(None, ge=2)
+    integer: bool = False
+    scale: Literal["linear", "log"] = "linear"
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> FactorConfig:
+        ends = (self.low is not None, self.high is not None)
+        if (self.values is not None) == all(ends) or ends[0] != ends[1]:
+            raise ValueError("a factor has either values, or low and high")
+        if self.low is None or self.high is None:
+            if self.points is not None or self.integer or self.scale != "linear":
+                raise ValueError("points, integer and scale belong to low and high, not to values")
+            return self
+        if self.low >= self.high:
+            raise ValueError(f"low must be below high, given {self.low:g} and {self.high:g}")
+        if self.scale == "log" and self.low <= 0:
+            raise ValueError(f"a logarithmic scale needs low above 0, given {self.low:g}")
+        if self.integer and (self.low % 1 or self.high % 1):
+            raise ValueError(f"whole numbers need whole ends, given {self.low:g} and {self.high:g}")
+        return self
+
+
+class CampaignConfig(Config):
+    """A grid or a random sample over fields of a scenario.
+
+    Every point of the sample is run once with each barrier, from the same seed, so that barriers are compared on
+    the same pushes and the same noise.
+
+    Attributes:
+        description: one sentence for the report.
+        scenario: a name from `pdhocbf list`, a YAML file (as seen from this one) or FILE:NAME.
+        overrides: merged into the scenario.
+        barriers: what is compared: for each name, what is merged into the scenario after the overrides.
+        sample: "random" draws points, "grid" takes all combinations.
+        runs: how many runs, all barriers together, in a random sample; a grid counts itself.
+        repeats: on a grid, how often each point is run, each time from another seed.
+        seed: of the sample, and of each run's own seed.
+        factors: how each field varies, by its dotted path in the scenario ("gait.stride", "pushes.0.force.1").
+        maps: pairs of factors to draw survival over; null draws the first three numbers against each other.
+        run_seconds: wall time after which a run is given up [s].
+    """
+
+    description: str = ""
+    scenario: str
+    overrides: dict[str, Any] = Field({})
+    barriers: dict[str, dict[str, Any]] = Field({"as given": {}}, min_length=1)
+    sample: Literal["random", "grid"] = "random"
+    runs: int | None = Field(None, ge=1)
+    repeats: int = Field(1, ge=1)
+    seed: int = Field(0, ge=0)
+    factors: dict[str, FactorConfig] = Field(min_length=1)
+    maps: tuple[tuple[str, str], ...] | None = None
+    run_seconds: float = Field(600.0, gt=0)
+
+    @model_validator(mode="after")
+    def _sample_fits(self) -> CampaignConfig:
+        if self.sample == "random":
+            if self.runs is None:
+                raise ValueError("a random sample needs runs, the number of runs")
+            if self.repeats != 1:
+                raise ValueError("repeats belongs to a grid; a random sample has runs")
+            if any(factor.points is not None for factor in self.factors.values()):
+                raise ValueError("points belongs to a grid; a random sample draws between low and high")
+            return self
+        if self.runs is not None:
+            raise ValueError("runs belongs to a random sample; a grid runs all combinations, repeats times")
+        for path, factor in self.factors.items():
+            if factor.values is None and factor.points is None:
+                raise ValueError(f"on a grid, factor '{path}' needs points, or values")
+        return self
+
+    @model_validator(mode="after")
+    def _maps_exist(self) -> CampaignConfig:
+        unknown = [path for pair in self.maps or () for path in pair if path not in self.factors]
+        if unknown:
+            raise ValueError(f"maps: '{unknown[0]}' is not a factor; there are {', '.join(self.factors)}")
+        return self

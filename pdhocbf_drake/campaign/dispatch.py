@@ -1,0 +1,132 @@
+"""Hands runs to Dask's workers and yields what became of each, in the order in which they end.
+
+A run whose worker or process dies is begun once more; if that dies too, the run has failed. A worker that died
+can't tell, so every beginning is announced as an event of the scheduler and counted here.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import uuid
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import Any, Final, NamedTuple
+
+from distributed import Client, Future, KilledWorker, wait
+
+from pdhocbf_drake.campaign.plan import PlannedRun
+from pdhocbf_drake.campaign.task import DIED, perform
+from pdhocbf_drake.errors import ClusterError
+
+ATTEMPTS: Final = 2
+# A worker may die while a run waits there that it has not begun; such a run is not at fault, up to a point.
+_SUBMISSIONS: Final = 5
+_POLL = 0.5  # [s]
+_AHEAD = 3  # runs a core that the scheduler knows of at a time
+
+
+class Outcome(NamedTuple):
+    """What became of a run: metrics, or an error; how often it was begun, and by which worker it was ended."""
+
+    planned: PlannedRun
+    metrics: dict[str, Any] | None
+    error: str | None
+    attempts: int
+    worker: str | None
+
+
+def dispatch(client: Client, runs: Sequence[PlannedRun], seconds: float) -> Iterator[Outcome | None]:
+    """Runs them all; yields None now and then while nothing ends, so that the caller may stop or show the time.
+
+    Raises:
+        ClusterError: the scheduler went away.
+    """
+    yield from _Dispatcher(client, seconds).outcomes(list(runs))
+
+
+class _Dispatcher:
+    def __init__(self, client: Client, seconds: float) -> None:
+        self._client, self._seconds = client, seconds
+        self._topic = f"pdhocbf-campaign-{uuid.uuid4().hex}"
+        self._begun: Counter[int] = Counter()
+        self._submitted: Counter[int] = Counter()
+        self._lock = threading.Lock()
+        self._running: dict[Future, PlannedRun] = {}
+
+    def outcomes(self, waiting: list[PlannedRun]) -> Iterator[Outcome | None]:
+        waiting.reverse()
+        self._client.subscribe_topic(self._topic, self._count)
+        try:
+            while waiting or self._running:
+                room = _AHEAD * max(1, sum(self._client.nthreads().values())) - len(self._running)
+                for _ in range(min(room, len(waiting))):
+                    self._submit(waiting.pop())
+                ended = self._ended()
+                for future in ended:
+                    planned = self._running.pop(future)
+                    outcome = self._outcome(future, planned)
+                    future.release()
+                    if outcome is None:
+                        self._submit(planned)
+                    else:
+                        yield outcome
+                if not ended:
+                    yield None
+        finally:
+            self._close()
+
+    def _submit(self, planned: PlannedRun) -> None:
+        self._submitted[planned.run] += 1
+        key = f"{self._topic}-run-{planned.run}-{self._submitted[planned.run]}"
+        future = self._client.submit(
+            perform, planned.run, planned.scenario, self._seconds, self._topic,
+            key=key, pure=False, priority=-planned.run,
+        )  # fmt: skip
+        self._running[future] = planned
+
+    def _ended(self) -> list[Future]:
+        """Futures that are done, and those that the scheduler began too often by itself."""
+        try:
+            done = list(wait(list(self._running), timeout=_POLL, return_when="FIRST_COMPLETED").done)
+        except asyncio.TimeoutError:  # not yet the builtin one in Python 3.10
+            done = []
+        if self._client.status != "running":
+            raise ClusterError("the Dask scheduler went away")
+        return done or [future for future, planned in self._running.items() if self._times_begun(planned) > ATTEMPTS]
+
+    def _outcome(self, future: Future, planned: PlannedRun) -> Outcome | None:
+        """What became of the run, or None if it is to be begun again."""
+        begun = self._times_begun(planned)
+        if future.status == "finished":
+            answer: dict[str, Any] = future.result()
+            if DIED not in answer:
+                return Outcome(planned, answer.get("metrics"), answer.get("error"), max(begun, 1), answer["worker"])
+            cause, worker = answer[DIED], answer["worker"]
+        elif future.status == "error" and not isinstance(future.exception(), KilledWorker):
+            error = future.exception()
+            return Outcome(planned, None, f"{type(error).__name__}: {error}", max(begun, 1), None)
+        elif future.status in ("cancelled", "lost"):
+            raise ClusterError("the Dask scheduler went away")
+        else:
+            future.cancel()
+            cause, worker = "its worker died", None
+        if begun < ATTEMPTS and self._submitted[planned.run] < _SUBMISSIONS:
+            return None
+        return Outcome(planned, None, f"{cause}, {max(begun, 1)} times", max(begun, 1), worker)
+
+    def _times_begun(self, planned: PlannedRun) -> int:
+        with self._lock:
+            return self._begun[planned.run]
+
+    def _count(self, event: tuple[float, Any]) -> None:
+        # Dask calls this in a thread of its own.
+        message = event[1]
+        if isinstance(message, dict) and "run" in message:
+            with self._lock:
+                self._begun[int(message["run"])] += 1
+
+    def _close(self) -> None:
+        if self._client.status == "running":
+            self._client.unsubscribe_topic(self._topic)
+            self._client.cancel(list(self._running), force=True)
