@@ -59,7 +59,6 @@ def walk_log(robot: bool = True, duration: float = 4.0, ending: str = FINISHED) 
         "com_reference": np.stack([x + 0.003, velocity, zero, y - 0.004, zero, zero], axis=1),
         "zmp_reference": np.stack([stance[:, 0], zero, stance[:, 1], zero], axis=1),
         "stance_plan": stances,
-        "foot_plan": stances,
         "solver_status": np.tile([1.0, 1e-4, 0.5, 0.0, 0.0, 0.0], (len(ticks), 1)),
     }
     if robot:

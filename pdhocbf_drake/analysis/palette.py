@@ -1,7 +1,7 @@
 """One colour per quantity, the same in every figure, table and replay.
 
-The hues are those of Okabe and Ito, which stay apart for every kind of colour blindness; measured and planned share a
-hue and differ in lightness and in line style.
+The hues are those of Okabe and Ito, which stay apart for every kind of colour blindness; where two are drawn
+together, tests hold them apart, and measured and planned differ in line style too.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 from typing import Final
 
 MEASURED_COM: Final = "#000000"
-PLANNED_COM: Final = "#888888"
+PLANNED_COM: Final = "#56B4E9"
 MEASURED_ZMP: Final = "#CC79A7"
 PLANNED_ZMP: Final = "#7B3264"
 LEFT: Final = "#0072B2"
 RIGHT: Final = "#D55E00"
 BOX: Final = "#C8C8C8"
 LIMIT: Final = "#555555"
-BARRIERS: Final = ("#009E73", "#E69F00", "#56B4E9", "#0072B2")
+BARRIERS: Final = ("#009E73", "#E69F00", "#0072B2", "#D55E00")
 RUNS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 JOINTS: Final = ("#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7")
 

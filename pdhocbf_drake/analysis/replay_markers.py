@@ -39,11 +39,13 @@ class Markers:
         self._stage, self._log, self._com_z, self._safety, self._taken = stage, log, com_z, safety, taken
         stage.add("CoM measured", Sphere(0.035), palette.MEASURED_COM)
         stage.add("CoM planned", Sphere(0.05), palette.PLANNED_COM, 0.35)
-        stage.through_everything("CoM measured")
         stage.add("CoM plumb line", Cylinder(0.003, 1.0), palette.LIMIT, 0.6)
         stage.add("ZMP measured", Cylinder(0.012, 0.004), palette.MEASURED_ZMP)
         stage.add("ZMP planned", Cylinder(0.020, 0.004), palette.PLANNED_ZMP)
         stage.add("ZMP box", Box(1.0, 1.0, 0.002), palette.BARRIERS[0], 0.35)
+        # From far to near: the body hides none of them, nor do they hide each other.
+        for order, path in enumerate(("ZMP box", "ZMP planned", "ZMP measured", "CoM measured")):
+            stage.through_everything(path, order)
         colours = {"left": palette.LEFT, "right": palette.RIGHT}
         for number, foothold in enumerate(taken):
             path = _taken_path(number)

@@ -70,7 +70,7 @@ def template_scene(stage: Stage, run: Run) -> Draw:
     follow = _follow(stage, run)
     length = 0.8 * float(height.min())
     stage.add("pendulum/tube", Cylinder(0.014, length), palette.LIMIT)
-    stage.add("pendulum/rod", Cylinder(0.008, length), palette.BOX)
+    stage.add("pendulum/rod", Cylinder(0.009, length), palette.LIMIT)
 
     def draw(row: int, _: float) -> None:
         x, _, x_zmp, y, _, y_zmp = log["lip_state"][row]

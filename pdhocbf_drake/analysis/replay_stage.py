@@ -61,12 +61,12 @@ class Stage:
         """Draws a line through points, (T, 3) [m]."""
         self.meshcat.SetLine(self._in_world(path), np.asfortranarray(points.T), 2.0)
 
-    def through_everything(self, path: str) -> None:
-        """Draws the shape at a path over whatever hides it."""
+    def through_everything(self, path: str, order: int) -> None:
+        """Draws the shape at a path over whatever hides it, and over those of lower order."""
         shape = f"{self._in_world(path)}/<object>"
         self.meshcat.SetProperty(shape, "material.depthTest", False)
         self.meshcat.SetProperty(shape, "material.transparent", True)  # these are drawn last
-        self.meshcat.SetProperty(shape, "renderOrder", 10.0)
+        self.meshcat.SetProperty(shape, "renderOrder", 10.0 + order)
 
     def move(self, path: str, position: Sequence[float] | np.ndarray) -> None:
         """Moves what is at a path without turning it [m]."""

@@ -1,0 +1,104 @@
+"""Figures can be read: units on every axis, legends that name each line, one colour a quantity."""
+
+from __future__ import annotations
+
+import itertools
+import re
+
+import matplotlib
+import numpy as np
+import pytest
+import synthetic
+
+from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.figures import make_figures, write_figures
+from pdhocbf_drake.analysis.robot_limits import robot_limits
+
+EXPECTED = {
+    "biped": ["velocity", "barriers", "com_zmp", "footsteps", "solver", "tracking", "joints", "torques"],
+    "vhip": ["velocity", "barriers", "com_zmp", "footsteps", "solver"],
+    "van_der_pol": ["tubes", "phase", "barriers"],
+}
+
+
+@pytest.fixture(params=EXPECTED, scope="module")
+def figures(request):
+    run = synthetic.run(request.param, duration=3.0)
+    drawn = make_figures(run, robot_limits(run.scenario))
+    assert [one.name for one in drawn] == EXPECTED[request.param]
+    return drawn
+
+
+def test_every_axis_has_a_quantity_and_a_unit(figures):
+    for drawn in figures:
+        axes = drawn.figure.axes
+        for axis in axes:
+            assert re.fullmatch(r".+ \[.+\]", axis.get_ylabel()), drawn.name
+        assert re.fullmatch(r".+ \[.+\]", axes[-1].get_xlabel()), drawn.name
+
+
+def test_every_figure_has_a_legend_and_a_caption(figures):
+    for drawn in figures:
+        assert any(axis.get_legend() for axis in drawn.figure.axes), drawn.name
+        assert drawn.caption
+
+
+def test_figures_are_written_and_not_blank(figures, tmp_path):
+    write_figures(figures, tmp_path / "figures")
+    for drawn in figures:
+        picture = matplotlib.image.imread(tmp_path / "figures" / f"{drawn.name}.png")
+        inked = np.abs(picture[:, :, :3] - 1.0).max(axis=2) > 0.1
+        assert 0.005 < inked.mean() < 0.6, drawn.name
+
+
+def test_measured_and_planned_differ_in_colour_and_style():
+    run = synthetic.run("vhip")
+    velocity = next(drawn for drawn in make_figures(run, None) if drawn.name == "velocity")
+    lines = {line.get_label(): line for line in velocity.figure.axes[0].lines}
+    assert lines["measured"].get_color() == palette.MEASURED_COM and lines["measured"].get_linestyle() == "-"
+    assert lines["planned"].get_color() == palette.PLANNED_COM and lines["planned"].get_linestyle() == "--"
+
+
+def test_figures_leave_a_users_settings_alone():
+    with matplotlib.rc_context({"font.size": 17.0}):
+        make_figures(synthetic.run("van_der_pol"), None)
+        assert matplotlib.rcParams["font.size"] == 17.0
+
+
+def test_a_log_without_motion_has_no_figures():
+    run = synthetic.run("vhip")
+    assert make_figures(run._replace(log=run.log.after(4.0)), None) == []
+
+
+# Machado, Oliveira and Fernandes (2009), severity 1: what a dichromat sees, in linear RGB.
+_DEUTERANOPIA = [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]]
+_PROTANOPIA = [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]]
+
+
+def _seen(colour: str, by) -> np.ndarray:
+    srgb = np.array(palette.rgb(colour))
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return np.clip(np.array(by) @ linear, 0.0, 1.0) ** (1 / 2.2)
+
+
+@pytest.mark.parametrize("by", [np.eye(3), _DEUTERANOPIA, _PROTANOPIA], ids=["all cones", "no green", "no red"])
+@pytest.mark.parametrize(
+    "together",
+    [
+        (palette.SAFE, palette.UNSAFE),
+        (palette.LEFT, palette.RIGHT),
+        (palette.MEASURED_COM, palette.MEASURED_ZMP, palette.PLANNED_COM, palette.PLANNED_ZMP),
+        (palette.MEASURED_COM, palette.PLANNED_COM, palette.BARRIERS[0], palette.BARRIERS[1]),
+        palette.RUNS[:4],
+    ],
+)
+def test_colours_that_meet_stay_apart_for_the_colour_blind(together, by):
+    for one, other in itertools.combinations(together, 2):
+        assert np.linalg.norm(_seen(one, by) - _seen(other, by)) > 0.15, (one, other)
+
+
+def test_the_safety_colour_runs_from_red_to_green():
+    assert palette.safety_colour(-1.0, 0.1) == palette.safety_colour(0.0, 0.1) == palette.rgb(palette.UNSAFE)
+    assert palette.safety_colour(0.1, 0.1) == palette.safety_colour(5.0, 0.1) == palette.rgb(palette.SAFE)
+    red, green = zip(*(palette.safety_colour(h, 0.1)[:2] for h in np.linspace(0.0, 0.1, 9)), strict=True)
+    assert list(red) == sorted(red, reverse=True) and list(green) == sorted(green)

@@ -1,0 +1,200 @@
+"""metrics.json against formulas of its own, on logs of which everything is known."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import synthetic
+from synthetic import MARGIN, SPEED, STRIDE, TICK, N
+
+from pdhocbf_drake.analysis.feet import slip_max, zmp_margins
+from pdhocbf_drake.analysis.metrics import base_yaw, compute_metrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.simulation.run_log import FELL, RunLog
+
+LIMITS = RobotLimits(
+    sole_half=np.array([[0.1, 0.06], [0.1, 0.06]]),
+    effort=np.full(12, 40.0),
+    position=np.tile([-0.5, 0.4], (12, 1)),
+    speed=np.full(12, 5.0),
+)
+
+PROMISED = {
+    "schema", "scenario", "template", "fell", "simulated_seconds", "wall_seconds", "real_time_factor", "steps_taken",
+    "distance", "mean_speed", "lateral_drift", "yaw_drift_deg", "com_rms_error", "zmp_margin_min",
+    "zmp_outside_fraction", "slip_max", "joint_torque_peak", "torque_limit_hits", "barriers", "mpc",
+}  # fmt: skip
+
+
+def metrics(log: RunLog, limits: RobotLimits | None = LIMITS) -> Metrics:
+    return compute_metrics(synthetic.scenario("biped" if limits else "vhip"), log, 2.0, limits)
+
+
+@pytest.fixture
+def log() -> RunLog:
+    return synthetic.walk_log()
+
+
+def test_every_promised_key_is_there_and_documented(log):
+    data = json.loads(metrics(log).to_json())
+    assert set(data) >= PROMISED and data["schema"] == 1
+    barrier = {"h_min", "h_mean", "violations", "psi_min", "gamma", "relative_degree", "unit"}
+    assert set(data["barriers"]["forward_speed"]) == barrier
+    mpc = {"solves", "fallbacks", "failures", "slack_max", "tick_seconds_median", "tick_seconds_p99", "solver"}
+    assert set(data["mpc"]) == mpc
+    for model in (Metrics, BarrierMetrics, MpcMetrics):
+        for name, field in model.model_fields.items():
+            assert field.description or name in ("barriers", "mpc")
+
+
+def test_a_known_walk(log):
+    found = metrics(log)
+    assert (found.steps_taken, found.fell, found.template) == (8, False, False)
+    assert found.simulated_seconds == pytest.approx(4.0) and found.real_time_factor == pytest.approx(2.0)
+    assert found.distance == pytest.approx(SPEED * 4.0)
+    assert found.distance_commanded == pytest.approx((8 - 0.5) * STRIDE)
+    assert found.mean_speed == pytest.approx(SPEED, abs=1e-3)
+    assert found.lateral_drift == pytest.approx(0.0, abs=1e-12)
+    assert found.com_rms_error == pytest.approx([0.003, 0.004, 0.005])
+    assert (found.joint_torque_peak, found.torque_limit_hits) == (10.0, 0)
+    assert found.joint_position_margin_min == pytest.approx(0.3) and found.joint_speed_margin_min == pytest.approx(5.0)
+
+
+def test_a_known_barrier(log):
+    found = metrics(log).barriers["forward_speed"]
+    assert found.h_min == pytest.approx(MARGIN) and found.h_mean == pytest.approx(MARGIN)
+    # Constant h: every psi_i is gamma_i times the one before.
+    assert found.psi_min == pytest.approx(0.5 * 0.5 * MARGIN)
+    assert (found.violations, found.relative_degree, found.gamma, found.unit) == (0, 2, [0.5, 0.5], "m/s")
+
+
+def test_barriers_are_judged_from_from_time_on_only(log):
+    log["h"][:200] = -1.0
+    assert metrics(log).barriers["forward_speed"].violations == 0
+    log["h"][200:203] = [[-0.01], [-0.02], [-0.03]]
+    found = metrics(log).barriers["forward_speed"]
+    assert found.violations == 3 and found.h_min == -0.03
+    rest = len(log) - 203
+    assert found.h_mean == pytest.approx((rest * MARGIN - 0.06) / (rest + 3))
+    h = log["h"][200:, 0]
+    first = h[1:] - h[:-1] + 0.5 * h[:-1]
+    assert found.psi_min == pytest.approx((first[1:] - first[:-1] + 0.5 * first[:-1]).min())
+
+
+def test_a_run_that_ends_before_from_time_has_no_margins():
+    found = metrics(synthetic.walk_log(duration=1.0)).barriers["forward_speed"]
+    assert (found.h_min, found.h_mean, found.violations, found.psi_min) == (None, None, None, None)
+    assert json.loads(metrics(synthetic.walk_log(duration=1.0)).to_json())["mean_speed"] is None
+
+
+def test_what_does_not_apply_to_a_template_is_null():
+    data = json.loads(metrics(synthetic.walk_log(robot=False), None).to_json())
+    assert data["template"] is True and data["com_rms_error"][2] is None
+    for key in ("yaw_drift_deg", "zmp_margin_min", "slip_max", "joint_torque_peak", "torque_limit_hits"):
+        assert data[key] is None
+    assert data["steps_taken"] == 8 and data["zmp_outside_fraction"] == 0.0
+
+
+def test_an_oscillator_has_barriers_only():
+    data = json.loads(
+        compute_metrics(synthetic.scenario("van_der_pol"), synthetic.oscillator_log(), 1.0, None).to_json()
+    )
+    assert list(data["barriers"]) == ["x1_upper", "x1_lower", "x2_upper", "x2_lower"]
+    assert data["barriers"]["x1_upper"]["relative_degree"] == 2 and data["barriers"]["x2_lower"]["unit"] == "1/s"
+    assert data["mpc"] is None and data["distance"] is None
+
+
+def test_a_fall_is_told_and_its_step_not_counted():
+    log = synthetic.walk_log(duration=3.9, ending=FELL)
+    found = metrics(log)
+    assert found.fell and found.ending == "fell" and found.steps_taken == 7
+
+
+def test_a_foot_that_never_leaves_the_ground_takes_no_step(log):
+    log["foot_state"][:, [2, 8]] = 0.0
+    assert metrics(log).steps_taken == 0
+
+
+def test_slip_is_the_farthest_way_from_where_the_foot_first_stood(log):
+    assert slip_max(log) == 0.0
+    standing = (log.time > 1.3) & (log.time < 1.5)  # the left foot carries from 1.2 s to 1.6 s
+    log["foot_state"][standing, 0] += 0.003
+    log["foot_state"][standing, 1] -= 0.004
+    assert slip_max(log) == pytest.approx(0.005)
+
+
+def test_a_swinging_foot_does_not_slip(log):
+    swinging = (log.time > 0.85) & (log.time < 1.15)
+    log["foot_state"][swinging, 0] += 0.3
+    assert slip_max(log) == 0.0
+
+
+def test_the_zmp_margin_is_the_distance_to_the_edge_of_the_sole(log):
+    row = round(1.4 / TICK)  # on the left foot, in mid-step
+    centre = log["foot_state"][row, :2]
+    for offset, margin in (((0, 0), 0.06), ((0.07, 0), 0.03), ((0, -0.05), 0.01), ((0, 0.08), -0.02)):
+        log["lip_state"][row, [2, 5]] = centre + np.array(offset)
+        assert zmp_margins(log, LIMITS.sole_half)[row] == pytest.approx(margin)
+
+
+def test_the_zmp_margin_turns_with_the_foot(log):
+    row = round(1.4 / TICK)
+    log["foot_state"][row, 5] = np.pi / 2
+    log["lip_state"][row, [2, 5]] = log["foot_state"][row, :2] + np.array([0.05, 0.0])
+    assert zmp_margins(log, LIMITS.sole_half)[row] == pytest.approx(0.01)
+
+
+def test_standing_feet_support_between_them_too(log):
+    assert zmp_margins(log, LIMITS.sole_half)[0] == pytest.approx(0.1)  # the front edge is nearer than the sides
+
+
+def test_samples_outside_the_box_are_counted(log):
+    log["lip_state"][100:110, 2] = log["zmp_box"][100:110, 1] + 1e-6
+    log["lip_state"][200:210, 5] = log["zmp_box"][200:210, 2] - 1e-6
+    assert metrics(log).zmp_outside_fraction == pytest.approx(20 / len(log))
+    log["lip_state"][200:210, 5] = log["zmp_box"][200:210, 2] - 1e-10  # rounding is not outside
+    assert metrics(log).zmp_outside_fraction == pytest.approx(10 / len(log))
+
+
+def test_drifts_ignore_the_sway_and_have_no_sign(log):
+    turn = np.radians(-3.0) * log.time / log.time[-1]
+    log["robot_state"][:, 0], log["robot_state"][:, 3] = np.cos(turn / 2), np.sin(turn / 2)
+    log["lip_state"][:, 3] -= 0.01 * log.time
+    found = metrics(log)
+    late = log.time[-2 * N :].mean()
+    assert found.lateral_drift == pytest.approx(0.01 * late, rel=1e-3)
+    assert found.yaw_drift_deg == pytest.approx(3.0 * late / 4.0, rel=1e-3)
+    assert base_yaw(log)[-1] == pytest.approx(np.radians(-3.0))
+
+
+def test_torques_at_the_limit_are_counted(log):
+    log["actuation"][5, 3], log["actuation"][6:8, 4] = -40.0, 40.0
+    found = metrics(log)
+    assert (found.joint_torque_peak, found.torque_limit_hits) == (40.0, 3)
+
+
+def test_solver_failures_and_fallbacks_are_counted(log):
+    log["solver_status"][50:52, 0], log["solver_status"][50:52, 4] = 0.0, [1.0, 2.0]
+    log["solver_status"][60, 3] = 0.02
+    log["solver_status"][70, 1] = 1.0
+    found = metrics(log).mpc
+    assert (found.solves, found.failures, found.fallbacks, found.slack_max) == (400, 2, 2, 0.02)
+    assert found.tick_seconds_median == pytest.approx(1e-4) and found.tick_seconds_p99 == pytest.approx(1e-4)
+
+
+def test_nan_becomes_null_and_not_a_crash(log):
+    log["lip_state"][300, :] = np.nan
+    log["h"][300] = np.nan
+    data = json.loads(metrics(log).to_json())
+    assert data["com_rms_error"][0] is None and data["zmp_margin_min"] is None
+    assert data["barriers"]["forward_speed"]["h_min"] is None
+
+
+def test_an_empty_log_has_metrics_too():
+    log = synthetic.walk_log()
+    empty = RunLog({name: table[:0] for name, table in log.signals.items()}, log.time[:0], "interrupted")
+    data = json.loads(metrics(empty).to_json())
+    assert data["ending"] == "interrupted" and data["steps_taken"] is None and data["mpc"]["solves"] == 0

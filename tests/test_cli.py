@@ -1,0 +1,198 @@
+"""The command line from end to end: what it writes, says and returns."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import synthetic
+
+from pdhocbf_drake.cli import main
+from pdhocbf_drake.simulation.run_folder import new_run_folder, read_run, write_run
+
+SHORT = "duration: 1.0"
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory) -> Path:
+    """A short real run of the template."""
+    place = tmp_path_factory.mktemp("runs") / "vhip"
+    assert main(["run", "vhip", "--text", SHORT, "--out", str(place)]) == 0
+    return place
+
+
+def synthetic_folder(place: Path, **kwargs) -> Path:
+    with new_run_folder(place) as folder:
+        write_run(folder, synthetic.run("vhip", **kwargs))
+    return place
+
+
+def test_list_names_every_scenario_with_its_sentence(capsys):
+    assert main(["list"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 7 and all(len(line.split(maxsplit=1)[1]) > 20 for line in lines)
+
+
+def test_a_run_leaves_the_promised_folder(run_folder):
+    names = {entry.name for entry in run_folder.iterdir()}
+    assert names == {
+        "scenario.yaml", "provenance.json", "log.npz", "metrics.json", "replay.html", "report.html", "figures",
+    }  # fmt: skip
+    metrics = json.loads((run_folder / "metrics.json").read_text())
+    assert metrics["scenario"] == "vhip" and metrics["ending"] == "finished" and metrics["template"]
+    assert metrics["simulated_seconds"] == pytest.approx(1.0)
+    assert {p.suffix for p in (run_folder / "figures").iterdir()} == {".png"}
+    assert [entry.name for entry in run_folder.parent.iterdir()] == ["vhip"]
+
+
+def test_a_runs_own_scenario_runs_again_bit_for_bit(run_folder, tmp_path):
+    place = tmp_path / "again"
+    assert main(["run", str(run_folder / "scenario.yaml"), "--out", str(place), "--no-replay"]) == 0
+    assert read_run(place).log.differences(read_run(run_folder).log) == []
+    assert not (place / "replay.html").exists() and (place / "report.html").exists()
+
+
+def test_the_summary_ends_with_replay_report_and_folder(elsewhere, capsys):
+    assert main(["run", "vhip", "--text", SHORT]) == 0
+    told = capsys.readouterr()
+    place = next((elsewhere / "runs").iterdir()).relative_to(elsewhere)
+    assert place.name.startswith("vhip-")
+    ends = [line.split()[-1] for line in told.out.splitlines()[-3:]]
+    assert ends == [str(place / "replay.html"), str(place / "report.html"), str(place)]
+    assert "vhip: 1.0 of 1.0 s simulated in" in told.err and "\r" not in told.err
+
+
+def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
+    from pdhocbf_drake.cli.progress import shown_progress
+
+    with shown_progress("walk", 2.0) as progress:
+        for tenth in range(1, 21):
+            progress(tenth / 10)
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 10 and lines[-1].startswith("walk: 2.0 of 2.0 s")
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    with shown_progress("walk", 2.0) as progress:
+        progress(1.0)
+        progress(2.0)
+    assert "100%|" in capsys.readouterr().err
+
+
+def test_replay_and_report_are_rebuilt_from_the_log(tmp_path, capsys):
+    place = synthetic_folder(tmp_path / "run")
+    assert main(["replay", str(place)]) == 0 and main(["report", str(place)]) == 0
+    assert capsys.readouterr().out.split() == [str(place / "replay.html"), str(place / "report.html")]
+    assert (place / "metrics.json").exists() and (place / "figures" / "velocity.png").exists()
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["run"]
+
+
+def test_one_report_for_several_runs(elsewhere, capsys):
+    folders = [str(synthetic_folder(elsewhere / name, duration=2.5)) for name in ("one", "two")]
+    assert main(["report", *folders]) == 0
+    page = (elsewhere / "comparison.html").read_text()
+    assert page.count("<iframe") == 2 and "synthetic (1)" in page and "synthetic (2)" in page
+    assert main(["report", *folders, "--out", str(elsewhere)]) == 1
+    assert "must be the name of a file" in capsys.readouterr().err
+
+
+def test_compare_tells_both_margins_and_their_ratio(tmp_path, capsys):
+    folders = [str(synthetic_folder(tmp_path / name)) for name in ("one", "two")]
+    assert main(["compare", *folders]) == 0
+    told = capsys.readouterr().out
+    assert told.count("mean h 0.02 m/s from 2 s on") == 2 and "M = 100.0 %" in told
+    assert main(["compare", *folders, "--from-time", "50"]) == 1
+    assert "has nothing from 50 s on" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (["run", "wlaking"], "unknown scenario 'wlaking'; there are van_der_pol, vhip"),
+        (["run", "nowhere.yaml"], "nowhere.yaml does not exist"),
+        (["run", "vhip", "--text", "gaitt: {}"], "vhip.gaitt: unknown key; allowed here: barriers"),
+        (["run", "vhip", "--text", "gait: {stride: .nan}"], "vhip.gait.stride: input should be a finite number"),
+        (["run", "vhip", "--text", "gait: {zmp_box: [0.1]}"], "vhip.gait.zmp_box"),
+        (["run", "vhip", "--text", "gait: {tick: -0.01}"], "vhip.gait.tick: input should be greater than 0"),
+        (["run", "vhip", "--text", "mpc: {horizon: 70}"], "Lemma 2"),
+        (["run", "vhip", "--text", "barriers: {forward_speed: {gamma: [1.5, 0.5]}}"], "gamma"),
+        (["run", "vhip", "--text", "barriers: {forward_speed: {relative_degree: 1}}"], "relative degree"),
+        (["run", "walking", "--text", "robot: nao"], "no robot 'nao'"),
+        (["run", "walking", "--text", "gait: {com_height: 0.9}"], "CoM"),
+        (["run", "walking", "--text", "gait: {stride: 1.5}"], "stride"),
+        (["run", "walking", "--text", "gait: {zmp_box: [0.4, 0.4]}"], "sole"),
+        (["compare", "nowhere", "nowhere"], "nowhere is not a run folder: there is no such folder"),
+        (["replay", "."], "is not a run folder: it has no scenario.yaml"),
+        (["report", "nowhere"], "there is no such folder"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_leaves_nothing(arguments, says, elsewhere, capsys):
+    assert main(arguments) == 1
+    told = capsys.readouterr()
+    assert says in told.err and told.err.startswith("pdhocbf: ") and told.err.count("\n") == 1
+    assert "Traceback" not in told.err and told.out == ""
+    assert [entry for entry in elsewhere.rglob("*") if entry.is_file()] == []
+
+
+def test_a_place_that_is_no_run_folder_is_told_before_anything_runs(elsewhere, capsys):
+    (elsewhere / "thesis.tex").write_text("years of work")
+    assert main(["run", "vhip", "--out", str(elsewhere)]) == 1
+    assert "not a run folder, since it holds thesis.tex" in capsys.readouterr().err
+    assert [entry.name for entry in elsewhere.iterdir()] == ["thesis.tex"]
+
+
+@pytest.mark.parametrize("arguments", [[], ["walk"], ["run"], ["run", "vhip", "--oot", "x"], ["compare", "one"]])
+def test_wrong_usage_is_two(arguments, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    assert ended.value.code == 2 and "usage: pdhocbf" in capsys.readouterr().err
+
+
+def test_the_unexpected_is_one_line_too(monkeypatch, elsewhere, capsys):
+    from pdhocbf_drake.cli import run
+
+    def broken(*_):
+        raise RuntimeError("first line\nsecond line")
+
+    monkeypatch.setattr(run, "simulate", broken)
+    assert main(["run", "vhip"]) == 1
+    assert capsys.readouterr().err == (
+        "pdhocbf: unexpected RuntimeError: first line (set PDHOCBF_DEBUG=1 to see where)\n"
+    )
+    assert [entry for entry in elsewhere.rglob("*") if entry.is_file()] == []
+    monkeypatch.setenv("PDHOCBF_DEBUG", "1")
+    with pytest.raises(RuntimeError):
+        main(["run", "vhip"])
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_leaves_a_marked_partial_run(number, tmp_path):
+    command = "import sys; from pdhocbf_drake.cli import main; sys.exit(main())"
+    arguments = ["run", "vhip", "--text", "duration: 60.0", "--out", str(tmp_path / "run")]
+    root = Path(__file__).resolve().parent.parent
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    with subprocess.Popen(
+        [sys.executable, "-u", "-c", command, *arguments], stderr=subprocess.PIPE, text=True, env=environment
+    ) as process:
+        assert process.stderr is not None and "6.0 of 60.0 s" in process.stderr.readline()
+        process.send_signal(number)
+        _, told = process.communicate(timeout=60)
+    assert process.returncode == 1 and "interrupted; what was recorded is in" in told and "Traceback" not in told
+    run = read_run(tmp_path / "run")
+    assert run.log.ending == "interrupted" and 6.0 <= run.log.time[-1] < 60.0
+    metrics = json.loads((tmp_path / "run" / "metrics.json").read_text())
+    assert metrics["ending"] == "interrupted" and metrics["fell"] is False
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_closed_pipe_is_no_traceback():
+    command = "import sys; from pdhocbf_drake.cli import main; sys.exit(main(['list']))"
+    root = Path(__file__).resolve().parent.parent
+    done = subprocess.run(
+        ["bash", "-c", f'{sys.executable} -c "{command}" | true'],
+        capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(root)}, timeout=60, check=False,
+    )  # fmt: skip
+    assert "Traceback" not in done.stderr and "BrokenPipe" not in done.stderr

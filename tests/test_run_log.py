@@ -1,0 +1,79 @@
+"""A log keeps what it is given, bit for bit, and says what is wrong with what it is not given."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import synthetic
+
+from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.simulation.run_log import INTERRUPTED, RunLog
+
+
+def test_a_saved_log_is_read_back_bit_for_bit(tmp_path):
+    log = synthetic.walk_log(ending=INTERRUPTED)
+    log.save(tmp_path / "log.npz")
+    again = RunLog.load(tmp_path / "log.npz")
+    assert again.differences(log) == []
+    assert again.ending == INTERRUPTED and not again.complete
+
+
+def test_the_same_log_gives_the_same_file(tmp_path):
+    for name in ("a.npz", "b.npz"):
+        synthetic.walk_log().save(tmp_path / name)
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_differences_name_the_signal_and_forgive_wall_times():
+    log, other = synthetic.walk_log(), synthetic.walk_log()
+    other["solver_status"][:, 1] *= 2.0
+    assert log.differences(other) == []
+    other["lip_state"][3, 1] = np.nextafter(other["lip_state"][3, 1], 1.0)
+    other["solver_status"][5, 3] += 1e-16
+    assert log.differences(other) == ["lip_state", "solver_status"]
+
+
+def test_elements_are_the_columns_of_the_table():
+    log = synthetic.walk_log()
+    assert np.array_equal(log.element("lip_state", "y_zmp"), log["lip_state"][:, 5])
+    assert synthetic.signal_names() >= set(log.signals)
+
+
+def test_rows_after_a_time_begin_with_that_tick():
+    log = synthetic.walk_log()
+    late = log.after(2.0)
+    assert late.time[0] == pytest.approx(2.0) and late.time[-1] == log.time[-1]
+    assert np.array_equal(late["h"], log["h"][200:])
+
+
+@pytest.mark.parametrize(
+    ("signals", "says"),
+    [
+        ({"h": np.zeros((4, 1))}, r"signal 'h' must have shape \(5, size\), given \(4, 1\)"),
+        ({"h": np.zeros(5)}, r"signal 'h' must have shape \(5, size\), given \(5,\)"),
+        ({"ending": np.zeros((5, 1))}, "cannot be called 'ending'"),
+    ],
+)
+def test_wrong_shapes_are_refused(signals, says):
+    with pytest.raises(InputError, match=says):
+        RunLog(signals, np.arange(5.0))
+
+
+def test_a_missing_signal_lists_those_there_are():
+    with pytest.raises(InputError, match=r"no signal 'hh'; it has .*com_reference, .*h, "):
+        synthetic.walk_log()["hh"]
+    with pytest.raises(InputError, match=r"'lip_state' has no element 'z'; it has x, vx, x_zmp"):
+        synthetic.walk_log().element("lip_state", "z")
+
+
+def test_a_file_that_is_no_log_is_named(tmp_path):
+    path = tmp_path / "log.npz"
+    with pytest.raises(RunFolderError, match=r"log\.npz does not exist"):
+        RunLog.load(path)
+    path.write_text("not a log")
+    with pytest.raises(RunFolderError, match=r"log\.npz is not a run's log"):
+        RunLog.load(path)
+    synthetic.walk_log().save(path)
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(RunFolderError, match=r"log\.npz is not a run's log"):
+        RunLog.load(path)
