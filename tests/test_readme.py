@@ -1,0 +1,25 @@
+"""What the README says of the code is written by the code."""
+
+import re
+import runpy
+from pathlib import Path
+
+from pdhocbf_drake.simulation.scenario_file import scenario_names
+
+ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_tables_are_those_of_the_code() -> None:
+    tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
+    assert tables["with_tables"](README) == README, "run python docs/tables.py"
+    assert tables["signals_table"]() in README and tables["metrics_table"]() in README
+
+
+def test_pictures_and_files_that_it_links_exist() -> None:
+    links = re.findall(r"\]\((?!http|#)([^)#]+)", README)
+    assert links and all((ROOT / link).exists() for link in links)
+
+
+def test_every_packaged_scenario_is_named() -> None:
+    assert all(f"`{name}`" in README for name in scenario_names())
