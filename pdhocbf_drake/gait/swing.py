@@ -37,3 +37,33 @@ def swing_point(start: np.ndarray, end: np.ndarray, height: float, duration: flo
     base[: len(start)] = start
     up = np.array([0.0, 0.0, 1.0])
     return SwingPoint(base + blend * move + lift * up, blend_v * move + lift_v * up, blend_a * move + lift_a * up)
+
+
+def swing_onward(now: np.ndarray, end: np.ndarray, remaining: float, ahead: float) -> np.ndarray:
+    """Where a foot that is on its way will be, when it is to come to rest at `end` after `remaining` seconds.
+
+    Along each axis the quintic polynomial from the position, velocity and acceleration of now to rest at the end: the
+    motion of least jerk, of which that of `swing_point` is the case that starts at rest. Planned anew at every tick
+    towards an end that moves, it never jumps in position, velocity or acceleration.
+
+    Args:
+        now: position, velocity, acceleration, shape (3, d).
+        end: shape (d,) [m].
+        remaining: > 0 [s].
+        ahead: how far ahead to look, at most `remaining` [s].
+
+    Returns:
+        Position, velocity, acceleration after `ahead` seconds, shape (3, d).
+    """
+    if ahead >= remaining - 1e-9:
+        return np.array([end, np.zeros_like(end), np.zeros_like(end)])
+    p, v, a = now[0], now[1] * remaining, now[2] * remaining**2
+    gap = end - p
+    third = 10.0 * gap - 6.0 * v - 1.5 * a
+    fourth = -15.0 * gap + 8.0 * v + 1.5 * a
+    fifth = 6.0 * gap - 3.0 * v - 0.5 * a
+    s = ahead / remaining
+    position = p + s * (v + s * (0.5 * a + s * (third + s * (fourth + s * fifth))))
+    velocity = v + s * (a + s * (3.0 * third + s * (4.0 * fourth + s * 5.0 * fifth)))
+    acceleration = a + s * (6.0 * third + s * (12.0 * fourth + s * 20.0 * fifth))
+    return np.array([position, velocity / remaining, acceleration / remaining**2])
