@@ -88,7 +88,7 @@ def test_reading_says_what_is_missing(tmp_path):
     with new_run_folder(tmp_path / "run") as folder:
         write_run(folder, synthetic.run())
     (tmp_path / "run" / "scenario.yaml").write_text("gaitt: {}")
-    with pytest.raises(RunFolderError, match="not a run folder of this version: .*gaitt: unknown key"):
+    with pytest.raises(RunFolderError, match=r"not a run folder of this version: .*gaitt: unknown key"):
         read_run(tmp_path / "run")
 
 

@@ -41,6 +41,9 @@ def write_figures(figures: list[Drawn], folder: Path) -> None:
 
 def _walk(run: Run, limits: RobotLimits | None) -> list[Drawn]:
     drawn = [Drawn("velocity", "CoM velocity, planned and measured, under its bounds", figures_walk.velocity(run))]
+    if run.log.time[-1] > run.scenario.from_time:
+        steady = figures_walk.velocity_steady(run)
+        drawn.append(Drawn("velocity_steady", "The same over three gaits of the steady state", steady))
     if run.scenario.barriers:
         drawn.append(Drawn("barriers", "Barriers on the measured state", figures_walk.barriers(run)))
     return [

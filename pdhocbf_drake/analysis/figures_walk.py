@@ -34,6 +34,19 @@ def com_and_zmp(run: Run) -> Figure:
     return figure
 
 
+def velocity_steady(run: Run) -> Figure:
+    """Three gaits of `velocity` from the steady state on."""
+    figure = velocity(run)
+    start, log = run.scenario.from_time, run.log
+    end = start + 3 * run.scenario.gait.ticks_per_gait * run.scenario.tick
+    seen = (log.time >= start) & (log.time <= end)
+    for axis in figure.axes:
+        values = np.concatenate([np.asarray(line.get_ydata(), dtype=float)[seen] for line in axis.lines])
+        axis.set_xlim(start, end)
+        axis.set_ylim(*_room(values))
+    return figure
+
+
 def velocity(run: Run) -> Figure:
     """CoM velocity under its bounds, as the paper's Fig. 4(b)."""
     log, scenario = run.log, run.scenario
@@ -67,11 +80,20 @@ def barriers(run: Run) -> Figure:
         axis.plot(log.time[: len(levels[-1])], levels[-1], color=palette.LIMIT, lw=0.7, label=f"$\\psi_{order}$")
         axis.axhline(0.0, color=palette.UNSAFE, lw=1.0, ls=":", label="limit of safety")
         axis.axvspan(0.0, min(scenario.from_time, log.time[-1]), color=palette.BOX, alpha=0.25, linewidth=0)
+        if log.time[-1] > scenario.from_time:  # the start dwarfs what is judged
+            axis.set_ylim(*_room(np.append(levels[0][log.time >= scenario.from_time], 0.0)))
         axis.set_title(f"{name}: h, judged after the shaded start", loc="right")
         label(axis, "h", use.unit)
     legend(axes[0])
     time_axis(axes)
     return figure
+
+
+def _room(values: np.ndarray) -> tuple[float, float]:
+    """Limits of an axis with a fifth of the values' range above and below."""
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    room = 0.2 * (high - low) or 1.0
+    return low - room, high + room
 
 
 def footsteps(run: Run, limits: RobotLimits | None) -> Figure:

@@ -20,7 +20,7 @@ class BarrierMetrics(BaseModel):
 
 
 class MpcMetrics(BaseModel):
-    """The controller's solves."""
+    """The solves of the controller; on the oscillator, of its barrier filter."""
 
     model_config = ConfigDict(frozen=True)
 

@@ -19,7 +19,7 @@ def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
         rows.append(("joints", _joints(metrics)))
     rows += [(f"barrier {name}", _barrier(barrier)) for name, barrier in metrics.barriers.items()]
     if metrics.mpc is not None:
-        rows.append(("MPC", _mpc(metrics)))
+        rows.append(("MPC" if metrics.steps_taken is not None else "filter", _mpc(metrics)))
     return rows
 
 
@@ -81,7 +81,7 @@ def _mpc(metrics: Metrics) -> str:
 
 
 def _of(value: float | None, unit: str) -> str:
-    return "unknown" if value is None else f"{value:.3g} {unit}"
+    return "unknown" if value is None else f"{value:.3g} {unit}".removesuffix(" 1")
 
 
 def _mm(value: float | None) -> str:

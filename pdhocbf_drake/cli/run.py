@@ -71,6 +71,7 @@ def _new_place(scenario: Scenario) -> Path:
 
 def _tell(metrics: Metrics, place: Path, done: list[str]) -> None:
     rows = [*summary_rows(metrics), *((name.removesuffix(".html"), str(place / name)) for name in done)]
-    rows.append(("run folder", str(place)))
+    if not done:
+        rows.append(("run folder", str(place)))
     width = max(len(name) for name, _ in rows)
     print("\n".join(f"{name:<{width}}  {value}" for name, value in rows))

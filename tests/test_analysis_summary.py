@@ -1,0 +1,51 @@
+"""The summary is ten lines with replay and report, and tells the bad as plainly as the good."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import synthetic
+from test_analysis_metrics import LIMITS
+
+from pdhocbf_drake.analysis.metrics import compute_metrics
+from pdhocbf_drake.analysis.summary import summary_rows
+
+
+def summary(system: str = "biped", **kwargs) -> dict[str, str]:
+    run = synthetic.run(system, **kwargs)
+    limits = LIMITS if system == "biped" else None
+    return dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, limits)))
+
+
+def test_a_walk_is_told_in_eight_lines():
+    rows = summary()
+    names = ["run", "walk", "straightness", "tracking", "ZMP", "joints", "barrier forward_speed", "MPC"]
+    assert list(rows) == names
+    assert rows["walk"].startswith("8 steps, 1.5 m (commanded 1.12 m), steady speed 0.375 m/s")
+    assert rows["tracking"].startswith("CoM RMS error in x, y, z: 3.0 mm, 4.0 mm, 5.0 mm")
+
+
+@pytest.mark.parametrize(("ending", "word"), [("fell", "FELL"), ("interrupted", "INTERRUPTED"), ("lost", "lost")])
+def test_a_bad_end_comes_first(ending, word):
+    assert summary(ending=ending)["run"].startswith(f"{word} after 4.00 s")
+
+
+def test_a_template_tells_nothing_of_a_body():
+    rows = summary("vhip")
+    assert "joints" not in rows and "tracking" not in rows
+    assert "yaw" not in rows["straightness"] and "soles" not in rows["ZMP"]
+
+
+def test_an_oscillator_tells_its_barriers():
+    assert list(summary("van_der_pol")) == ["run", *(f"barrier x{i}_{s}" for i in (1, 2) for s in ("upper", "lower"))]
+
+
+def test_a_margin_that_was_not_judged_is_not_a_number():
+    assert summary(duration=1.0)["barrier forward_speed"] == "not judged: the run ended before from_time"
+
+
+def test_what_cannot_be_known_is_called_unknown():
+    run = synthetic.run()
+    run.log["lip_state"][5] = np.nan
+    rows = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, LIMITS)))
+    assert "unknown" in rows["tracking"] and "unknown" in rows["ZMP"]

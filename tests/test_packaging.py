@@ -1,0 +1,67 @@
+"""What is installed is what the checkout holds: scenarios, page template, robots, and the promised versions."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import sys
+import zipfile
+from pathlib import Path
+
+import pytest
+
+import pdhocbf_drake
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def pyproject() -> dict:
+    if sys.version_info < (3, 11):
+        pytest.skip("tomllib came with Python 3.11")
+    import tomllib
+
+    return tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+
+
+def test_a_wheel_holds_code_scenarios_template_and_robots(tmp_path, monkeypatch):
+    builder = pytest.importorskip("hatchling.builders.wheel")
+    monkeypatch.chdir(ROOT)
+    (built,) = builder.WheelBuilder(str(ROOT)).build(directory=str(tmp_path), versions=["standard"])
+    names = set(zipfile.ZipFile(built).namelist())
+    wanted = {
+        path.relative_to(ROOT).as_posix()
+        for pattern in ("**/*.py", "scenarios/*.yaml", "analysis/*.j2", "py.typed")
+        for path in (ROOT / "pdhocbf_drake").glob(pattern)
+    }
+    wanted |= {f"pdhocbf_drake/{path.relative_to(ROOT).as_posix()}" for path in (ROOT / "models").rglob("*.urdf")}
+    wanted |= {f"pdhocbf_drake/{path.relative_to(ROOT).as_posix()}" for path in (ROOT / "models").rglob("*.yaml")}
+    assert "pdhocbf_drake/models/package.xml" in names
+    assert wanted <= names, sorted(wanted - names)[:5]
+    assert not any(name.startswith(("tests/", "runs/")) for name in names)
+
+
+def test_the_physics_and_the_solver_are_the_promised_versions(pyproject):
+    for requirement in pyproject["project"]["dependencies"]:
+        name, equal, version = requirement.partition("==")
+        if equal:
+            assert importlib.metadata.version(name) == version
+
+
+def test_constraints_meet_what_the_package_asks_for(pyproject):
+    from packaging.requirements import Requirement
+
+    pinned = {}
+    for line in (ROOT / "constraints.txt").read_text(encoding="utf-8").splitlines():
+        if line and not line.startswith("#"):
+            pin = Requirement(line)
+            if pin.marker is None or pin.marker.evaluate():
+                pinned[pin.name.lower()] = next(iter(pin.specifier)).version
+    extras = pyproject["project"]["optional-dependencies"]
+    for text in [*pyproject["project"]["dependencies"], *extras["test"], *extras["dev"]]:
+        requirement = Requirement(text)
+        assert requirement.specifier.contains(pinned[requirement.name.lower()]), text
+
+
+def test_the_changelog_knows_the_version():
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert "## Unreleased" in text or f"## {pdhocbf_drake.__version__}" in text
