@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from pdhocbf_drake.mpc.solution import QpResult, Reason
 from pdhocbf_drake.mpc.solvers import QpSolver, make_solver
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import RELAXED, TerminalSet
+from pdhocbf_drake.mpc.warm_start import guess_rows
 from pdhocbf_drake.templates.divergent import DivergentComponent
 from pdhocbf_drake.templates.vhip import Vhip
 
@@ -87,7 +89,15 @@ class PeriodicMpc:
         self.qps = [[self._compile(axis, phase) for phase in range(gait.period)] for axis in (0, 1)]
         # A terminal set has more facets at some phases than at others.
         self.rows = [max(len(qp.A) for qp in axis) for axis in self.qps]
-        self._solvers = [[make_solver(config.solver, qp, BOUND_ROWS) for qp in axis] for axis in self.qps]
+        self._solvers = [
+            [make_solver(config.solver, qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)]
+            for axis in self.qps
+        ]
+        self._theta_of_step = lru_cache(maxsize=4)(self._step_parameters)
+        self._periodic_tail = [
+            (self.divergent.discounts(phase, config.horizon)[-1], self.divergent.offset_row(phase))
+            for phase in range(gait.period)
+        ]
         self._seconds: list[list[QpSolver | None]] = [[None] * gait.period for _ in barriers]
 
     def _terminal_steps(self, axis: int) -> int:
@@ -100,28 +110,23 @@ class PeriodicMpc:
 
     def theta(
         self, axis: int, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
-        offset: np.ndarray, plan: Plan | None,
+        offset: np.ndarray | None, plan: Plan | None,
     ) -> np.ndarray:  # fmt: skip
         """The parameters of one axis at one tick, laid out as `Parameters` says."""
         step, phase = self.gait.phase(tick)
-        ahead = self.preview.steps(step)
-        lower, upper = ahead.lower[axis], ahead.upper[axis]
+        place, here = self.layouts[axis].places, float(stance[1])
+        of_step, centre = self._theta_of_step(axis, step)
+        theta = of_step.copy()
+        correction = self.config.path_correction[axis]
+        theta[place["target"]] += here + min(max(centre - here, -correction), correction)
         frozen = self.gait.period - phase <= self.config.freeze_ticks
         if frozen and plan is not None and plan.tick // self.gait.period == step:
-            lower, upper = lower.copy(), upper.copy()
-            lower[0] = upper[0] = plan.footholds[axis, 0] - stance[1]
-        place = self.layouts[axis].places
-        theta = np.empty(self.layouts[axis].size)
+            theta[place["step_lower"].start] = theta[place["step_upper"].start] = plan.footholds[axis, 0] - here
         theta[place["state"]] = state
         theta[place["stance"]] = stance
-        correction = self.config.path_correction[axis]
-        astray = min(max(ahead.centre[axis] - stance[1], -correction), correction)
-        theta[place["target"]] = stance[1] + astray + np.cumsum(ahead.moves[axis])
-        theta[place["step_lower"]] = lower
-        theta[place["step_upper"]] = upper
-        theta[place["half"]] = ahead.half[axis]
         theta[place["tail"]] = self._tail(axis, tick, state)
-        theta[place["offset"]] = offset
+        if offset is not None:
+            theta[place["offset"]] = offset
         for barrier in self.barriers[axis]:
             theta[place[f"bound_{barrier.name}"]] = bounds[barrier.name]
         if axis in self.terminal:
@@ -131,12 +136,22 @@ class PeriodicMpc:
             theta[place["terminal"]] = np.where(in_force, 0.0, RELAXED)
         return theta
 
+    def _step_parameters(self, axis: int, step: int) -> tuple[np.ndarray, float]:
+        """The part of θ that holds all through a step (targets as seen from the stance, else zeros), and its centre."""
+        ahead, place = self.preview.steps(step), self.layouts[axis].places
+        theta = np.zeros(self.layouts[axis].size)
+        theta[place["target"]] = np.cumsum(ahead.moves[axis])
+        theta[place["step_lower"]] = ahead.lower[axis]
+        theta[place["step_upper"]] = ahead.upper[axis]
+        theta[place["half"]] = ahead.half[axis]
+        return theta, float(ahead.centre[axis])
+
     def _tail(self, axis: int, tick: int, state: np.ndarray) -> float:
         if self.config.tail == "truncated":
             return 0.0
         if self.config.tail == "periodic" and self.preview.repeats(tick):
-            discount = self.divergent.discounts(tick, self.config.horizon)[-1]
-            return float(discount * (self.divergent.offset_row(tick) @ state))
+            discount, offset_row = self._periodic_tail[tick % self.gait.period]
+            return float(discount * (offset_row @ state))
         return float(self.preview.anticipative_tail(tick)[axis])
 
     def solve(
@@ -154,11 +169,11 @@ class PeriodicMpc:
             last: the plan of the tick before, for warm start and fallback.
         """
         phase = tick % self.gait.period
-        offset = np.zeros((2, self.config.horizon)) if offset is None else offset
         results: list[QpResult] = []
         reason = Reason.SOLVED
         for axis in (0, 1):
-            theta = self.theta(axis, tick, state[axis], stance[axis], bounds, offset[axis], last)
+            shift = None if offset is None else offset[axis]
+            theta = self.theta(axis, tick, state[axis], stance[axis], bounds, shift, last)
             guess = None if last is None else last.active[axis]
             result = self._solvers[axis][phase].solve(theta, guess)
             if not result.ok and not result.infeasible:
@@ -168,15 +183,17 @@ class PeriodicMpc:
                 reason = max(reason, Reason.INFEASIBLE if result.infeasible else Reason.NOT_OPTIMAL)
             results.append(result)
         horizon, n_f = self.config.horizon, self.footholds
-        slack = max(float(np.max(r.decisions[horizon + n_f :], initial=0.0)) for r in results)
+        slacks = np.concatenate([r.decisions[horizon + n_f :] for r in results])
+        slack = float(slacks.max()) if len(slacks) else 0.0
         if reason >= Reason.INFEASIBLE:
             return self._fallback(tick, state, stance, last, reason)
         if reason == Reason.SOLVED and slack > _SLACK_NOTICED:
             reason = Reason.SOFTENED
+        plans = np.stack([r.decisions[: horizon + n_f] for r in results])
         return Plan(
             tick,
-            np.array([r.decisions[:horizon] for r in results]),
-            np.array([r.decisions[horizon : horizon + n_f] for r in results]),
+            plans[:, :horizon],
+            plans[:, horizon:],
             (self._padded(0, results[0].active), self._padded(1, results[1].active)),
             slack,
             sum(r.cost for r in results),

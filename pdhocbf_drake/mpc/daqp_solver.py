@@ -8,12 +8,15 @@ import daqp
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.affine_map import AffineMap
 from pdhocbf_drake.mpc.compiled import ParametricQp
-from pdhocbf_drake.mpc.slacks import find_slacks
+from pdhocbf_drake.mpc.slacks import Slacks, find_slacks
 from pdhocbf_drake.mpc.solution import QpResult
 
-_ACTIVE, _LOWER, _EQUALITY, _SOFT = 1, 2, 5, 8
+_EQUALITY, _SOFT = 5, 8
+_SENSES = np.array([0, 1, 3], dtype=np.int32)  # of the flags 0, +1 (active) and, at index -1, active at the lower bound
 _SETTINGS = {"primal_tol": 1e-10, "dual_tol": 1e-10, "iter_limit": 2000}
+_INFEASIBLE, _OPTIMAL, _SOFTENED = -1, 1, 2
 _WORDS = {
     -1: "infeasible",
     -2: "cycling",
@@ -22,83 +25,164 @@ _WORDS = {
     -5: "not convex",
     -6: "overdetermined set",
 }
+_NOISE = 1e-13  # entries of M⁻¹ below this part of the largest one are what rounding left of zeros
 
 
 class DaqpQp:
     """Solves a `ParametricQp` at many θ.
 
     Slacks that soften one row each (`find_slacks`) are left to DAQP, which prices a violated row by itself, so that
-    a row that is kept costs nothing. The rows named in `bound_rows` are taken as new variables y = M w, so that they
-    become simple bounds, which the active-set method handles at no cost; M must be square and invertible. Without
-    them w itself is used.
+    a row that is kept costs nothing. Of the other decisions w the solver sees y = M (w − w°(θ)):
+
+    - w° = −P⁻¹ f(θ) is the optimum without constraints, so that the linear cost vanishes, and with it the work
+      that it would make;
+    - M holds the rows named in `bound_rows`, square and invertible, so that they become simple bounds on y, which an
+      active-set method handles at no cost. Without bound rows M = 1.
 
     Raises:
-        InputError: the bound rows don't form an invertible square matrix.
+        InputError: the bound rows don't form an invertible square matrix, or P is singular.
     """
 
-    def __init__(self, qp: ParametricQp, bound_rows: Sequence[str] = ()) -> None:
+    def __init__(self, qp: ParametricQp, bound_rows: Sequence[str] = (), guess_rows: np.ndarray | None = None) -> None:
+        """
+        Args:
+            qp: the compiled program.
+            bound_rows: names of the rows that are taken as variables.
+            guess_rows: for each row, the row of the last tick's program whose activity is its guess; else the same row.
+        """
         self.qp = qp
         slacks = find_slacks(qp)
-        self._hard = np.setdiff1d(np.arange(len(qp.q)), slacks.columns)
-        self._slack_columns, self._soft_rows = slacks.columns, slacks.rows
-        rows_left = np.setdiff1d(np.arange(len(qp.A)), slacks.bounds)
-        n = len(self._hard)
-        bound = np.array([qp.names[row] in bound_rows for row in rows_left], dtype=bool)
-        if bound_rows and bound.sum() != n:
+        hard = np.setdiff1d(np.arange(len(qp.P)), slacks.columns)
+        left = np.setdiff1d(np.arange(len(qp.A)), slacks.bounds)
+        is_bound = np.array([qp.names[row] in bound_rows for row in left], dtype=bool)
+        if bound_rows and is_bound.sum() != len(hard):
             raise InputError(
-                f"bound rows {list(bound_rows)}: {n} rows are needed, one a decision (given: {bound.sum()})"
+                f"bound rows {list(bound_rows)}: {len(hard)} rows are needed, one a decision (given: {is_bound.sum()})"
             )
-        self._order = np.concatenate([rows_left[bound], rows_left[~bound]])
-        M = qp.A[np.ix_(rows_left[bound], self._hard)] if bound_rows else np.eye(n)
-        if np.linalg.cond(M) > 1e12:
-            raise InputError(f"bound rows {list(bound_rows)}: they don't form an invertible matrix")
-        self._from_y = W = np.linalg.inv(M)
-        hessian = W.T @ qp.P[np.ix_(self._hard, self._hard)] @ W
-        rows = np.ascontiguousarray(qp.A[np.ix_(rows_left[~bound], self._hard)] @ W)
-        # One product gives all three vectors: [f; lower; upper] = offset + map θ.
-        self._map = np.vstack([W.T @ qp.Q[self._hard], qp.lower_map[self._order], qp.upper_map[self._order]])
-        self._offset = np.concatenate([W.T @ qp.q[self._hard], qp.lower[self._order], qp.upper[self._order]])
-        self._n, self._m = n, len(self._order)
-        equal = (qp.lower == qp.upper) & np.all(qp.lower_map == qp.upper_map, axis=1)
-        soft = np.isin(self._order, slacks.rows)
-        self._sense = np.where(equal[self._order], _EQUALITY, np.where(soft, _SOFT, 0)).astype(np.int32)
-        self._free = self._sense != _EQUALITY
-        self._model = daqp.Model()
-        self._model.settings = _SETTINGS
+        # One-sided rows last, so that their upper bounds, which are infinite, are at the end and never written.
+        general = left[~is_bound]
+        one_sided = np.isposinf(qp.upper.offset[general])
+        order = np.concatenate([left[is_bound], general[~one_sided], general[one_sided]])
+        self._hard, self._order = _as_slice(hard), _as_slice(order)
+        self._guess_from = order if guess_rows is None else guess_rows[order]
+        A, P = qp.A[np.ix_(order, hard)], qp.P[np.ix_(hard, hard)]
+        bounds = int(is_bound.sum())
+        W = _inverse(A[:bounds], bound_rows) if bound_rows else np.eye(len(hard))
+        rows = A[bounds:] @ W
+        f, F = qp.linear.offset[hard], qp.linear.matrix[hard]
+        w, w_map = _unconstrained_optimum(P, f, F)
+        self._centre = _centre_of_all(len(qp.P), hard, w, w_map)
+        self._w_of_y = AffineMap(np.zeros(len(hard)), W)
+        self._curvature = np.diag(P).copy() if np.count_nonzero(P) == np.count_nonzero(np.diag(P)) else P
+        self._value = qp.constant.plus(F.T @ w_map, 0.5 * (F.T @ w + w_map.T @ f), 0.5 * f @ w)
+
+        # Bounds of A (w − w°), lower then upper: one map into one array, whose halves the solver reads.
+        self._bounds = _stacked_bounds(qp, order, A @ w, A @ w_map)
+        self._limits = self._bounds.offset.copy()
+        self._low, self._high = np.split(self._limits, 2)
+        changes = np.split(self._bounds.matrix, 2)
+        equal = (self._low == self._high) & np.all(changes[0] == changes[1], axis=1)
+        self._equal = np.flatnonzero(equal)
+        self._cold = np.where(equal, _EQUALITY, np.where(np.isin(order, slacks.rows), _SOFT, 0)).astype(np.int32)
+        self._model = self._set_up(W.T @ P @ W, np.ascontiguousarray(rows))
+        self._soften(slacks, order, rows, bounds)
+
+    def _set_up(self, hessian: np.ndarray, rows: np.ndarray) -> daqp.Model:
+        model = daqp.Model()
+        model.settings = _SETTINGS
         # Bounds at θ = 0 may contradict each other (a step's limits, say), so set up with open ones.
-        wide = np.where(self._sense == _EQUALITY, 0.0, 1e30)
-        self._model.setup(0.5 * (hessian + hessian.T), self._offset[:n].copy(), rows, wide, -wide, self._sense.copy())
-        if len(slacks.rows):
-            place = np.argsort(self._order)[np.searchsorted(np.sort(self._order), slacks.rows)]
-            rho, linear = np.zeros(self._m), np.zeros(self._m)
-            rho[place], linear[place] = 1.0 / slacks.quadratic, slacks.linear
+        wide = np.where(self._cold == _EQUALITY, 0.0, 1e30)
+        flag, _ = model.setup(0.5 * (hessian + hessian.T), None, rows, wide, -wide, self._cold)
+        if flag < 0:
+            raise InputError(f"the compiled program can't be set up in DAQP: {_WORDS.get(flag, f'exit {flag}')}")
+        return model
+
+    def _soften(self, slacks: Slacks, order: np.ndarray, rows: np.ndarray, bounds: int) -> None:
+        self._slacks = slacks
+        at = np.argsort(order)[np.searchsorted(np.sort(order), slacks.rows)]
+        self._soft, self._soft_rows = at, rows[at - bounds]
+        if len(at):
+            rho, linear = np.zeros(len(order)), np.zeros(len(order))
+            rho[at], linear[at] = 1.0 / slacks.quadratic, slacks.linear
             self._model.soft_weights(rho_l=rho, rho_u=rho, w_l=linear, w_u=linear)
 
     def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
-        """Solves at θ from the guessed active set (flags as in `QpResult.active`, original row order)."""
-        qp = self.qp
-        vectors = self._offset + self._map @ theta
-        n, m = self._n, self._m
-        sense = self._sense
-        if guess is not None:
-            flags = guess[self._order]
-            start = np.where(flags < 0, _ACTIVE | _LOWER, _ACTIVE) * ((flags != 0) & self._free)
-            sense = (sense | start).astype(np.int32)
-        low, high = vectors[n : n + m], vectors[n + m :]
-        decisions = np.zeros(len(qp.q))
-        active = np.zeros(len(qp.A))
-        if np.any(low > high + 1e-12):
-            return QpResult(
-                False, decisions, np.nan, active, True, "infeasible: a lower bound is above its upper bound"
-            )
-        self._model.update(f=vectors[:n], bupper=high, blower=low, sense=sense)
-        y, cost, flag, info = self._model.solve()
-        active[self._order] = np.sign(info["lam"])
-        ok = flag in (1, 2)  # 2: optimal with soft rows violated
-        decisions[self._hard] = self._from_y @ y
-        if len(self._soft_rows):
-            values = qp.A[np.ix_(self._soft_rows, self._hard)] @ decisions[self._hard]
-            least = qp.lower[self._soft_rows] + qp.lower_map[self._soft_rows] @ theta
-            decisions[self._slack_columns] = np.maximum(0.0, least - values)
-        word = "optimal" if ok else _WORDS.get(flag, f"exit {flag}")
-        return QpResult(ok, decisions, cost + qp.constant(theta), active, flag == -1, word)
+        """Solves at θ, starting from the active set guessed by the last tick's `QpResult.active`."""
+        self._bounds.write(theta, self._limits)
+        flag, y, multipliers = self._run(self._cold if guess is None else self._guessed(guess))
+        if flag < 0 and guess is not None:  # a guess must never change the answer
+            flag, y, multipliers = self._run(self._cold)
+        active = np.zeros(len(self.qp.A))
+        active[self._order] = np.sign(multipliers)
+        away = self._w_of_y(y)
+        steep = self._curvature * away if self._curvature.ndim == 1 else self._curvature @ away
+        cost = 0.5 * float(away @ steep) + self._value(theta)
+        decisions = self._centre(theta)
+        decisions[self._hard] += away
+        if flag == _SOFTENED:
+            slack = np.maximum(0.0, self._low[self._soft] - self._soft_rows @ y)
+            decisions[self._slacks.columns] = slack
+            cost += float(slack @ (self._slacks.linear + 0.5 * self._slacks.quadratic * slack))
+        word = "optimal" if flag > 0 else _WORDS.get(flag, f"exit {flag}")
+        return QpResult(flag > 0, decisions, cost, active, flag == _INFEASIBLE, word)
+
+    def _guessed(self, guess: np.ndarray) -> np.ndarray:
+        sense: np.ndarray = _SENSES.take(guess.take(self._guess_from).astype(np.intp))
+        sense |= self._cold
+        sense[self._equal] = _EQUALITY
+        return sense
+
+    def _run(self, sense: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
+        """Exit flag, y and multipliers at the present limits."""
+        flag = self._model.update(bupper=self._high, blower=self._low, sense=sense)
+        if flag < 0:
+            return flag, np.zeros(len(self._w_of_y)), np.zeros(len(sense))
+        y, _, flag, info = self._model.solve()
+        return flag, y, info["lam"]
+
+
+def _as_slice(places: np.ndarray) -> slice | np.ndarray:
+    """A slice, which copies nothing, where the places are 0, 1, 2 …"""
+    return slice(0, len(places)) if np.array_equal(places, np.arange(len(places))) else places
+
+
+def _unconstrained_optimum(P: np.ndarray, f: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """w°(θ) = −P⁻¹ (f + F θ): offset and matrix."""
+    try:
+        optimum = -np.linalg.solve(P, np.column_stack([f, F]))
+    except np.linalg.LinAlgError:
+        raise InputError(
+            "the cost is not strictly convex in the decisions, as DAQP needs it: choose clarabel"
+        ) from None
+    return optimum[:, 0], optimum[:, 1:]
+
+
+def _centre_of_all(size: int, hard: np.ndarray, w: np.ndarray, w_map: np.ndarray) -> AffineMap:
+    """w°(θ) among all decisions, where slacks are zero."""
+    offset, matrix = np.zeros(size), np.zeros((size, w_map.shape[1]))
+    offset[hard], matrix[hard] = w, w_map
+    return AffineMap(offset, matrix)
+
+
+def _inverse(rows: np.ndarray, bound_rows: Sequence[str]) -> np.ndarray:
+    try:
+        inverse = np.linalg.inv(rows)
+    except np.linalg.LinAlgError:
+        inverse = np.full(rows.shape, np.inf)
+    if not np.abs(inverse).max() * np.abs(rows).max() < 1e12:
+        raise InputError(f"bound rows {list(bound_rows)}: they don't form an invertible matrix")
+    return _cleaned(inverse)
+
+
+def _stacked_bounds(qp: ParametricQp, order: np.ndarray, shift: np.ndarray, shift_map: np.ndarray) -> AffineMap:
+    """Lower, then upper bounds of the rows in `order`, less what the rows are at w°."""
+    offsets = [bound.offset[order] for bound in (qp.lower, qp.upper)]
+    maps = [bound.matrix[order] - shift_map for bound in (qp.lower, qp.upper)]
+    for offset, matrix in zip(offsets, maps, strict=True):
+        matrix[np.isinf(offset)] = 0.0
+    return AffineMap(np.concatenate([offset - shift for offset in offsets]), _cleaned(np.vstack(maps)))
+
+
+def _cleaned(matrix: np.ndarray) -> np.ndarray:
+    matrix[np.abs(matrix) < _NOISE * np.abs(matrix).max(initial=0.0)] = 0.0
+    return matrix

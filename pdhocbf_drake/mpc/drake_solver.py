@@ -24,8 +24,10 @@ class DrakeQp:
     def __init__(self, qp: ParametricQp) -> None:
         self.qp = qp
         self._prog = MathematicalProgram()
-        self._w = self._prog.NewContinuousVariables(len(qp.q), "w")
-        self._cost: QuadraticCost = self._prog.AddQuadraticCost(qp.P, qp.q, self._w, is_convex=True).evaluator()
+        self._w = self._prog.NewContinuousVariables(len(qp.P), "w")
+        self._cost: QuadraticCost = self._prog.AddQuadraticCost(
+            qp.P, qp.linear.offset, self._w, is_convex=True
+        ).evaluator()
         wide = np.full(len(qp.A), np.inf)
         self._rows: LinearConstraint = self._prog.AddLinearConstraint(qp.A, -wide, wide, self._w).evaluator()
         self._solver = ClarabelSolver()

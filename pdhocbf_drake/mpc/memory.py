@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
 from pdhocbf_drake.mpc.solution import Reason
 
 _FEET = {LEFT: 0, -LEFT: 1}
+_LAYOUTS: WeakKeyDictionary[PeriodicMpc, dict[str, slice]] = WeakKeyDictionary()
 
 
 @dataclass
@@ -53,8 +55,11 @@ class Memory:
 
     @staticmethod
     def layout(mpc: PeriodicMpc) -> dict[str, slice]:
-        """Where each part lies in the packed vector."""
-        return layout(Memory.sizes(mpc))
+        """Where each part lies in the packed vector; worked out once for each `mpc`."""
+        places = _LAYOUTS.get(mpc)
+        if places is None:
+            places = _LAYOUTS[mpc] = layout(Memory.sizes(mpc))
+        return places
 
     @classmethod
     def at_start(cls, mpc: PeriodicMpc, state: np.ndarray, feet: np.ndarray) -> Memory:
@@ -117,7 +122,7 @@ class Memory:
 
     def pack(self, mpc: PeriodicMpc) -> np.ndarray:
         """The whole memory as one vector; the plan's parts are zero where there is none."""
-        vector = np.zeros(sum(self.sizes(mpc).values()))
+        vector = np.zeros(self.layout(mpc)["active_y"].stop)
         plan = self.plan
         parts = [self.com_reference, self.zmp_reference, self.zmp_box, self.stance_plan, self.foot_plan,
                  self.solver_status, self.state.ravel(), self.feet.ravel(), self.stance.ravel()]  # fmt: skip
@@ -133,7 +138,8 @@ class Memory:
     @classmethod
     def unpack(cls, mpc: PeriodicMpc, vector: np.ndarray) -> Memory:
         """The inverse of `pack`, as copies."""
-        part = {name: vector[place].copy() for name, place in cls.layout(mpc).items()}
+        own = np.array(vector)
+        part = {name: own[place] for name, place in cls.layout(mpc).items()}
         tick, fallbacks = part["plan"]
         plan = None
         if tick >= 0:

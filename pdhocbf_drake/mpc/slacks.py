@@ -26,27 +26,23 @@ class Slacks(NamedTuple):
 
 def find_slacks(qp: ParametricQp) -> Slacks:
     """All slacks of that form; anything that differs (two rows, a coupled cost) is an ordinary decision."""
-    found: list[tuple[int, int, int]] = []
     used = qp.A != 0.0
     alone = used.sum(axis=1) == 1
-    for column in range(len(qp.q)):
-        rows = np.flatnonzero(used[:, column])
-        if len(rows) != 2:
-            continue
-        bounds = rows[alone[rows]]
-        softened = rows[~alone[rows]]
-        if len(bounds) != 1 or len(softened) != 1:
-            continue
-        bound, row = int(bounds[0]), int(softened[0])
-        coupled = np.count_nonzero(qp.P[column]) > 1 or np.any(qp.Q[column] != 0.0)
-        from_zero = (
-            qp.A[bound, column] == 1.0
-            and qp.lower[bound] == 0.0
-            and not np.any(qp.lower_map[bound])
-            and np.isposinf(qp.upper[bound])
-        )
-        one_sided = qp.A[row, column] == 1.0 and np.isposinf(qp.upper[row])
-        if from_zero and one_sided and not coupled and qp.P[column, column] > 0.0:
-            found.append((column, row, bound))
-    columns, rows, bounds = (np.array([entry[i] for entry in found], dtype=int) for i in range(3))
-    return Slacks(columns, rows, bounds, qp.q[columns], qp.P[columns, columns])
+    by_itself = (used & alone[:, None]).sum(axis=0) == 1
+    columns = np.flatnonzero(by_itself & (used.sum(axis=0) == 2))
+    bounds = (used & alone[:, None]).argmax(axis=0)[columns]
+    rows = (used & ~alone[:, None]).argmax(axis=0)[columns]
+    from_zero = (
+        (qp.A[bounds, columns] == 1.0)
+        & (qp.lower.offset[bounds] == 0.0)
+        & ~qp.lower.changing[bounds]
+        & np.isposinf(qp.upper.offset[bounds])
+    )
+    one_sided = (qp.A[rows, columns] == 1.0) & np.isposinf(qp.upper.offset[rows])
+    own_price = (np.count_nonzero(qp.P[columns], axis=1) == 1) & ~qp.linear.changing[columns]
+    chosen = from_zero & one_sided & own_price & (qp.P[columns, columns] > 0.0)
+    # A row with two slacks keeps the first; the other one stays an ordinary decision.
+    first = np.zeros(len(columns), dtype=bool)
+    first[np.flatnonzero(chosen)[np.unique(rows[chosen], return_index=True)[1]]] = True
+    columns, rows, bounds = columns[first], rows[first], bounds[first]
+    return Slacks(columns, rows, bounds, qp.linear.offset[columns], qp.P[columns, columns])

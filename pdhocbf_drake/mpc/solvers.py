@@ -19,10 +19,24 @@ class QpSolver(Protocol):
     def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult: ...
 
 
-def make_solver(name: str, qp: ParametricQp, bound_rows: Sequence[str]) -> QpSolver:
-    """ "daqp" (with its bound rows made variables) where it is installed, else Drake's Clarabel."""
-    if name == "daqp" and find_spec("daqp") is not None:
+def make_solver(
+    name: str, qp: ParametricQp, bound_rows: Sequence[str] = (), guess_rows: np.ndarray | None = None
+) -> QpSolver:
+    """ "daqp" where it is installed, else Drake's Clarabel.
+
+    Args:
+        name: "daqp" or "clarabel".
+        qp: the compiled program.
+        bound_rows: names of the rows that DAQP takes as variables, see `DaqpQp`.
+        guess_rows: for each row, the row of the last tick's program whose activity DAQP starts from.
+    """
+    if name == "daqp" and has_daqp():
         from pdhocbf_drake.mpc.daqp_solver import DaqpQp
 
-        return DaqpQp(qp, bound_rows)
+        return DaqpQp(qp, bound_rows, guess_rows)
     return DrakeQp(qp)
+
+
+def has_daqp() -> bool:
+    """Whether the package `daqp` is installed."""
+    return find_spec("daqp") is not None
