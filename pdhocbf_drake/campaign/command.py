@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from pdhocbf_drake.campaign.config import CampaignConfig
-from pdhocbf_drake.campaign.plan import PlannedRun, load_campaign, plan_runs
+from pdhocbf_drake.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
 from pdhocbf_drake.campaign.progress import Tell, run_progress
 from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError
 from pdhocbf_drake.simulation.run_folder import REPORT, replaced_file
@@ -41,6 +41,8 @@ def run(options: argparse.Namespace) -> int:
         store = CampaignStore(folder, planned)
         if options.retry_failed:
             store.forget([number for number, row in store.rows.items() if row["status"] == FAILED])
+        if not store.rows:
+            check_buildable(planned)
         with replaced_file(folder / CAMPAIGN) as staging:
             write_yaml(config.model_dump(mode="json"), staging)
         stopped = _run_missing(options, config, path.stem, planned, store)

@@ -18,6 +18,7 @@ class FactorConfig(Config):
         points: on a grid, how many values from low to high.
         integer: whole numbers only.
         scale: "log" spaces (or draws) evenly in the logarithm.
+        unit: written on the axes of the report.
     """
 
     values: tuple[Any, ...] | None = Field(None, min_length=1)
@@ -26,6 +27,7 @@ class FactorConfig(Config):
     points: int | None = Field(None, ge=2)
     integer: bool = False
     scale: Literal["linear", "log"] = "linear"
+    unit: str = "1"
 
     @model_validator(mode="after")
     def _one_kind(self) -> FactorConfig:

@@ -17,9 +17,11 @@ from pdhocbf_drake.campaign.config import CampaignConfig
 from pdhocbf_drake.campaign.store import FAILED, SURVIVED
 from pdhocbf_drake.campaign.survival import Row, survival_rate
 
-_BINS = 6  # a curve's or a map's, on each axis
+_BINS = 6  # a curve's or a map's, on each axis, where values are drawn
+_MOST_VALUES = 12  # up to which each given value has a bin of its own
 _MOST_FACTORS = 3  # drawn against each other unless a campaign asks for more
-_RATES = LinearSegmentedColormap.from_list("survival", [UNSAFE, "#F7F7F7", SAFE])
+_NO_RUNS = "#E4E4E4"  # the colour of a cell that no run is in
+_RATES = LinearSegmentedColormap.from_list("survival", [UNSAFE, "#F5EBC0", SAFE])
 
 
 def make_figures(config: CampaignConfig, rows: Sequence[Row]) -> list[Drawn]:
@@ -30,11 +32,11 @@ def make_figures(config: CampaignConfig, rows: Sequence[Row]) -> list[Drawn]:
     with styled():
         drawn = [Drawn("survival", "Share of runs that survive, with 95 % Wilson intervals", _intervals(config, rows))]
         if numbers:
-            caption = f"Survival over each factor in {_BINS} bins of equal width, with 95 % Wilson intervals"
+            caption = "Survival over each factor, in bins, with 95 % Wilson intervals"
             drawn.append(Drawn("curves", caption, _curves(config, rows, numbers)))
         for number, (first, second) in enumerate(pairs):
             if {first, second} <= set(numbers):
-                caption = f"Survival over {first} and {second}: shaded by the rate in each cell, a mark for each run"
+                caption = f"Survival over {first} and {second}: shaded by the rate in each cell, o survived, x fell"
                 drawn.append(Drawn(f"map_{number}", caption, _map(config, rows, first, second)))
     return drawn
 
@@ -82,7 +84,7 @@ def _curves(config: CampaignConfig, rows: Sequence[Row], factors: Sequence[str])
             rate, low, high = np.array([found[:3] for _, found in rates], dtype=float).T
             bars = [rate - low, high - rate]
             axes.errorbar(x, rate, yerr=bars, fmt="o-", markersize=4, capsize=2, color=_colour(place), label=name)
-        axes.set(ylim=(-0.05, 1.05), xlabel=path, ylabel="survival rate [1]")
+        axes.set(ylim=(-0.05, 1.05), xlabel=_label(config, path), ylabel="survival rate [1]")
     panels[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     return figure
 
@@ -101,10 +103,11 @@ def _map(config: CampaignConfig, rows: Sequence[Row], first: str, second: str) -
         _marks(axes, mine, first, second)
         axes.set_title(f"{name} ({sum(row['status'] == SURVIVED for row in mine)} of {len(mine)})")
         axes.grid(False)
+        axes.set_facecolor(_NO_RUNS)
     for axes in grid[count:]:
         axes.set_axis_off()
-    figure.supxlabel(first, fontsize=10)
-    figure.supylabel(second, fontsize=10)
+    figure.supxlabel(_label(config, first), fontsize=10)
+    figure.supylabel(_label(config, second), fontsize=10)
     if shade is not None:
         figure.colorbar(shade, ax=list(grid), label="survival rate [1]", shrink=0.9)
     return figure
@@ -128,12 +131,13 @@ def _rates(rows: Sequence[Row], first: str, second: str, edges: tuple[np.ndarray
 
 
 def _edges(config: CampaignConfig, rows: Sequence[Row], path: str) -> np.ndarray:
-    """Bins of equal width, or one for each value where there are few."""
+    """Bins of equal width, or one for each of a few given values."""
+    factor = config.factors[path]
     values = np.unique([row[path] for row in rows if row.get(path) is not None])
-    if len(values) <= _BINS:
+    given = factor.values is not None or config.sample == "grid"
+    if given and 1 < len(values) <= _MOST_VALUES:
         middle = (values[1:] + values[:-1]) / 2
         return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
-    factor = config.factors[path]
     low = values[0] if factor.low is None else factor.low
     high = values[-1] if factor.high is None else factor.high
     if factor.scale == "log":
@@ -144,6 +148,10 @@ def _edges(config: CampaignConfig, rows: Sequence[Row], path: str) -> np.ndarray
 def _cells(rows: Sequence[Row], path: str, edges: np.ndarray) -> np.ndarray:
     values = np.array([row[path] for row in rows], dtype=float)
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
+
+
+def _label(config: CampaignConfig, path: str) -> str:
+    return f"{path} [{config.factors[path].unit}]"
 
 
 def _colour(place: int) -> str:

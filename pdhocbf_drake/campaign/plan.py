@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,9 +12,10 @@ from pdhocbf_drake.campaign.config import CampaignConfig
 from pdhocbf_drake.campaign.fields import has_field, set_field
 from pdhocbf_drake.campaign.sample import points
 from pdhocbf_drake.config import parse_config
-from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.simulation.yaml_text import merge, read_yaml
 
 _PACKAGED = Path(__file__).resolve().parent.parent / "campaigns"
@@ -86,6 +88,27 @@ def plan_runs(config: CampaignConfig, folder: Path) -> list[PlannedRun]:
             scenario = Scenario.from_dict(data, f"run {run} ({barrier})").to_dict()
             planned.append(PlannedRun(run, number, barrier, factors, scenario, _fingerprint(scenario)))
     return planned if config.runs is None else planned[: config.runs]
+
+
+def check_buildable(planned: Sequence[PlannedRun]) -> None:
+    """Refuses a campaign none of whose barriers can be built at the sample's first point, before anything is run.
+
+    A factor may well lead beyond what can be built; such runs fail one by one.
+
+    Raises:
+        InputError, ModelError: why not.
+    """
+    first_error: PdhocbfError | None = None
+    for run in planned:
+        if run.point != planned[0].point:
+            break
+        try:
+            make_diagram(Scenario.from_dict(run.scenario, f"run {run.run}"))
+            return
+        except PdhocbfError as error:
+            first_error = first_error or error
+    if first_error is not None:
+        raise first_error
 
 
 def _bases(config: CampaignConfig, folder: Path) -> dict[str, dict[str, Any]]:

@@ -82,7 +82,7 @@ class CampaignStore:
         with _writable(self.folder):
             if rows:
                 tables = [_table([row]) for row in rows]
-                _write(pa.concat_tables(tables, promote_options="permissive"), self.folder / TABLE)
+                _write(_typed(pa.concat_tables(tables, promote_options="permissive")), self.folder / TABLE)
             for part in _parts(self.folder).iterdir():
                 part.unlink()
             _parts(self.folder).rmdir()
@@ -152,6 +152,14 @@ def _table(rows: list[dict[str, Any]]) -> pa.Table:
     table = pa.Table.from_pylist(rows)
     for name, kind in _CORE:
         table = table.set_column(table.schema.get_field_index(name), name, table[name].cast(kind))
+    return table
+
+
+def _typed(table: pa.Table) -> pa.Table:
+    """The same with columns that hold nothing at all as numbers, since many readers know no column of nulls."""
+    for index, field in enumerate(table.schema):
+        if pa.types.is_null(field.type):
+            table = table.set_column(index, field.name, table[field.name].cast(pa.float64()))
     return table
 
 

@@ -31,15 +31,15 @@ def perform(run: int, scenario: dict[str, Any], seconds: float, topic: str) -> d
     worker = get_worker()
     # Says that the run has begun, since a worker that is killed later can't.
     worker.log_event(topic, {"run": run})
-    return {**run_process(scenario, seconds), "worker": worker.address}
+    return {**run_process(run, scenario, seconds), "worker": worker.address}
 
 
-def run_process(scenario: dict[str, Any], seconds: float) -> dict[str, Any]:
+def run_process(run: int, scenario: dict[str, Any], seconds: float) -> dict[str, Any]:
     """The answer of `one_run` in a process that is gone when this returns."""
     reading, writing = os.pipe()
     with os.fdopen(writing, "wb", buffering=0) as lifeline:
         process = subprocess.Popen(
-            [sys.executable, "-m", "pdhocbf_drake.campaign.one_run"],
+            [sys.executable, "-m", "pdhocbf_drake.campaign.one_run", f"run-{run}"],
             stdin=reading,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
