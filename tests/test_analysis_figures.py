@@ -15,7 +15,17 @@ from pdhocbf_drake.analysis.figures import make_figures, write_figures
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 
 EXPECTED = {
-    "biped": ["velocity", "velocity_steady", "barriers", "com_zmp", "footsteps", "solver", "tracking", "joints", "torques"],
+    "biped": [
+        "velocity",
+        "velocity_steady",
+        "barriers",
+        "com_zmp",
+        "footsteps",
+        "solver",
+        "tracking",
+        "joints",
+        "torques",
+    ],
     "vhip": ["velocity", "velocity_steady", "barriers", "com_zmp", "footsteps", "solver"],
     "van_der_pol": ["tubes", "phase", "barriers"],
 }
