@@ -10,7 +10,17 @@ from pdhocbf_drake.simulation.scenario import Push, Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 from pdhocbf_drake.simulation.yaml_text import merge, write_yaml
 
-NAMES = ["van_der_pol", "vhip", "vhip_dcbf", "vhip_nobarrier", "walking", "walking_dcbf", "walking_nobarrier"]
+NAMES = [
+    "paper_vhip",
+    "paper_vhip_dcbf",
+    "van_der_pol",
+    "vhip",
+    "vhip_dcbf",
+    "vhip_nobarrier",
+    "walking",
+    "walking_dcbf",
+    "walking_nobarrier",
+]
 
 
 def test_the_promised_scenarios_come_with_the_package():

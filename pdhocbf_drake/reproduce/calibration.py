@@ -53,8 +53,8 @@ def free_walk(gait: dict[str, Any], mpc: dict[str, Any], ticks: int = _SETTLED) 
     """Forward CoM velocity of the template without barriers, (ticks,) [m/s]."""
     walk = build_walk(Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc}, "calibration"))
     record, _ = run_template(walk, standing(walk), 0, ticks)
-    if record.failed.any():
-        raise InputError(f"the walk with gait {gait} can't be planned at tick {int(np.argmax(record.failed))}")
+    if record.unplanned.any():
+        raise InputError(f"the walk with gait {gait} can't be planned at tick {int(np.argmax(record.unplanned))}")
     return record.speed
 
 

@@ -29,7 +29,7 @@ class TemplateRecord:
         inputs: ZMP velocity applied, (T, 2) [m/s].
         stance: centre of this step's box, (T, 2) [m].
         slack: of the barrier rows, (T,) [m/s].
-        reasons: `mpc.solution.Reason` of each tick, (T,).
+        unplanned: ticks at which no solver had an answer, (T,).
         action: how far the barrier moved the forward ZMP velocity: |u − u of the same program without barriers,
             from the same state|, (T,) [m/s]; NaN where this was not asked for.
     """
@@ -39,18 +39,13 @@ class TemplateRecord:
     inputs: Array
     stance: Array
     slack: Array
-    reasons: Array
+    unplanned: NDArray[np.bool_]
     action: Array
 
     @property
     def speed(self) -> Array:
         """Forward CoM velocity, (T,) [m/s]."""
         return np.asarray(self.states[:, 0, 1])
-
-    @property
-    def failed(self) -> Array:
-        """Ticks without a solution, (T,)."""
-        return np.asarray(self.reasons >= 3)
 
 
 def standing(walk: Walk) -> Memory:
@@ -80,8 +75,8 @@ def run_template(
         for barrier in walk.barriers
     }
     states, inputs, stance = np.empty((ticks, 2, 3)), np.empty((ticks, 2)), np.empty((ticks, 2))
-    active = None if without is None else (np.zeros(len(without.qps[0][0].A)), np.zeros(len(without.qps[1][0].A)))
-    slack, reasons, action = np.empty(ticks), np.empty(ticks), np.full(ticks, np.nan)
+    active = None
+    slack, unplanned, action = np.empty(ticks), np.zeros(ticks, dtype=bool), np.full(ticks, np.nan)
     for i in range(ticks):
         k = first + i
         state = memory.state.copy()
@@ -89,14 +84,16 @@ def run_template(
             state[0, 1] += gains[i]
         samples = {name: bounds[name][k % len(bounds[name])] for _, name in names}
         plan = mpc.solve(k, state, memory.stance, samples, None, memory.plan)
-        if without is not None and active is not None:
-            # The last plan's footholds and this program's own active set: the same problem, less the barrier.
+        if without is not None:
+            # The same problem less the barrier: the last plan's footholds, but an active set of its own.
+            if active is None:
+                active = without.solve(k, state, memory.stance, {}).active
             last = None if memory.plan is None else replace(memory.plan, active=active)
             free = without.solve(k, state, memory.stance, {}, None, last)
             active = free.active
             action[i] = abs(plan.inputs[0, 0] - free.inputs[0, 0])
         states[i], inputs[i], stance[i] = state, plan.inputs[:, 0], memory.stance[:, 1]
-        slack[i], reasons[i] = plan.slack, plan.reason
+        slack[i], unplanned[i] = plan.slack, plan.fallbacks > 0
         memory.advance(mpc, state, plan)
-    return TemplateRecord(first, states, inputs, stance, slack, reasons, action), memory
+    return TemplateRecord(first, states, inputs, stance, slack, unplanned, action), memory
 
