@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import daqp
@@ -16,7 +17,7 @@ from pdhocbf_drake.mpc.solution import QpResult
 _EQUALITY, _SOFT = 5, 8
 _SENSES = np.array([0, 1, 3], dtype=np.int32)  # of the flags 0, +1 (active) and, at index -1, active at the lower bound
 _SETTINGS = {"primal_tol": 1e-10, "dual_tol": 1e-10, "iter_limit": 2000}
-_INFEASIBLE, _OPTIMAL, _SOFTENED = -1, 1, 2
+_INFEASIBLE, _OPTIMAL, _SOFTENED, _DEPENDENT = -1, 1, 2, -6
 _WORDS = {
     -1: "infeasible",
     -2: "cycling",
@@ -138,6 +139,9 @@ class DaqpQp:
         if flag < 0:
             return flag, np.zeros(len(self._w_of_y)), np.zeros(len(sense))
         y, _, flag, info = self._model.solve()
+        if flag > 0 and not math.isfinite(y.sum()):
+            # DAQP calls this optimal: its guess held rows that depend on each other.
+            return _DEPENDENT, np.zeros(len(y)), np.zeros(len(sense))
         return flag, y, info["lam"]
 
 
