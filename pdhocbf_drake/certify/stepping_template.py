@@ -39,9 +39,10 @@ class SteppingTemplate:
         weights: weight of the stance foot in the box centre (the rest is the last foot's), shape (period,).
         steps: shortest and longest step from the step that a phase lies in, shape (period, 2) [m].
         held: the step that s is at a phase, as commanded: the one before, or the coming one, shape (period,) [m].
-        bound_by_step: phases at which s matters, shape (period,).
+        coming: phases at which s is the coming step, chosen already, shape (period,).
         eta: shape (period,) [1/s²].
         tick: δ [s].
+        ticks_per_step: N.
     """
 
     axis: int
@@ -52,9 +53,10 @@ class SteppingTemplate:
     weights: Array
     steps: Array
     held: Array
-    bound_by_step: np.ndarray
+    coming: np.ndarray
     eta: Array
     tick: float
+    ticks_per_step: int
 
     @property
     def period(self) -> int:
@@ -65,6 +67,11 @@ class SteppingTemplate:
     def chooses_steps(self) -> bool:
         """Whether footholds may differ from the commanded ones."""
         return self.system.n == 3
+
+    def depends_on_step(self, phase: int) -> bool:
+        """Whether s matters: the coming step is chosen already, or the box still moves away from the last foot."""
+        q = phase % self.period
+        return bool(self.chooses_steps and (self.coming[q] or self.weights[q] < 1.0))
 
     def with_barriers(self, barriers: Sequence[AffineBarrier]) -> tuple[Polytope, ...] | int:
         """X_q with h ≥ 0 of each barrier, or the first phase at which nothing is left.
@@ -125,15 +132,14 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     free = bool(np.all(ranges[:, 1] - ranges[:, 0] > 1e-6))
 
     A, B, c = np.zeros((period, 3, 3)), np.zeros((period, 3, 2)), np.zeros((period, 3))
-    held, bound_by_step = np.empty(period), np.zeros(period, dtype=bool)
+    held, coming = np.empty(period), np.zeros(period, dtype=bool)
     states, inputs, weights = [], [], np.tile(gait.box_weight, parities)
     for phase in range(period):
         parity, q = divmod(phase, n)
         eta = vhip.eta[q]
-        committed = q >= n - commit
-        step = parity if committed else (parity - 1) % parities  # whose length s is
+        coming[phase] = q >= n - commit
+        step = parity if coming[phase] else (parity - 1) % parities  # whose length s is
         held[phase] = moves[step]
-        bound_by_step[phase] = committed or weights[phase] < 1.0
         # p = −(1 − w) s + d
         A[phase] = [[1.0, delta, 0.0], [eta * delta, 1.0, eta * delta * (1.0 - weights[phase])], [0.0, 0.0, 1.0]]
         B[phase, 1, 0] = -eta * delta
@@ -154,6 +160,6 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
                 c[phase, 0] = -moves[parity]
     system = PeriodicAffineSystem(A, B) if free else PeriodicAffineSystem(A[:, :2, :2], B[:, :2, :1], c[:, :2])
     return SteppingTemplate(
-        axis, system, tuple(states), tuple(inputs), half, weights, np.repeat(ranges, n, axis=0), held, bound_by_step,
-        np.tile(vhip.eta, parities), delta,
+        axis, system, tuple(states), tuple(inputs), half, weights, np.repeat(ranges, n, axis=0), held, coming,
+        np.tile(vhip.eta, parities), delta, n,
     )  # fmt: skip

@@ -16,7 +16,17 @@ _GAITS = 60
 def nominal_orbit(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     """CoM velocity over one gait in the steady state of the walk, x and y, shape (2, 2N) [m/s].
 
-    Walks the template from its standing start until a gait repeats the one before.
+    Raises:
+        InputError: as `nominal_walk`.
+    """
+    return np.asarray(nominal_walk(gait, mpc)[:, :, 1])
+
+
+def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
+    """c, v, p over one gait in the steady state of the walk, c and p from the stance foot, shape (2, 2N, 3).
+
+    Walks the template from its standing start until a gait repeats the one before. Axes x and y come first, and
+    the gait begins with an even step.
 
     Raises:
         InputError: the walk has barriers or an end, or doesn't settle.
@@ -28,17 +38,17 @@ def nominal_orbit(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     cycle = gait.config.ticks_per_gait
     start = gait.config.start_steps * gait.period
     start += start % cycle
-    before = np.full((2, cycle), np.inf)
+    before = np.full((2, cycle, 3), np.inf)
     for tick in range(start):
         _advance(mpc, memory, tick)
     for gaits in range(_GAITS):
-        velocity = np.empty((2, cycle))
+        states = np.empty((2, cycle, 3))
         for i in range(cycle):
-            velocity[:, i] = memory.state[:, 1]
+            states[:, i] = memory.state - memory.stance[:, 1:] * [1.0, 0.0, 1.0]
             _advance(mpc, memory, start + gaits * cycle + i)
-        if np.abs(velocity - before).max() < _RECURRENCE:
-            return velocity
-        before = velocity
+        if np.abs(states - before)[:, :, 1].max() < _RECURRENCE:
+            return states
+        before = states
     raise InputError(f"gait: the walk did not settle into a periodic orbit within {_GAITS} gaits")
 
 
