@@ -57,7 +57,7 @@ def test_constraints_meet_what_the_package_asks_for(pyproject):
             if pin.marker is None or pin.marker.evaluate():
                 pinned[pin.name.lower()] = next(iter(pin.specifier)).version
     extras = pyproject["project"]["optional-dependencies"]
-    for text in [*pyproject["project"]["dependencies"], *extras["test"], *extras["dev"]]:
+    for text in [*pyproject["project"]["dependencies"], *(text for extra in extras.values() for text in extra)]:
         requirement = Requirement(text)
         assert requirement.specifier.contains(pinned[requirement.name.lower()]), text
 

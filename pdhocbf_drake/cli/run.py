@@ -7,13 +7,15 @@ import time
 from datetime import datetime, timezone
 from pathlib import Path
 
+from pydrake.geometry import Meshcat
+
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.cli.progress import shown_progress
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder, write_run
-from pdhocbf_drake.simulation.run_log import INTERRUPTED, RunLog
+from pdhocbf_drake.simulation.run_log import FAILED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
@@ -32,14 +34,23 @@ def run(name: str, text: str, out: Path | None, live: bool, with_replay: bool) -
     if recorded.log.ending == INTERRUPTED:
         print(f"pdhocbf: interrupted; what was recorded is in {place}", file=sys.stderr)
         return 1
+    if recorded.log.ending.startswith(FAILED):
+        print(f"pdhocbf: the simulation {recorded.log.ending}; what was recorded is in {place}", file=sys.stderr)
+        return 1
     return 0
 
 
 def _recorded(scenario: Scenario, live: bool) -> Run:
     started, clock = datetime.now(timezone.utc), time.perf_counter()
     with shown_progress(scenario.name, scenario.duration) as progress:
-        log: RunLog = simulate(scenario, progress)
+        log = simulate(scenario, progress, _viewer() if live else None)
     return Run(scenario, log, Provenance.of_run(scenario, started, time.perf_counter() - clock))
+
+
+def _viewer() -> Meshcat:
+    meshcat = Meshcat()
+    print(f"live at {meshcat.web_url()}", file=sys.stderr)
+    return meshcat
 
 
 def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> list[str]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.geometry import Box
+from pydrake.geometry import Box, Meshcat
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
+from pydrake.visualization import AddDefaultVisualization
 
 from pdhocbf_drake.biped import Biped, sole_pose
 from pdhocbf_drake.simulation.build import Walk
@@ -49,13 +50,15 @@ def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
     return biped.posture(np.array([0.0, 0.0, height]), sole_pose(*feet[0]), sole_pose(*feet[1]))
 
 
-def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped) -> LoggedDiagram:
+def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None) -> LoggedDiagram:
     """scenario -> gait, barriers -> MPC -> feet -> inverse kinematics -> PD -> plant -> estimator -> MPC."""
     config = walk.gait.config
     wiring = Wiring(config.tick)
     posture = initial_posture(walk, biped)
     initial, feet = start_of(walk)
     plant = add_robot(wiring.builder, scenario, biped, posture)
+    if meshcat is not None:
+        AddDefaultVisualization(wiring.builder, meshcat)
     wiring.offer("robot_state", plant.get_state_output_port())
     robot = plant.GetBodyByName(biped.config.base_link).model_instance()
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))

@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 FINISHED: Final = "finished"
 FELL: Final = "fell"
 INTERRUPTED: Final = "interrupted"
+FAILED: Final = "failed"
 
 _ELEMENTS = {signal.name: signal.elements for signal in SIGNALS}
 _RESERVED = ("time", "ending")
@@ -31,7 +32,7 @@ class RunLog:
     Attributes:
         time: (T,) times of the rows [s].
         signals: each (T, size) by its name in `simulation.signals`, in the units given there.
-        ending: "finished", or why the run ended before its time ("fell", "interrupted", ...).
+        ending: "finished", or why the run ended before its time: "fell", "interrupted", "failed: …".
     """
 
     def __init__(self, signals: Mapping[str, Array], time: Array, ending: str = FINISHED) -> None:

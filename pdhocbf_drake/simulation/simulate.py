@@ -5,21 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.geometry import Meshcat
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
 from pdhocbf_drake.biped import Biped, check_walk
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.diagram import LoggedDiagram, oscillator_diagram, vhip_diagram
-from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED, RunLog
+from pdhocbf_drake.simulation.drake_config import simulator_config
+from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 
 Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 
-def make_diagram(scenario: Scenario) -> LoggedDiagram:
-    """The scenario's diagram with its sinks; raises `InputError` or `ModelError`."""
+def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
+    """The scenario's diagram with its sinks, drawing to `meshcat`; raises `InputError` or `ModelError`."""
+    if meshcat is not None and scenario.system != "biped":
+        raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
     if scenario.system == "van_der_pol":
         return oscillator_diagram(scenario)
     walk = build_walk(scenario)
@@ -35,21 +40,27 @@ def make_diagram(scenario: Scenario) -> LoggedDiagram:
         com_heights=heights,
         zmp_box=config.zmp_box,
     )
-    return biped_diagram(scenario, walk, biped)
+    return biped_diagram(scenario, walk, biped, meshcat)
 
 
-def simulate(scenario: Scenario, progress: Progress | None = None) -> RunLog:
-    """Runs a scenario from its start to its duration, a fall, or Ctrl-C; what was recorded is always returned.
+def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Meshcat | None = None) -> RunLog:
+    """Runs a scenario from its start to its duration, a fall, a failure of Drake's, or Ctrl-C.
+
+    What was recorded is always returned, marked with how it ended.
 
     Args:
         scenario: what to run.
         progress: called with the simulated time now and then [s].
+        meshcat: where a robot is shown while it walks, no faster than real time.
 
     Raises:
         InputError, ModelError: the scenario can't be built. Nothing has been simulated then.
     """
-    logged = make_diagram(scenario)
+    logged = make_diagram(scenario, meshcat)
     simulator = Simulator(logged.diagram)
+    ApplySimulatorConfig(simulator_config(scenario.simulator), simulator)
+    if meshcat is not None:
+        simulator.set_target_realtime_rate(1.0)
     for adjust in logged.adjust:
         adjust(simulator.get_mutable_context())
     ending = FINISHED
@@ -66,6 +77,9 @@ def simulate(scenario: Scenario, progress: Progress | None = None) -> RunLog:
                 break
     except KeyboardInterrupt:
         ending = INTERRUPTED
+    except RuntimeError as error:
+        # Drake's plant gives up on numbers that are none; what led there is in the log.
+        ending = f"{FAILED}: {str(error).splitlines()[0]}"
     return _collect(logged, simulator, ending)
 
 
