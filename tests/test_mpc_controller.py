@@ -124,33 +124,6 @@ def test_a_hard_barrier_that_cannot_be_kept_degrades_and_never_raises() -> None:
     assert plans[221].reason != Reason.SOLVED
 
 
-def test_a_plan_out_of_reach_falls_back_to_the_shifted_plan_within_the_box() -> None:
-    mpc = PLAIN
-    memory = start(mpc)
-    rows = list(walk(mpc, 220, memory))
-    last = rows[-1][3]
-    lost = memory.state.copy()
-    lost[0, 1] += 5.0  # [m/s]: no ZMP in any box brings this back
-    plan = mpc.solve(220, lost, memory.stance, {}, None, last)
-    assert plan.reason == Reason.INFEASIBLE and plan.fallbacks == 1
-    np.testing.assert_allclose(plan.inputs[:, 1:-1], last.inputs[:, 2:])
-    low, high = mpc.zmp_box(221, memory.stance, plan.footholds)
-    zmp = lost[:, 2] + 0.01 * plan.inputs[:, 0]
-    assert np.all(zmp >= low - 1e-12) and np.all(zmp <= high + 1e-12)
-    again = mpc.solve(221, lost, memory.stance, {}, None, plan)
-    assert again.fallbacks == 2
-
-
-def test_without_any_plan_a_failed_start_holds_the_zmp() -> None:
-    mpc = PLAIN
-    memory = start(mpc)
-    lost = memory.state.copy()
-    lost[0, 1] = 9.0
-    plan = mpc.solve(0, lost, memory.stance, {}, None, None)
-    assert plan.reason == Reason.INFEASIBLE
-    np.testing.assert_array_equal(plan.inputs, 0.0)
-
-
 def test_memory_survives_packing() -> None:
     mpc = PLAIN
     memory = start(mpc)

@@ -66,6 +66,9 @@ class AxisProgram:
     footholds: int
 
 
+MISSED_TAIL = 1e8
+"""Price of a missed tail, squared, in an elastic program [1/s²]: far above all else, so that little is missed."""
+
 BOUND_ROWS = ("zmp_box_lower", "zmp_box_upper", "step_lower", "step_upper", "slack")
 """Constraints that are bounds after a linear change of variables (see `compile_program`)."""
 
@@ -88,8 +91,9 @@ def axis_program(
     config: MpcConfig,
     phase: int,
     terminal: TerminalSet | None = None,
+    elastic: bool = False,
 ) -> AxisProgram:
-    """Writes the program of one axis for ticks with this phase."""
+    """Writes the program of one axis for ticks with this phase; an elastic one demands no particular end."""
     horizon = config.horizon
     n_f = horizon // gait.period
     soft = bool(barriers) and config.barrier == "soft"
@@ -122,10 +126,11 @@ def axis_program(
 
     row = np.concatenate([divergent.input_weights(phase, horizon), -divergent.offset_row(phase), [1.0]])
     on = np.concatenate([u, part["state"], part["tail"]])
-    if terminal is None:
+    if terminal is None and not elastic:
         prog.AddLinearEqualityConstraint(row[None], [0.0], on).evaluator().set_description("stability")
     else:
-        price = prog.AddQuadraticCost(2.0 * config.tail_weight * np.outer(row, row), np.zeros(len(row)), on, True)
+        weight = MISSED_TAIL if elastic else config.tail_weight
+        price = prog.AddQuadraticCost(2.0 * weight * np.outer(row, row), np.zeros(len(row)), on, True)
         price.evaluator().set_description("stability")
 
     system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
@@ -146,7 +151,7 @@ def axis_program(
             price = prog.AddQuadraticCost(2.0 * quadratic * np.eye(count), np.full(count, linear), slack)
             price.evaluator().set_description("slack")
             _at_least_zero(prog, np.eye(count), slack, "slack")
-    if terminal is not None:
+    if terminal is not None and not elastic:
         for step in range(steps_in_period):
             _add_terminal_rows(prog, terminal, step, gait.period, phase, (gamma[-1], phi[-1]), (u, part, feet))
     return AxisProgram(prog, np.concatenate([u, f, *slacks]), theta, horizon, n_f)

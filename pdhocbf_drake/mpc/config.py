@@ -27,6 +27,7 @@ class MpcConfig(Config):
             row's multiplier is exact: slack is used only where the barrier can't be kept.
         zmp_margin: how far inside the ZMP box of the gait the ZMP is planned to stay [m].
         freeze_ticks: a coming foothold no longer moves this long before it is reached [ticks].
+        stop_ticks: ticks in a row without a solution or a measurement after which the walk comes to a stand.
         zmp_state: "planned" takes the ZMP of the last plan as the ZMP now; "measured" is Remark 8 to the letter.
         terminal_set: a file that `pdhocbf certify` wrote: the plan must end in that set, eq. (20f), and the tail's
             stability condition is paid for instead of demanded; null demands the latter.
@@ -44,6 +45,7 @@ class MpcConfig(Config):
     slack_weight: tuple[float, float] = (1e5, 1e6)
     zmp_margin: float = Field(0.0, ge=0)
     freeze_ticks: int = Field(8, ge=0)
+    stop_ticks: int = Field(20, ge=1)
     zmp_state: Literal["planned", "measured"] = "planned"
     terminal_set: str | None = None
     tail_weight: float = Field(1e6, gt=0)

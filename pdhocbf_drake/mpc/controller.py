@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
@@ -14,8 +15,9 @@ from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, Parameters, axis_program
 from pdhocbf_drake.mpc.compiled import ParametricQp, compile_program
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.rungs import Rung, without_decay
 from pdhocbf_drake.mpc.solution import QpResult, Reason
-from pdhocbf_drake.mpc.solvers import QpSolver, make_solver
+from pdhocbf_drake.mpc.solvers import make_solver
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import RELAXED, TerminalSet
 from pdhocbf_drake.mpc.warm_start import guess_rows
@@ -93,19 +95,41 @@ class PeriodicMpc:
             [make_solver(config.solver, qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)]
             for axis in self.qps
         ]
+        self._rungs = self._rungs_below()
         self._theta_of_step = lru_cache(maxsize=4)(self._step_parameters)
         self._periodic_tail = [
             (self.divergent.discounts(phase, config.horizon)[-1], self.divergent.offset_row(phase))
             for phase in range(gait.period)
         ]
-        self._seconds: list[list[QpSolver | None]] = [[None] * gait.period for _ in barriers]
+        self._endings: dict[int, PeriodicMpc] = {}
+
+    def ending_at(self, step: int) -> PeriodicMpc:
+        """The same problem for a walk whose last swing is that of step j."""
+        if step not in self._endings:
+            other = self._endings[step] = copy(self)
+            other.gait = self.gait.ending_at(step)
+            other.preview = StepPreview(other.gait, self.config, self.divergent)
+            other._theta_of_step = lru_cache(maxsize=4)(other._step_parameters)
+        return self._endings[step]
+
+    def _rungs_below(self) -> list[Rung]:
+        """What is solved where the scenario's own problem has no solution, see `mpc.rungs`."""
+        own = Rung(Reason.CROSS_SOLVED, lambda axis, phase: self.qps[axis][phase], "clarabel")
+        soft = self.config.model_copy(update={"barrier": "soft"})
+        hard = self.config.barrier == "hard" and any(self.barriers)
+        softened = [Rung(Reason.SOFTENED, partial(self._compile, config=soft), self.config.solver)] if hard else []
+        relaxed = Rung(Reason.RELAXED, partial(self._compile, config=soft, elastic=True), self.config.solver)
+        return [own, *softened, relaxed]
 
     def _terminal_steps(self, axis: int) -> int:
         return self.terminal[axis].period // self.gait.period if axis in self.terminal else 0
 
-    def _compile(self, axis: int, phase: int) -> ParametricQp:
-        barriers, terminal = self.barriers[axis], self.terminal.get(axis)
-        program = axis_program(self.gait, self.vhip, self.divergent, barriers, self.config, phase, terminal)
+    def _compile(self, axis: int, phase: int, config: MpcConfig | None = None, elastic: bool = False) -> ParametricQp:
+        barriers = without_decay(self.barriers[axis]) if elastic else self.barriers[axis]
+        program = axis_program(
+            self.gait, self.vhip, self.divergent, barriers, config or self.config, phase,
+            self.terminal.get(axis), elastic,
+        )  # fmt: skip
         return compile_program(program.prog, program.decisions, program.parameters)
 
     def theta(
@@ -176,16 +200,14 @@ class PeriodicMpc:
             theta = self.theta(axis, tick, state[axis], stance[axis], bounds, shift, last)
             guess = None if last is None else last.active[axis]
             result = self._solvers[axis][phase].solve(theta, guess)
-            if not result.ok and not result.infeasible:
-                result = self._second(axis, phase).solve(theta)
-                reason = max(reason, Reason.CROSS_SOLVED)
             if not result.ok:
-                reason = max(reason, Reason.INFEASIBLE if result.infeasible else Reason.NOT_OPTIMAL)
+                result, why = self._descend(axis, phase, theta, result)
+                reason = max(reason, why)
             results.append(result)
         horizon, n_f = self.config.horizon, self.footholds
         slacks = np.concatenate([r.decisions[horizon + n_f :] for r in results])
         slack = float(slacks.max()) if len(slacks) else 0.0
-        if reason >= Reason.INFEASIBLE:
+        if not reason.planned:
             return self._fallback(tick, state, stance, last, reason)
         if reason == Reason.SOLVED and slack > _SLACK_NOTICED:
             reason = Reason.SOFTENED
@@ -202,16 +224,21 @@ class PeriodicMpc:
         )
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
-        """Flags for the longest program of this axis: rows that this phase lacks are inactive."""
+        """Flags for the longest program of this axis: rows that this phase, or a lower rung, lacks are inactive."""
         missing = self.rows[axis] - len(active)
+        if missing < 0:  # the program of a lower rung, whose rows are others
+            return np.zeros(self.rows[axis])
         return np.concatenate([active, np.zeros(missing)]) if missing else active
 
-    def _second(self, axis: int, phase: int) -> QpSolver:
-        """The independent solver for this problem, made when first needed."""
-        solver = self._seconds[axis][phase]
-        if solver is None:
-            solver = self._seconds[axis][phase] = make_solver("clarabel", self.qps[axis][phase], BOUND_ROWS)
-        return solver
+    def _descend(self, axis: int, phase: int, theta: np.ndarray, result: QpResult) -> tuple[QpResult, Reason]:
+        """The first rung below the scenario's own problem that has a solution, and what to say of it."""
+        for rung in self._rungs:
+            if rung.reason == Reason.CROSS_SOLVED and result.infeasible:
+                continue  # it has been proved that there is no solution
+            result = rung.solver(axis, phase).solve(theta)
+            if result.ok:
+                return result, rung.reason
+        return result, Reason.INFEASIBLE if result.infeasible else Reason.NOT_OPTIMAL
 
     def _fallback(self, tick: int, state: np.ndarray, stance: np.ndarray, last: Plan | None, reason: Reason) -> Plan:
         """The last plan shifted by a tick, its first input repeated at the end as in (32), its next ZMP in the box."""

@@ -30,6 +30,9 @@ class Memory:
         state: predicted [c, v, p] at k + 1 per axis, shape (2, 3).
         feet: last contact positions of the left and right foot, shape (2, 2) [m].
         stance: box centres of the last and this step per axis, shape (2, 2) [m].
+        last_step: the step with the last swing, once the walk is to come to a stand; else −1.
+        degraded: ticks in a row that had no solution or no measurement.
+        measured: c and v of both axes as measured at k [m, m/s].
         plan: the plan made at k, or None at the start.
     """
 
@@ -42,6 +45,9 @@ class Memory:
     state: np.ndarray
     feet: np.ndarray
     stance: np.ndarray
+    last_step: float
+    degraded: float
+    measured: np.ndarray
     plan: Plan | None
 
     @staticmethod
@@ -49,8 +55,8 @@ class Memory:
         rows = mpc.rows
         return {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
-            "state": 6, "feet": 4, "stance": 4, "plan": 2, "inputs": 2 * mpc.config.horizon,
-            "footholds": 2 * mpc.footholds, "active_x": rows[0], "active_y": rows[1],
+            "last_step": 1, "state": 6, "feet": 4, "stance": 4, "degraded": 1, "measured": 4, "plan": 2,
+            "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0], "active_y": rows[1],
         }  # fmt: skip
 
     @staticmethod
@@ -71,7 +77,8 @@ class Memory:
         com = np.array([[c, v, eta * (c - p)] for c, v, p in state]).ravel()
         zmp = np.array([[p, 0.0] for p in state[:, 2]]).ravel()
         memory = cls(com, zmp, np.zeros(4), np.zeros(8), np.zeros(8), np.array([1.0, 0, 0, 0, 0, Reason.SOLVED]),
-                     np.array(state, dtype=float), np.array(feet, dtype=float), stance, None)  # fmt: skip
+                     np.array(state, dtype=float), np.array(feet, dtype=float), stance,
+                     -1.0, 0.0, np.full(4, np.nan), None)  # fmt: skip
         memory._show(mpc, 0, stance[:, 1:] + np.cumsum(mpc.preview.steps(0).moves, axis=1))
         return memory
 
@@ -125,7 +132,8 @@ class Memory:
         vector = np.zeros(self.layout(mpc)["active_y"].stop)
         plan = self.plan
         parts = [self.com_reference, self.zmp_reference, self.zmp_box, self.stance_plan, self.foot_plan,
-                 self.solver_status, self.state.ravel(), self.feet.ravel(), self.stance.ravel()]  # fmt: skip
+                 self.solver_status, np.array([self.last_step]), self.state.ravel(), self.feet.ravel(),
+                 self.stance.ravel(), np.array([self.degraded]), self.measured]  # fmt: skip
         if plan is None:
             parts.append(np.array([-1.0]))
         else:
@@ -152,6 +160,9 @@ class Memory:
             state=part["state"].reshape(2, 3),
             feet=part["feet"].reshape(2, 2),
             stance=part["stance"].reshape(2, 2),
+            last_step=part["last_step"][0],
+            degraded=part["degraded"][0],
+            measured=part["measured"],
             plan=plan,
         )
 

@@ -12,11 +12,19 @@ class Reason(IntEnum):
     """Why a tick's plan is what it is; logged as the last entry of `solver_status`."""
 
     SOLVED = 0
-    SOFTENED = 1  # solved, and the barrier's slack is not zero
-    CROSS_SOLVED = 2  # the first solver gave up, the second one solved it
-    INFEASIBLE = 3  # no point meets the constraints: the last plan, shifted by a tick, is used
-    NOT_OPTIMAL = 4  # the solver stopped for another reason: likewise
-    BAD_MEASUREMENT = 5  # the measured state is not finite: the predicted one is used instead
+    SOFTENED = 1  # a barrier row can't be met: its slack is paid for
+    CROSS_SOLVED = 2  # the first solver stopped without an answer, the second one gave it
+    RELAXED = 3  # "stability" can't be met: the tail is missed by as little as possible, and gamma is 1
+    INFEASIBLE = 4  # "zmp_box" and "step" contradict each other: the last plan, shifted by a tick
+    NOT_OPTIMAL = 5  # no solver gave an answer: the last plan, shifted by a tick
+    BAD_MEASUREMENT = 6  # the measured state is not finite: planned from the predicted one
+    STALE_MEASUREMENT = 7  # the measured state repeats while the robot should move: likewise
+    STOPPING = 8  # degraded for too long: the walk comes to a stand
+
+    @property
+    def planned(self) -> bool:
+        """Whether the tick's plan is the answer of a solver."""
+        return self not in (Reason.INFEASIBLE, Reason.NOT_OPTIMAL)
 
 
 class QpResult(NamedTuple):

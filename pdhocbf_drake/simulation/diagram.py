@@ -97,6 +97,7 @@ def add_controller(wiring: Wiring, walk: Walk, initial: np.ndarray, feet: np.nda
 def connect_controller(wiring: Wiring, walk: Walk, controller: LeafSystem) -> None:
     """Closes the loop from `lip_state` and logs the controller's signals."""
     wiring.connect(controller, "gait_phase")
+    wiring.connect(wiring.port("gait_phase").get_system(), "last_step")
     wiring.connect_seen(controller, "lip_state")
     if walk.barriers:
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")

@@ -13,6 +13,8 @@ class GaitReference(LeafSystem):
     Its one discrete state is the tick k; like every block here it is updated at kδ, so that between kδ and
     (k + 1)δ its outputs speak of tick k + 1, the one that the robot is moving towards.
 
+    Input ports:
+        last_step (1): the step that the controller wants to be the last one, or −1; may be left unconnected.
     Output ports:
         gait_phase (3): tick of the step, step index, support (+1 left, −1 right, 0 both).
         com_height (3): z, ż, z̈ of eq. (24) [m, m/s, m/s²].
@@ -21,10 +23,11 @@ class GaitReference(LeafSystem):
     def __init__(self, gait: Gait) -> None:
         super().__init__()
         self._gait = gait
+        last = self.DeclareVectorInputPort("last_step", 1)
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._advance)
         state = {self.xd_ticket()}
-        self.DeclareVectorOutputPort("gait_phase", 3, self._phase, state)
+        self.DeclareVectorOutputPort("gait_phase", 3, self._phase, state | {last.ticket()})
         self.DeclareVectorOutputPort("com_height", 3, self._height, state)
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
@@ -35,7 +38,10 @@ class GaitReference(LeafSystem):
 
     def _phase(self, context: Context, output: BasicVector) -> None:
         step, tick = self._gait.phase(self._tick(context))
-        output.SetFromVector([tick, step, self._gait.support(step)])
+        port = self.GetInputPort("last_step")
+        last = round(port.Eval(context)[0]) if port.HasValue(context) else -1
+        gait = self._gait if last < 0 else self._gait.ending_at(last)
+        output.SetFromVector([tick, step, gait.support(step)])
 
     def _height(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._gait.height(self._tick(context)))

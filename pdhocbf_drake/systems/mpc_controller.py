@@ -10,7 +10,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.supervisor import believed_state, supervise
 
 
 class MpcController(LeafSystem):
@@ -26,6 +26,7 @@ class MpcController(LeafSystem):
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
     Output ports:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6).
+        last_step (1): the step after which the walk comes to a stand, else −1.
 
     Args:
         mpc: the compiled problem.
@@ -50,7 +51,15 @@ class MpcController(LeafSystem):
         first = Memory.at_start(mpc, initial, feet)
         self.DeclareDiscreteState(first.pack(mpc))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
-        for name in ("com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status"):
+        for name in (
+            "com_reference",
+            "zmp_reference",
+            "zmp_box",
+            "stance_plan",
+            "foot_plan",
+            "solver_status",
+            "last_step",
+        ):
             self._declare_slice(name)
 
     def _declare_slice(self, name: str) -> None:
@@ -63,8 +72,8 @@ class MpcController(LeafSystem):
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
-        mpc = self._mpc
-        memory = Memory.unpack(mpc, context.get_discrete_state_vector().value())
+        memory = Memory.unpack(self._mpc, context.get_discrete_state_vector().value())
+        mpc = self._mpc if memory.last_step < 0 else self._mpc.ending_at(round(memory.last_step))
         phase, step, _ = self.GetInputPort("gait_phase").Eval(context)
         tick = round(step * mpc.gait.period + phase)
         measured = self.GetInputPort("lip_state").Eval(context).reshape(2, 3)
@@ -78,19 +87,12 @@ class MpcController(LeafSystem):
         port = self.GetInputPort("zmp_offset")
         offset = port.Eval(context).reshape(2, -1) if port.HasValue(context) else None
 
-        planned = memory.state
-        state = planned.copy()
-        state[:, :2] = measured[:, :2]
-        if mpc.config.zmp_state == "measured":
-            state[:, 2] = measured[:, 2]
-        blind = not np.all(np.isfinite(state))
-        if blind:
-            state = planned
+        state, measurement = believed_state(mpc, memory, measured)
         plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan)
-        reason = Reason.BAD_MEASUREMENT if blind and plan.reason < Reason.INFEASIBLE else plan.reason
+        reason = supervise(mpc, memory, plan, measurement)
         memory.advance(mpc, state, plan)
-        solved = float(plan.reason < Reason.INFEASIBLE)
+        solved = float(plan.reason.planned)
         cost = plan.cost if solved else 0.0
         elapsed = time.perf_counter() - started
         memory.solver_status = np.array([solved, elapsed, cost, plan.slack, plan.fallbacks, reason])
-        values.set_value(memory.pack(mpc))
+        values.set_value(memory.pack(self._mpc))

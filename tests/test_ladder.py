@@ -1,0 +1,164 @@
+"""What the controller does when it can't do what it should: each rung of the ladder, and coming to a stand."""
+
+import numpy as np
+import pytest
+from walks import make_mpc, speed_limit, start, walk
+
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.solution import QpResult, Reason
+from pdhocbf_drake.mpc.supervisor import believed_state, supervise
+
+BLIND = np.full((2, 3), np.nan)
+
+
+def loop(mpc: PeriodicMpc, ticks: int, sensor=lambda tick, state: state):
+    """The template under the whole controller; `sensor` may lie. Gives states and reasons."""
+    memory, states, reasons = start(mpc), [], []
+    real = memory.state.copy()
+    for tick in range(ticks):
+        now = mpc if memory.last_step < 0 else mpc.ending_at(round(memory.last_step))
+        bounds = {b.name: b.bound.samples(tick, 81) for group in mpc.barriers for b in group}
+        state, measurement = believed_state(now, memory, np.array(sensor(tick, real), dtype=float))
+        plan = now.solve(tick, state, memory.stance, bounds, None, memory.plan)
+        reasons.append(supervise(now, memory, plan, measurement))
+        memory.advance(now, state, plan)
+        states.append(real.copy())
+        real = np.array([mpc.vhip.step(tick, real[axis], plan.inputs[axis, 0]) for axis in (0, 1)])
+    return np.array(states), reasons, memory
+
+
+def failing(solve_every: int):
+    """A solver that gives an answer only every so many calls."""
+    calls = [0]
+
+    class Fails:
+        def __init__(self, inner) -> None:
+            self.inner = inner
+
+        def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
+            calls[0] += 1
+            result = self.inner.solve(theta, guess)
+            return result if calls[0] % solve_every == 0 else result._replace(ok=False, infeasible=False)
+
+    return Fails
+
+
+def test_a_state_beyond_rescue_misses_its_tail_by_as_little_as_it_can() -> None:
+    mpc = make_mpc()
+    memory = start(mpc)
+    last = list(walk(mpc, 220, memory))[-1][3]
+    lost = memory.state.copy()
+    lost[0, 1] += 2.0  # [m/s]: no ZMP in any box, no foothold within reach brings this back
+    plan = mpc.solve(220, lost, memory.stance, {}, None, last)
+    assert plan.reason == Reason.RELAXED and plan.reason.planned and plan.fallbacks == 0
+    zmp = mpc.predict(lost, plan)[:, 1, 2]
+    low, high = mpc.zmp_box(221, memory.stance, plan.footholds)
+    assert np.all(zmp >= low - 1e-9) and np.all(zmp <= high + 1e-9)
+    assert zmp[0] == pytest.approx(high[0], abs=1e-6)  # all the braking there is
+    step = plan.footholds[0, 0] - memory.stance[0, 1]
+    assert step == pytest.approx(0.15 + mpc.config.step_tolerance[0], abs=1e-6)  # the longest step allowed
+
+
+def test_a_hard_barrier_that_cannot_be_kept_is_softened() -> None:
+    mpc = make_mpc(mpc={"barrier": "hard"}, barriers=(speed_limit(0.4),))
+    plans = [plan for *_, plan in walk(mpc, 260, kick={220: np.array([0.2, 0.0])})]
+    assert plans[220].reason == Reason.SOLVED
+    assert plans[221].reason == Reason.SOFTENED and plans[221].slack > 1e-3
+    assert plans[-1].reason == Reason.SOLVED
+
+
+def test_recovery_from_outside_follows_the_class_k_rate_where_the_input_allows() -> None:
+    gammas, kick = (0.1, 0.1), 0.06
+    mpc = make_mpc(barriers=(speed_limit(0.40, gammas),))
+    rows = [(state[0, 1], plan.slack) for _, state, _, plan in walk(mpc, 320, kick={220: np.array([kick, 0.0])})]
+    velocity, slack = np.array(rows).T
+    h = 0.40 - velocity
+    outside = np.flatnonzero(h < 0)
+    assert len(outside) and outside[0] >= 221
+    free = [k for k in range(221, 300) if slack[k] < 1e-9]
+    psi = h[2:] - 1.8 * h[1:-1] + 0.81 * h[:-2]
+    assert all(psi[k] >= -1e-9 for k in free)
+    assert h[300:].min() > 0
+
+
+def test_without_any_solution_the_last_plan_is_shifted_within_the_box(monkeypatch: pytest.MonkeyPatch) -> None:
+    mpc = make_mpc()
+    memory = start(mpc)
+    last = list(walk(mpc, 220, memory))[-1][3]
+    never = failing(10**9)
+    monkeypatch.setattr(mpc, "_solvers", [[never(s) for s in axis] for axis in mpc._solvers])
+    monkeypatch.setattr(mpc, "_rungs", [])
+    plan = mpc.solve(220, memory.state, memory.stance, {}, None, last)
+    assert plan.reason == Reason.NOT_OPTIMAL and plan.fallbacks == 1
+    np.testing.assert_allclose(plan.inputs[:, 1:-1], last.inputs[:, 2:])
+    low, high = mpc.zmp_box(221, memory.stance, plan.footholds)
+    zmp = memory.state[:, 2] + 0.01 * plan.inputs[:, 0]
+    assert np.all(zmp >= low - 1e-12) and np.all(zmp <= high + 1e-12)
+    assert mpc.solve(221, memory.state, memory.stance, {}, None, plan).fallbacks == 2
+    fresh = mpc.solve(0, np.zeros((2, 3)), start(mpc).stance, {}, None, None)
+    np.testing.assert_array_equal(fresh.inputs, 0.0)
+
+
+def test_a_solver_that_gives_up_is_replaced_by_the_independent_one() -> None:
+    mpc = make_mpc()
+    honest = [plan.inputs for *_, plan in walk(mpc, 100)]
+    mpc = make_mpc()
+    sometimes = failing(5)
+    mpc._solvers = [[sometimes(s) for s in axis] for axis in mpc._solvers]
+    plans = [plan for *_, plan in walk(mpc, 100)]
+    assert {plan.reason for plan in plans} == {Reason.CROSS_SOLVED}
+    np.testing.assert_allclose([plan.inputs for plan in plans], honest, atol=1e-3)
+
+
+@pytest.mark.parametrize("ticks", [1, 10])
+def test_a_short_blindness_is_walked_through(ticks: int) -> None:
+    mpc = make_mpc()
+    seen, _, _ = loop(mpc, 400)
+    blind, reasons, memory = loop(mpc, 400, lambda k, state: BLIND if 200 <= k < 200 + ticks else state)
+    assert reasons[199] == Reason.SOLVED and reasons[200] == Reason.BAD_MEASUREMENT
+    assert reasons.count(Reason.BAD_MEASUREMENT) == ticks and memory.last_step < 0
+    np.testing.assert_allclose(blind, seen, atol=1e-9)
+
+
+def test_a_long_blindness_ends_in_a_stand() -> None:
+    mpc = make_mpc()
+    states, reasons, memory = loop(mpc, 700, lambda k, state: BLIND if 200 <= k < 240 else state)
+    assert memory.last_step == 219 // 40 + 1 and reasons[-1] == Reason.STOPPING
+    assert np.abs(states[-1, :, 1]).max() < 0.01  # at rest
+    feet = memory.feet
+    assert feet[0, 0] == pytest.approx(feet[1, 0], abs=1e-6)  # side by side
+    assert feet[0, 1] - feet[1, 1] == pytest.approx(0.16, abs=0.02)
+    away = np.abs(states[-1, :, 0] - feet.mean(axis=0))
+    assert np.all(away <= np.array([0.05, 0.13]) / 3.0 + 1e-6)  # within the middle third of the box around both
+
+
+def test_a_frozen_sensor_is_noticed() -> None:
+    mpc = make_mpc()
+    frozen: dict[int, np.ndarray] = {}
+
+    def sensor(k: int, state: np.ndarray) -> np.ndarray:
+        frozen.setdefault(200, state.copy()) if k == 200 else None
+        return frozen[200] if 200 <= k < 206 else state
+
+    _, reasons, memory = loop(mpc, 300, sensor)
+    assert [k for k, reason in enumerate(reasons) if reason == Reason.STALE_MEASUREMENT] == list(range(201, 206))
+    assert memory.last_step < 0
+
+
+def test_standing_still_is_not_a_frozen_sensor() -> None:
+    _, reasons, _ = loop(make_mpc(gait={"walk_steps": 1, "start_steps": 1}), 500)
+    assert set(reasons) == {Reason.SOLVED}
+
+
+def test_the_memory_of_a_stop_survives_packing() -> None:
+    mpc = make_mpc()
+    memory = start(mpc)
+    memory.last_step, memory.degraded, memory.measured = 5.0, 3.0, np.arange(4.0)
+    copy = Memory.unpack(mpc, memory.pack(mpc))
+    assert (copy.last_step, copy.degraded) == (5.0, 3.0)
+    np.testing.assert_array_equal(copy.measured, memory.measured)
+
+
+def test_every_reason_says_whether_a_solver_answered() -> None:
+    assert {reason for reason in Reason if not reason.planned} == {Reason.INFEASIBLE, Reason.NOT_OPTIMAL}
