@@ -22,6 +22,15 @@ SUMMARY: Final = "campaign.json"
 CAMPAIGN: Final = "campaign.yaml"
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A campaign, where to put it, and who works on it."""
+    parser.add_argument("campaign", metavar="FILE", help="a YAML file, or a campaign that comes with the package")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/campaign-NAME")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler to use, such as tcp://host:8786")
+    parser.add_argument("--workers", type=int, metavar="N", help="workers on this machine; otherwise one a core")
+    parser.add_argument("--retry-failed", action="store_true", help="run those again that failed before")
+
+
 def run(options: argparse.Namespace) -> int:
     """Runs what is missing of a campaign; gives the exit code."""
     try:

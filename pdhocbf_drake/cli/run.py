@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 import time
 from datetime import datetime, timezone
@@ -21,15 +22,25 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 
 
-def run(name: str, text: str, out: Path | None, live: bool, with_replay: bool) -> int:
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A scenario, what to change in it, and where to put the run."""
+    what = "a name from `pdhocbf list`, or a YAML file, or FILE:NAME for one of several in a file"
+    parser.add_argument("scenario", metavar="SCENARIO", help=what)
+    parser.add_argument("--text", default="", metavar="YAML", help="overrides, such as 'gait: {stride: 0.1}'")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="the run folder; otherwise a new one in ./runs")
+    parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser")
+    parser.add_argument("--no-replay", action="store_true", help="leave replay.html out")
+
+
+def run(options: argparse.Namespace) -> int:
     """Simulates, writes and tells; gives the exit code."""
-    scenario = load_scenario(name, text)
-    place = out or _new_place(scenario)
+    scenario = load_scenario(options.scenario, options.text)
+    place = options.out or _new_place(scenario)
     with new_run_folder(place) as folder:
-        recorded = _recorded(scenario, live)
+        recorded = _recorded(scenario, options.meshcat)
         write_run(folder, recorded)
         metrics = write_metrics(recorded, folder)
-        done = _write_pages(recorded, metrics, folder, with_replay)
+        done = _write_pages(recorded, metrics, folder, not options.no_replay)
     _tell(metrics, place, done)
     if recorded.log.ending == INTERRUPTED:
         print(f"pdhocbf: interrupted; what was recorded is in {place}", file=sys.stderr)

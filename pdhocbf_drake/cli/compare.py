@@ -1,0 +1,45 @@
+"""`pdhocbf compare`: the safety margins (5) of two runs and their ratio (6)."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pdhocbf_drake.analysis.comparison import compare
+from pdhocbf_drake.simulation.run_folder import read_run
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Two runs, and from when on they count."""
+    parser.add_argument("first", type=Path, metavar="RUN")
+    parser.add_argument("second", type=Path, metavar="RUN")
+    parser.add_argument(
+        "--from-time", type=_seconds, default=2.0, metavar="S", help="start of the steady state [s], 2.0 unless told"
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Prints the margins and M."""
+    places = options.first, options.second
+    runs = read_run(places[0]), read_run(places[1])
+    for found in compare(*runs, options.from_time):
+        for place, one, name, margin in zip(places, runs, found.names, found.margins, strict=True):
+            mean = f"mean h {margin:.5g} {found.unit} from {options.from_time:g} s on"
+            print(f"{place}: {one.scenario.name}, barrier {name}: {mean}")
+        print(f"M = {100 * found.ratio:.1f} %: {_meaning(found.ratio)}")
+    return 0
+
+
+def _meaning(ratio: float) -> str:
+    if ratio < 0:
+        return "the margins have opposite signs: one of the runs left its safe set on average"
+    if ratio <= 1:
+        return f"the first run's barrier is {100 * (1 - ratio):.1f} % less conservative"
+    return f"the first run's barrier is {100 * (ratio - 1):.1f} % more conservative"
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0.0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"a time from 0 s on is needed, given {text}")
+    return value

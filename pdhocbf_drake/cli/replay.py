@@ -1,0 +1,21 @@
+"""`pdhocbf replay`: a run's replay, rebuilt from its log."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pdhocbf_drake.analysis.products import write_replay
+from pdhocbf_drake.simulation.run_folder import REPLAY, read_run
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """One run."""
+    parser.add_argument("run", type=Path, metavar="RUN")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the replay again and prints where it is."""
+    write_replay(read_run(options.run), options.run)
+    print(options.run / REPLAY)
+    return 0

@@ -1,0 +1,51 @@
+"""`pdhocbf report`: a run's report, rebuilt from its log, or one page for several runs."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pdhocbf_drake.analysis.products import figures_of, metrics_of, write_metrics, write_report
+from pdhocbf_drake.analysis.replay import replay_html
+from pdhocbf_drake.analysis.report import ReportedRun, report_html
+from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run, replaced_file
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Runs, and where to write."""
+    parser.add_argument("runs", type=Path, nargs="+", metavar="RUN")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="where to write it; ./comparison.html for several")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the report, with metrics and figures again for a single run, and prints where it is."""
+    folders: list[Path] = options.runs
+    runs = [read_run(folder) for folder in folders]
+    if len(runs) == 1 and options.out is None:
+        write_report(runs[0], write_metrics(runs[0], folders[0]), folders[0], _replay(runs[0], folders[0]))
+        print(folders[0] / REPORT)
+        return 0
+    place: Path = options.out or Path("comparison.html")
+    if place.is_dir():
+        raise InputError(f"--out must be the name of a file to write, given the folder {place}")
+    pages = [
+        ReportedRun(one, metrics_of(one), figures_of(one), _replay(one, folder))
+        for one, folder in zip(runs, folders, strict=True)
+    ]
+    with replaced_file(place) as path:
+        path.write_text(report_html(pages), encoding="utf-8")
+    print(place)
+    return 0
+
+
+def _replay(recorded: Run, folder: Path) -> str | None:
+    """The replay that the folder holds, or one made now; None for a log without motion."""
+    try:
+        return (folder / REPLAY).read_text(encoding="utf-8")
+    except OSError:
+        pass
+    try:
+        return replay_html(recorded)
+    except RunFolderError:
+        return None
