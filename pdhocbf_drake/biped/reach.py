@@ -67,11 +67,16 @@ def check_stride(biped: Biped, stride: float, stance_width: float, height: float
     """Both feet on the ground, one stride apart, with the CoM above their middle, must be possible."""
     if _reaches(biped, height, stance_width, stride):
         return
-    longest = _largest(lambda length: _reaches(biped, height, stance_width, length))
+    longest = longest_stride(biped, stance_width, height)
     raise ModelError(
         f"stride {stride:g} m is beyond the legs' reach of robot {biped.config.name!r} "
         f"at a CoM height of {height:g} m; allowed is up to {longest:.3g} m"
     )
+
+
+def longest_stride(biped: Biped, stance_width: float, height: float) -> float:
+    """The longest step at a CoM height, with both feet on the ground and the CoM above their middle [m]."""
+    return _largest(lambda length: _reaches(biped, height, stance_width, length))
 
 
 def _reaches(biped: Biped, height: float, width: float, stride: float) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,8 +12,6 @@ from pdhocbf_drake.barriers.invariant_set import InvariantSet, invariant_set, pr
 from pdhocbf_drake.barriers.polytope import THINNEST, Array, Polytope
 from pdhocbf_drake.certify.psi_rows import psi_system
 from pdhocbf_drake.certify.stepping_template import SteppingTemplate
-
-Told = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,7 @@ class AxisCertificate:
 
 
 def certify_axis(
-    template: SteppingTemplate, barriers: Sequence[AffineBarrier], with_rows: bool = True, told: Told | None = None
+    template: SteppingTemplate, barriers: Sequence[AffineBarrier], with_rows: bool = True
 ) -> AxisCertificate:
     """Computes the sets of one axis.
 
@@ -65,27 +63,18 @@ def certify_axis(
         template: the dynamics and limits.
         barriers: those on this axis.
         with_rows: also certify each barrier's ψ rows, which takes a set of one more dimension.
-        told: called with what is done next.
 
     Raises:
         InputError: a barrier that can't be certified here, or sets that don't converge.
     """
-    tell = told or (lambda _: None)
-    tell("no barrier")
     unbounded = invariant_set(template.system, template.states, template.inputs)
     bounds = []
     for barrier in barriers:
-        tell(f"barrier {barrier.name}")
         kept = _kept(template, [barrier])
-        rows = None
-        if with_rows:
-            tell(f"barrier {barrier.name}, psi rows")
-            rows = _psi_set(template, barrier)
+        rows = _psi_set(template, barrier) if with_rows else None
         bounds.append(BoundCertificate(barrier, kept, rows, _failing(template, unbounded, barrier)))
     if not barriers:
         return AxisCertificate(template, unbounded, unbounded, ())
-    if len(barriers) > 1:
-        tell("all barriers")
     kept = bounds[0].kept if len(barriers) == 1 else _kept(template, barriers)
     return AxisCertificate(template, unbounded, kept, tuple(bounds))
 

@@ -45,9 +45,7 @@ def walk_from(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float], 
     tick, memory = _start(mpc, starts, zmps)
     infeasible, h_min, slack = 0, np.inf, 0.0
     for k in range(tick, tick + ticks):
-        bounds = {
-            b.name: b.bound.samples(k, mpc.config.horizon + 1) for group in mpc.barriers for b in group
-        }
+        bounds = {b.name: b.bound.samples(k, mpc.config.horizon + 1) for group in mpc.barriers for b in group}
         for axis, group in enumerate(mpc.barriers):
             h_min = min(h_min, *(float(b.h(k, memory.state[axis])) for b in group)) if group else h_min
         plan = mpc.solve(k, memory.state, memory.stance, bounds, None, memory.plan)

@@ -13,7 +13,6 @@ from pdhocbf_drake.barriers.polytope import Array
 from pdhocbf_drake.certify.stepping_template import SteppingTemplate
 from pdhocbf_drake.errors import PdhocbfError
 
-
 SAVED = 1e-6
 """An excess below this is the solver's tolerance [m, m/s]."""
 

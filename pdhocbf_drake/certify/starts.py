@@ -18,12 +18,12 @@ class Start(NamedTuple):
     state: Array
 
 
-def inside_starts(sets: InvariantSet, count: int, random: np.random.Generator) -> list[Start]:
-    """States uniform in the sets, at uniform phases."""
+def inside_starts(sets: InvariantSet, count: int, random: np.random.Generator, phase: int | None = None) -> list[Start]:
+    """States uniform in the sets, at uniform phases, or at the given one."""
     starts: list[Start] = []
     while len(starts) < count:
-        phase = int(random.integers(len(sets.sets)))
-        starts.append(Start(phase, _in_hull(sets.sets[phase], random)))
+        at = int(random.integers(len(sets.sets))) if phase is None else phase
+        starts.append(Start(at, _in_hull(sets.sets[at], random)))
     return starts
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -36,16 +36,16 @@ class Run(NamedTuple):
 
 
 @contextmanager
-def new_run_folder(place: Path) -> Iterator[Path]:
+def new_run_folder(place: Path, entries: Collection[str] = _ENTRIES) -> Iterator[Path]:
     """A folder to fill; it becomes `place` when the block ends well, and nothing is left of it otherwise.
 
-    An older run in that place is replaced at that moment and not before.
+    An older run in that place, which holds nothing but such entries, is replaced at that moment and not before.
 
     Raises:
         RunFolderError: `place` cannot be written, or holds something that is not a run.
     """
     place = place.absolute()
-    _check_replaceable(place)
+    _check_replaceable(place, entries)
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         staging = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
@@ -94,13 +94,13 @@ def replaced_file(path: Path) -> Iterator[Path]:
         staging.unlink(missing_ok=True)
 
 
-def _check_replaceable(place: Path) -> None:
+def _check_replaceable(place: Path, entries: Collection[str]) -> None:
     if not place.exists():
         return
     if not place.is_dir():
         raise RunFolderError(f"no run can be written to {place}: it is a file")
     try:
-        strangers = sorted(entry.name for entry in place.iterdir() if entry.name not in _ENTRIES)
+        strangers = sorted(entry.name for entry in place.iterdir() if entry.name not in entries)
     except OSError as error:
         raise RunFolderError(f"no run can be written to {place}: {error.strerror}") from None
     if strangers:
