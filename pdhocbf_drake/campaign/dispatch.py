@@ -11,6 +11,8 @@ import threading
 import uuid
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
 from distributed import Client, Future, KilledWorker, wait
@@ -23,6 +25,7 @@ ATTEMPTS: Final = 2
 # A worker may die while a run waits there that it has not begun; such a run is not at fault, up to a point.
 _SUBMISSIONS: Final = 5
 _POLL = 0.5  # [s]
+_FETCH = 10.0  # [s] for a row to arrive
 _AHEAD = 3  # runs a core that the scheduler knows of at a time
 
 
@@ -87,30 +90,31 @@ class _Dispatcher:
 
     def _ended(self) -> list[Future]:
         """Futures that are done, and those that the scheduler began too often by itself."""
-        try:
-            done = list(wait(list(self._running), timeout=_POLL, return_when="FIRST_COMPLETED").done)
-        except asyncio.TimeoutError:  # not yet the builtin one in Python 3.10
-            done = []
+        with suppress(asyncio.TimeoutError, CancelledError):  # the first is not yet the builtin one in Python 3.10
+            wait(list(self._running), timeout=_POLL, return_when="FIRST_COMPLETED")
         if self._client.status != "running":
             raise ClusterError("the Dask scheduler went away")
+        # A result that died with its worker before we had it is "lost": the scheduler begins its run again.
+        done = [future for future in self._running if future.status in ("finished", "error", "cancelled")]
         return done or [future for future, planned in self._running.items() if self._times_begun(planned) > ATTEMPTS]
 
     def _outcome(self, future: Future, planned: PlannedRun) -> Outcome | None:
         """What became of the run, or None if it is to be begun again."""
         begun = self._times_begun(planned)
+        cause, worker = "its worker died", None
         if future.status == "finished":
-            answer: dict[str, Any] = future.result()
+            try:
+                answer: dict[str, Any] = future.result(timeout=_FETCH)
+            except (asyncio.TimeoutError, CancelledError, KilledWorker, OSError):
+                answer = {DIED: cause, "worker": None}  # between its end and our question
             if DIED not in answer:
                 return Outcome(planned, answer.get("metrics"), answer.get("error"), max(begun, 1), answer["worker"])
             cause, worker = answer[DIED], answer["worker"]
         elif future.status == "error" and not isinstance(future.exception(), KilledWorker):
             error = future.exception()
             return Outcome(planned, None, f"{type(error).__name__}: {error}", max(begun, 1), None)
-        elif future.status in ("cancelled", "lost"):
-            raise ClusterError("the Dask scheduler went away")
         else:
             future.cancel()
-            cause, worker = "its worker died", None
         if begun < ATTEMPTS and self._submitted[planned.run] < _SUBMISSIONS:
             return None
         return Outcome(planned, None, f"{cause}, {max(begun, 1)} times", max(begun, 1), worker)
