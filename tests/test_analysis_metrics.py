@@ -140,10 +140,12 @@ def test_the_zmp_margin_is_the_distance_to_the_edge_of_the_sole(log):
         assert zmp_margins(log, LIMITS.sole_half)[row] == pytest.approx(margin)
 
 
-def test_the_zmp_margin_turns_with_the_foot(log):
+@pytest.mark.parametrize("yaw", [0.3, -0.3, np.pi / 2])
+def test_the_zmp_margin_turns_with_the_foot(log, yaw):
     row = round(1.4 / TICK)
-    log["foot_state"][row, 5] = np.pi / 2
-    log["lip_state"][row, [2, 5]] = log["foot_state"][row, :2] + np.array([0.05, 0.0])
+    log["foot_state"][row, 5] = yaw
+    ahead = np.array([np.cos(yaw), np.sin(yaw)])
+    log["lip_state"][row, [2, 5]] = log["foot_state"][row, :2] + 0.09 * ahead
     assert zmp_margins(log, LIMITS.sole_half)[row] == pytest.approx(0.01)
 
 
