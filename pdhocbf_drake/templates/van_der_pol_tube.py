@@ -50,6 +50,7 @@ class VanDerPolTube:
         orbit: one period of the tube's centre, (N, 2) [1, 1/s].
         barriers: "x1_upper", "x1_lower", "x2_upper", "x2_lower".
         filter: the input nearest to a wanted one that keeps them all.
+        worst: where the four leave each other the least interval of inputs, and how wide it is.
 
     Raises:
         InputError: the two x₁ and the one x₂ class-K slopes are not that many or outside (0, 1]; the barriers exclude
@@ -67,7 +68,7 @@ class VanDerPolTube:
         )
         self.barriers = tube_barriers(self.orbit, config.tube, config.gamma_1, config.gamma_2)
         self.filter = BarrierFilter(self.system, self.barriers)  # checks the relative degrees
-        worst = joint_feasibility(self.barriers, config.tick)
+        self.worst = worst = joint_feasibility(self.barriers, config.tick)
         if worst.width < -_ROUNDING:
             raise InputError(
                 f"van_der_pol: the barriers {worst.opponents[0]} and {worst.opponents[1]} exclude each other by "
