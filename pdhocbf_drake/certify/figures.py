@@ -71,7 +71,7 @@ def pushes(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:
         if template.chooses_steps and template.coming.any():
             for start in np.flatnonzero(np.diff(template.coming.astype(int), prepend=0) == 1):
                 end = start + template.coming[start:].argmin() if not template.coming[start:].all() else len(phases)
-                plot.axvspan(start, end, color=palette.BOX, alpha=0.3, lw=0)
+                plot.axvspan(float(start), float(end), color=palette.BOX, alpha=0.3, lw=0)
         legend(plot)
     impulses.axhline(0.0, color="black", lw=0.8)
     label(areas, "area of the set", "m²/s")

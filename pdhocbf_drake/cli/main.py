@@ -25,6 +25,10 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "compare": ("safety margins of two runs and their ratio (6)", "pdhocbf_drake.cli.compare"),
     "replay": ("rebuild a run's replay.html from its log", "pdhocbf_drake.cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "pdhocbf_drake.cli.report"),
+    "certify": (
+        "which bounds can be kept for ever, what they cost, and what a push may do",
+        "pdhocbf_drake.certify.command",
+    ),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "pdhocbf_drake.campaign.command"),
 }
 
