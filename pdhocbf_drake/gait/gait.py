@@ -13,8 +13,6 @@ from pdhocbf_drake.gait.config import GaitConfig
 
 LEFT, BOTH, RIGHT = 1, 0, -1
 
-_LAST_STAND = 1.0 / 3.0  # part of the box around both feet that the last stand uses, so that it ends in the middle
-
 
 @dataclass(frozen=True)
 class Step:
@@ -37,8 +35,8 @@ class Gait:
     """A validated walk: which foot stands where at tick k, and how the ZMP box moves.
 
     Step j holds ticks jN … jN + N − 1. The first `start_steps` steps stand on both feet with the box around both;
-    then each step stands on one foot while the other swings; a walk with an end stands in the middle between its
-    feet after it, in a third of the box around both. During the first D ticks of a step both feet are on
+    then each step stands on one foot while the other swings; a walk with an end stands on both feet again after it.
+    During the first D ticks of a step both feet are on
     the ground and the box moves linearly from the last step's to this step's: phase q has weight
     min(1, (q + 1)/(D + 1)) on this step's box. D = 0 is the paper's (27), a jump of the box in one tick.
 
@@ -94,8 +92,7 @@ class Gait:
         first = self.config.start_steps
         x = 0.0 if last is None or last < first or index < first else self.foothold(last)[0]
         half = self._half + np.array([0.0, self.config.stance_width / 2.0])
-        ends = last is not None and index > last
-        return Step(BOTH, np.array([x, 0.0]), half * _LAST_STAND if ends else half, None)
+        return Step(BOTH, np.array([x, 0.0]), half, None)
 
     def ending_at(self, step: int) -> Gait:
         """The same walk, whose last swing is that of step j; after it both feet stand side by side."""
@@ -103,6 +100,10 @@ class Gait:
             steps = step - self.config.start_steps + 1
             self._endings[step] = Gait(self.config.model_copy(update={"walk_steps": steps}))
         return self._endings[step]
+
+    def ended_by(self, last_step: float) -> Gait:
+        """This walk, or where a controller has set a last step (not −1), the one that ends there."""
+        return self if last_step < 0 else self.ending_at(round(last_step))
 
     def is_standing(self, step: int) -> bool:
         """True where no foot swings during step j."""

@@ -47,7 +47,8 @@ class AxisProgram:
     Decisions w = [u_0 … u_{H−1} (ZMP velocities [m/s]), f_1 … (centres of the coming stance feet [m]), slacks [m/s]];
     a soft barrier has one slack for each of its rows.
 
-        min  Σ u² + ε Σ (f − f*)² + Σ (linear price · slack + quadratic price · slack²)
+        min  Σ u² + ε Σ (f − f*)² + price of the ZMP's distance from the box's centre
+             + Σ (linear price · slack + quadratic price · slack²)
         zmp_box_lower, zmp_box_upper   (27), with the box moving from foot to foot in double support
         stability                      Σ_i g_i u_i / Π_{j≤i} λ_j + tail = e_k
         step_lower, step_upper         limits of each coming step
@@ -116,6 +117,12 @@ def axis_program(
 
     phi, gamma = vhip.prediction(phase, horizon)
     weights = box_weights(gait, phase, horizon, n_f)
+    if config.zmp_centre_weight:
+        rows = np.hstack([gamma[1:, 2], phi[1:, 2], -weights, np.eye(horizon)])
+        hessian = 2.0 * config.zmp_centre_weight * rows.T @ rows
+        variables = np.concatenate([u, part["state"], feet, part["offset"]])
+        centre = prog.AddQuadraticCost(hessian, np.zeros(len(hessian)), variables, True)
+        centre.evaluator().set_description("zmp_centre")
     for side, sign in (("lower", 1.0), ("upper", -1.0)):
         # ± (p_{k+i} + offset_i − S_i feet) + S_i half ≥ 0
         rows = np.hstack([sign * gamma[1:, 2], sign * phi[1:, 2], -sign * weights, weights, sign * np.eye(horizon)])

@@ -19,6 +19,7 @@ class MpcConfig(Config):
         tail: what the ZMP is taken to do after the horizon, eq. (32); the standing start is always
             anticipative, since it does not repeat.
         foothold_weight: ε of eq. (36), one squared distance per foothold [1/s²].
+        zmp_centre_weight: price of the ZMP's squared distance from the centre of its box [1/s²]; not in eq. (36).
         path_correction: how much of the feet's distance from the commanded path one step may ask back, x and y [m].
         step_tolerance: how far a foothold may move from the commanded step, in x and y [m].
         stance_width_min: least lateral distance of a foothold from the stance foot [m].
@@ -38,6 +39,7 @@ class MpcConfig(Config):
     horizon: int = Field(80, ge=1)
     tail: Tail = "periodic"
     foothold_weight: float = Field(1e5, gt=0)
+    zmp_centre_weight: float = Field(0.0, ge=0)
     path_correction: tuple[float, float] = (0.02, 0.05)
     step_tolerance: tuple[float, float] = (0.1, 0.05)
     stance_width_min: float = Field(0.12, ge=0)

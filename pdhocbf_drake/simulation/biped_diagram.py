@@ -82,7 +82,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.connect_seen(controller, "foot_state")
     wiring.connect(foot_reference, "gait_phase", "foot_plan")
     wiring.connect(kinematics, "com_height", "com_reference", "zmp_reference", "foot_reference")
-    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference")
+    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step")
     wiring.connect(detector, "com_z")
     wiring.connect(pd, "desired_state", "feedforward")
     wiring.builder.Connect(wiring.port("joint_state"), pd.GetInputPort("estimated_state"))

@@ -39,8 +39,7 @@ class GaitReference(LeafSystem):
     def _phase(self, context: Context, output: BasicVector) -> None:
         step, tick = self._gait.phase(self._tick(context))
         port = self.GetInputPort("last_step")
-        last = round(port.Eval(context)[0]) if port.HasValue(context) else -1
-        gait = self._gait if last < 0 else self._gait.ending_at(last)
+        gait = self._gait.ended_by(port.Eval(context)[0] if port.HasValue(context) else -1)
         output.SetFromVector([tick, step, gait.support(step)])
 
     def _height(self, context: Context, output: BasicVector) -> None:

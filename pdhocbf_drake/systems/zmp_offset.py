@@ -19,19 +19,23 @@ class ZmpOffset(LeafSystem):
 
     Input ports:
         gait_phase (3), whole_body_zmp (2), zmp_reference (4).
+        last_step (1): the step after which the walk comes to a stand, else −1; may be left unconnected.
     Output ports:
         zmp_offset (2 H): expected whole-body minus template ZMP at the next H ticks, x then y [m].
     """
 
     def __init__(self, gait: Gait, horizon: int) -> None:
         super().__init__()
-        self._period, self._horizon = gait.period, horizon
+        self._gait, self._period, self._horizon = gait, gait.period, horizon
         phase = self.DeclareVectorInputPort("gait_phase", 3)
         self.DeclareVectorInputPort("whole_body_zmp", 2)
         self.DeclareVectorInputPort("zmp_reference", 4)
+        last = self.DeclareVectorInputPort("last_step", 1)
         self.DeclareDiscreteState(2 * self._period)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._learn)
-        self.DeclareVectorOutputPort("zmp_offset", 2 * horizon, self._calc, {self.xd_ticket(), phase.ticket()})
+        self.DeclareVectorOutputPort(
+            "zmp_offset", 2 * horizon, self._calc, {self.xd_ticket(), phase.ticket(), last.ticket()}
+        )
 
     def _learn(self, context: Context, values: DiscreteValues) -> None:
         tick, _, support = self.GetInputPort("gait_phase").Eval(context)
@@ -44,8 +48,10 @@ class ZmpOffset(LeafSystem):
         values.set_value(table.ravel())
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        tick, _, support = self.GetInputPort("gait_phase").Eval(context)
+        tick, step, _ = self.GetInputPort("gait_phase").Eval(context)
+        port = self.GetInputPort("last_step")
+        gait = self._gait.ended_by(port.Eval(context)[0] if port.HasValue(context) else -1)
         table = context.get_discrete_state_vector().value().reshape(2, -1)
         steps, ticks = np.divmod(round(tick) + 1 + np.arange(self._horizon), self._period)
-        side = np.where(steps % 2 == 0, support, -support)
-        output.SetFromVector(np.concatenate([abs(support) * table[0, ticks], side * table[1, ticks]]))
+        side = np.array([gait.support(round(step) + ahead) for ahead in range(steps[-1] + 1)])[steps]
+        output.SetFromVector(np.concatenate([np.abs(side) * table[0, ticks], side * table[1, ticks]]))
