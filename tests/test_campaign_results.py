@@ -23,16 +23,16 @@ def planned(tmp_path) -> list[PlannedRun]:
     return plan_runs(config, tmp_path)
 
 
-def ended(run: PlannedRun, ending: str = "finished", error: str | None = None) -> Outcome:
-    metrics = {"ending": ending, "wall_seconds": 1.0, "slip_max": None, "mpc": {"fallbacks": 2, "slack_max": 0.5}}
-    return Outcome(run, None if error else metrics, error, 1, "tcp://127.0.0.1:1")
+def ended(run: PlannedRun, status: str = "survived", error: str | None = None) -> Outcome:
+    metrics = {"ending": "finished", "wall_seconds": 1.0, "slip_max": None, "mpc": {"fallbacks": 2, "slack_max": 0.5}}
+    return Outcome(run, None if error else status, None if error else metrics, error, 1, "tcp://127.0.0.1:1")
 
 
 def filled(folder, planned: list[PlannedRun]) -> CampaignStore:
     """Small pushes are survived, except that nobody answers for the last run."""
     store = CampaignStore(folder, planned)
     for run in planned[:-1]:
-        store.add(ended(run, "finished" if abs(run.factors["pushes.0.force.0"]) < 10 else "fell"))
+        store.add(ended(run, "survived" if abs(run.factors["pushes.0.force.0"]) < 10 else "fell"))
     store.add(ended(planned[-1], error="its worker died, 2 times"))
     return store
 

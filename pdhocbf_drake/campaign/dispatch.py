@@ -30,9 +30,19 @@ _AHEAD = 3  # runs a core that the scheduler knows of at a time
 
 
 class Outcome(NamedTuple):
-    """What became of a run: metrics, or an error; how often it was begun, and by which worker it was ended."""
+    """What became of a run.
+
+    Attributes:
+        planned: the run.
+        status: how it went, see `verdict`; None if it failed.
+        metrics: as in metrics.json; None if it failed.
+        error: why it failed.
+        attempts: how often it was begun.
+        worker: the worker that ended it.
+    """
 
     planned: PlannedRun
+    status: str | None
     metrics: dict[str, Any] | None
     error: str | None
     attempts: int
@@ -108,16 +118,17 @@ class _Dispatcher:
             except (asyncio.TimeoutError, CancelledError, KilledWorker, OSError):
                 answer = {DIED: cause, "worker": None}  # between its end and our question
             if DIED not in answer:
-                return Outcome(planned, answer.get("metrics"), answer.get("error"), max(begun, 1), answer["worker"])
+                status, metrics, error = (answer.get(key) for key in ("status", "metrics", "error"))
+                return Outcome(planned, status, metrics, error, max(begun, 1), answer["worker"])
             cause, worker = answer[DIED], answer["worker"]
         elif future.status == "error" and not isinstance(future.exception(), KilledWorker):
-            error = future.exception()
-            return Outcome(planned, None, f"{type(error).__name__}: {error}", max(begun, 1), None)
+            raised = future.exception()
+            return Outcome(planned, None, None, f"{type(raised).__name__}: {raised}", max(begun, 1), None)
         else:
             future.cancel()
         if begun < ATTEMPTS and self._submitted[planned.run] < _SUBMISSIONS:
             return None
-        return Outcome(planned, None, f"{cause}, {max(begun, 1)} times", max(begun, 1), worker)
+        return Outcome(planned, None, None, f"{cause}, {max(begun, 1)} times", max(begun, 1), worker)
 
     def _times_begun(self, planned: PlannedRun) -> int:
         with self._lock:

@@ -17,9 +17,10 @@ from pdhocbf_drake.errors import PdhocbfError
 
 
 def run_one(scenario_data: dict[str, Any]) -> dict[str, Any]:
-    """Simulates a scenario; gives `{"metrics": …}` or `{"error": one sentence}`."""
+    """Simulates a scenario; gives `{"status": …, "metrics": …}`, see `verdict`, or `{"error": one sentence}`."""
     from pdhocbf_drake.analysis.metrics import compute_metrics
     from pdhocbf_drake.analysis.robot_limits import robot_limits
+    from pdhocbf_drake.campaign.verdict import verdict
     from pdhocbf_drake.simulation.scenario import Scenario
     from pdhocbf_drake.simulation.simulate import simulate
 
@@ -28,8 +29,10 @@ def run_one(scenario_data: dict[str, Any]) -> dict[str, Any]:
         started = time.perf_counter()
         log = simulate(scenario)
         wall = time.perf_counter() - started
-        metrics = compute_metrics(scenario, log, wall, robot_limits(scenario))
-        return {"metrics": json.loads(metrics.to_json())}
+        limits = robot_limits(scenario)
+        metrics = compute_metrics(scenario, log, wall, limits)
+        status = verdict(scenario, log, None if limits is None else limits.sole_half)
+        return {"status": status, "metrics": json.loads(metrics.to_json())}
     except PdhocbfError as error:
         return {"error": str(error)}
     except Exception as error:

@@ -24,8 +24,7 @@ from pdhocbf_drake.errors import RunFolderError
 TABLE: Final = "runs.parquet"
 PARTS: Final = "parts"
 FAILED: Final = "failed"
-SURVIVED: Final = "survived"
-FELL: Final = "fell"
+SURVIVED: Final = "survived"  # what else a status may be is told in `verdict`
 
 # The rest of the columns is told by the metrics themselves.
 _CORE = (
@@ -120,7 +119,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 def _row(outcome: Outcome) -> dict[str, Any]:
     planned, metrics = outcome.planned, outcome.metrics
-    status = FAILED if metrics is None else SURVIVED if metrics["ending"] == "finished" else FELL
+    status = FAILED if metrics is None else outcome.status
     row = {
         "run": planned.run, "point": planned.point, "barrier": planned.barrier, "status": status,
         "attempts": outcome.attempts, "error": outcome.error, "worker": outcome.worker,

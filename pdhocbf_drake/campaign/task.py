@@ -25,8 +25,8 @@ def perform(run: int, scenario: dict[str, Any], seconds: float, topic: str) -> d
     """Runs a scenario in a process of its own.
 
     Returns:
-        `{"metrics": …}`, or `{"error": …}` for a run that could not be, or `{"died": …}` for a process that was
-        killed; with the worker's address as "worker".
+        `{"status": …, "metrics": …}`, or `{"error": …}` for a run that could not be, or `{"died": …}` for a process
+        that was killed; with the worker's address as "worker".
     """
     worker = get_worker()
     # Says that the run has begun, since a worker that is killed later can't.
