@@ -203,11 +203,11 @@ def test_offset_is_learned_per_tick_of_the_step_and_mirrored() -> None:
     block = ZmpOffset(GAIT, 80)
     context = block.CreateDefaultContext()
     for _ in range(60):
-        block.GetInputPort("gait_phase").FixValue(context, [10.0, 4.0, 1.0])
+        block.GetInputPort("gait_phase").FixValue(context, [10.0, 3.0, 1.0])
         block.GetInputPort("zmp_reference").FixValue(context, [1.0, 0.0, 0.1, 0.0])
         block.GetInputPort("whole_body_zmp").FixValue(context, [1.02, 0.11])
         _update(block, context)
-    block.GetInputPort("gait_phase").FixValue(context, [9.0, 4.0, 1.0])
+    block.GetInputPort("gait_phase").FixValue(context, [9.0, 3.0, 1.0])
     x, y = block.GetOutputPort("zmp_offset").Eval(context).reshape(2, 80)
     np.testing.assert_allclose([x[0], x[40], y[0], y[40]], [0.02, 0.02, 0.01, -0.01], atol=1e-9)
     assert np.count_nonzero(np.abs(x) > 1e-12) == 2
