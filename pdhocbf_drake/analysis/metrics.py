@@ -9,6 +9,7 @@ from pdhocbf_drake.analysis.barrier_margins import barriers_of, record_of
 from pdhocbf_drake.analysis.feet import slip_max, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 
@@ -123,11 +124,12 @@ def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
     if "solver_status" not in log:
         return None
     # The first row holds the start, which nobody solved for.
-    status, seconds, _, slack, fallbacks, _ = log["solver_status"][1:].T
+    status, seconds, _, slack, fallbacks, reasons = log["solver_status"][1:].T
     return MpcMetrics(
         solves=len(status),
         fallbacks=int((fallbacks > 0).sum()),
         failures=int((status != 1.0).sum()),
+        degraded={r.name.lower(): int(n) for r in Reason if r != Reason.SOLVED and (n := (reasons == r).sum())},
         slack_max=_finite(slack.max()) if len(slack) else None,
         tick_seconds_median=_finite(np.median(seconds)) if len(seconds) else None,
         tick_seconds_p99=_finite(np.percentile(seconds, 99)) if len(seconds) else None,

@@ -27,6 +27,7 @@ class MpcMetrics(BaseModel):
     solves: int = Field(description="ticks at which a solve was asked for")
     fallbacks: int = Field(description="ticks that used the last plan, shifted, instead of a new one")
     failures: int = Field(description="solves without an optimal status")
+    degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.solution.Reason`)")
     slack_max: float | None = Field(description="largest violation of a barrier row that a plan paid for [m/s]")
     tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
     tick_seconds_p99: float | None = Field(description="99th percentile of it [s]")
