@@ -15,6 +15,7 @@ from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, Model
 from pdhocbf_drake.simulation.drake_config import complete_plant_config, complete_simulator_config
 from pdhocbf_drake.templates.config import VanDerPolConfig, VhipConfig
 
+DEFAULT_ROBOT = "biped"
 System = Literal["biped", "vhip", "van_der_pol"]
 
 
@@ -78,7 +79,7 @@ class Scenario(Config):
     duration: float = Field(10.0, gt=0)
     seed: int = Field(0, ge=0)
     from_time: float = Field(2.0, ge=0)
-    robot: str = "biped"
+    robot: str = DEFAULT_ROBOT
     friction: float = Field(0.8, gt=0)
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()

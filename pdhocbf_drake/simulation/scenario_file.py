@@ -10,8 +10,9 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from pdhocbf_drake.biped.locate import load_robot_config
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.scenario import DEFAULT_ROBOT, Scenario
 from pdhocbf_drake.simulation.yaml_text import merge, parse_yaml, read_yaml
 
 _PACKAGED = Path(__file__).resolve().parent.parent / "scenarios"
@@ -37,7 +38,16 @@ def load_scenario(scenario: str, text: str = "") -> Scenario:
         if "extends" in overrides:
             raise InputError("--text overrides a scenario and cannot extend another one; name that one as SCENARIO")
         data = merge(data, _anchored(overrides, Path.cwd()))
-    return Scenario.from_dict(data, data["name"] if isinstance(data["name"], str) else name)
+    return Scenario.from_dict(_completed(data), data["name"] if isinstance(data["name"], str) else name)
+
+
+def _completed(data: dict[str, Any]) -> dict[str, Any]:
+    """CoM height and stance width that a biped's scenario leaves out are those of its robot."""
+    robot, gait = data.get("robot", DEFAULT_ROBOT), data.get("gait", {})
+    if data.get("system", "biped") != "biped" or not isinstance(robot, str) or not isinstance(gait, dict):
+        return data
+    config = load_robot_config(robot)
+    return {**data, "gait": {"com_height": config.com_height, "stance_width": config.stance_width, **gait}}
 
 
 def _find(scenario: str) -> tuple[dict[str, Any], str, Path]:
