@@ -79,7 +79,7 @@ def test_one_of_several_scenarios_in_a_file(tmp_path):
 
 
 def test_a_robot_file_is_seen_from_the_scenario_file(tmp_path):
-    (tmp_path / "mine.yaml").write_text("robot: robots/mine.yaml\n")
+    (tmp_path / "mine.yaml").write_text("robot: robots/mine.yaml\ngait: {com_height: 0.6, stance_width: 0.2}\n")
     assert load_scenario(str(tmp_path / "mine.yaml")).robot == str(tmp_path / "robots" / "mine.yaml")
 
 

@@ -64,7 +64,8 @@ class Scenario(Config):
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
         friction: Coulomb coefficient between soles and ground [1].
-        gait, mpc, vhip, van_der_pol: the configs of those rooms.
+        gait, mpc, vhip, van_der_pol: the configs of those rooms; a CoM height and a stance width that a file leaves
+            out are those of its robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
         pushes: forces on the robot, or on the template's mass.
         model_error: how the simulated robot differs from the controller's model of it.

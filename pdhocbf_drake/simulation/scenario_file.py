@@ -46,6 +46,8 @@ def _completed(data: dict[str, Any]) -> dict[str, Any]:
     robot, gait = data.get("robot", DEFAULT_ROBOT), data.get("gait", {})
     if data.get("system", "biped") != "biped" or not isinstance(robot, str) or not isinstance(gait, dict):
         return data
+    if {"com_height", "stance_width"} <= set(gait):
+        return data
     config = load_robot_config(robot)
     return {**data, "gait": {"com_height": config.com_height, "stance_width": config.stance_width, **gait}}
 
