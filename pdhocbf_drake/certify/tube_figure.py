@@ -28,7 +28,8 @@ def safe_tube(found: ScenarioCertificate) -> Figure:
     free: Parts = [certificate.section(int(phase), certificate.unbounded) for phase in phases]
     kept: Parts = [certificate.section(int(phase)) for phase in phases]
     bounded = bool(certificate.bounds)
-    figure = Figure(figsize=(10.0, 6.4), layout="none")
+    figure = Figure(figsize=(10.0, 6.4))
+    figure.set_layout_engine("none")
     plot: Axes3D = figure.add_axes((-0.03, -0.02, 1.0, 0.98), projection="3d", computed_zorder=False)
     pieces = _pieces(template.coming)
     if bounded:

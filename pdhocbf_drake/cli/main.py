@@ -29,6 +29,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
         "which bounds can be kept for ever, what they cost, and what a push may do",
         "pdhocbf_drake.certify.command",
     ),
+    "design-bound": ("a certified bound from a recorded walk, as YAML", "pdhocbf_drake.certify.design_command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "pdhocbf_drake.campaign.command"),
 }
 
