@@ -32,7 +32,8 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names
     for name in names:
         port = wiring.port(name)
         if config.delay_ticks:
-            delay = DiscreteTimeDelay(wiring.tick, config.delay_ticks, port.size())
+            # Its memory is renewed at the instant at which the controller reads it, which costs one tick of itself.
+            delay = DiscreteTimeDelay(wiring.tick, config.delay_ticks - 1, port.size())
             wiring.builder.AddNamedSystem(f"{name}_delay", delay)
             wiring.builder.Connect(port, delay.get_input_port())
             port = delay.get_output_port()
