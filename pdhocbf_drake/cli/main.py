@@ -30,6 +30,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
         "pdhocbf_drake.certify.command",
     ),
     "design-bound": ("a certified bound from a recorded walk, as YAML", "pdhocbf_drake.certify.design_command"),
+    "bench": ("what a control tick costs, against other ways to solve the same problem", "pdhocbf_drake.bench.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "pdhocbf_drake.campaign.command"),
 }
 

@@ -40,6 +40,9 @@ class DaqpQp:
     - M holds the rows named in `bound_rows`, square and invertible, so that they become simple bounds on y, which an
       active-set method handles at no cost. Without bound rows M = 1.
 
+    Attributes:
+        core_seconds: what DAQP's own clock says of the last solve [s].
+
     Raises:
         InputError: the bound rows don't form an invertible square matrix, or P is singular.
     """
@@ -51,7 +54,7 @@ class DaqpQp:
             bound_rows: names of the rows that are taken as variables.
             guess_rows: for each row, the row of the last tick's program whose activity is its guess; else the same row.
         """
-        self.qp = qp
+        self.qp, self.core_seconds = qp, 0.0
         slacks = find_slacks(qp)
         hard = np.setdiff1d(np.arange(len(qp.P)), slacks.columns)
         left = np.setdiff1d(np.arange(len(qp.A)), slacks.bounds)
@@ -113,6 +116,9 @@ class DaqpQp:
         flag, y, multipliers = self._run(self._cold if guess is None else self._guessed(guess))
         if flag < 0 and guess is not None:  # a guess must never change the answer
             flag, y, multipliers = self._run(self._cold)
+        return self._answer(theta, flag, y, multipliers)
+
+    def _answer(self, theta: np.ndarray, flag: int, y: np.ndarray, multipliers: np.ndarray) -> QpResult:
         active = np.zeros(len(self.qp.A))
         active[self._order] = np.sign(multipliers)
         away = self._w_of_y(y)
@@ -139,6 +145,7 @@ class DaqpQp:
         if flag < 0:
             return flag, np.zeros(len(self._w_of_y)), np.zeros(len(sense))
         y, _, flag, info = self._model.solve()
+        self.core_seconds = info["solve_time"]
         if flag > 0 and not math.isfinite(y.sum()):
             # DAQP calls this optimal: its guess held rows that depend on each other.
             return _DEPENDENT, np.zeros(len(y)), np.zeros(len(sense))

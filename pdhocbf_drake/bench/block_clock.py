@@ -1,0 +1,87 @@
+"""Where a tick's time goes: a clock around the Python of every block."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
+from pdhocbf_drake.systems.fall_detector import FallDetector
+from pdhocbf_drake.systems.foot_reference import FootReference
+from pdhocbf_drake.systems.gait_reference import GaitReference
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
+from pdhocbf_drake.systems.mpc_controller import MpcController
+from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.vhip_plant import VhipPlant
+from pdhocbf_drake.systems.zmp_offset import ZmpOffset
+
+_BLOCKS = (
+    BarrierSchedule, FallDetector, FootReference, GaitReference, InverseKinematics, MpcController, StateEstimator,
+    VhipPlant, ZmpOffset,
+)  # fmt: skip
+_CALLED_BY_DRAKE = (
+    ("context", "output"),
+    ("context", "values"),
+    ("context", "value"),
+    ("context",),
+    ("context", "state"),
+)
+
+
+class BlockClock:
+    """Seconds spent in each block's own code, without what other blocks did for it, since `clear`.
+
+    Attributes:
+        seconds: by the block's class name; "PeriodicMpc" is the solve inside "MpcController".
+    """
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._inner: list[float] = []
+
+    def clear(self) -> None:
+        self.seconds.clear()
+
+    def around(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """`function`, timed."""
+
+        def timed(*args: Any, **kwargs: Any) -> Any:
+            self._inner.append(0.0)
+            start = time.perf_counter()
+            try:
+                return function(*args, **kwargs)
+            finally:
+                spent = time.perf_counter() - start
+                self.seconds[name] = self.seconds.get(name, 0.0) + spent - self._inner.pop()
+                if self._inner:
+                    self._inner[-1] += spent
+
+        return timed
+
+
+@contextmanager
+def block_clock() -> Iterator[BlockClock]:
+    """Diagrams that are built inside have their blocks timed; the classes are put back afterwards."""
+    clock = BlockClock()
+    changed: list[tuple[type, str, Any]] = []
+    try:
+        blocks: tuple[type, ...] = _BLOCKS
+        for block in blocks:
+            for name, function in list(vars(block).items()):
+                if callable(function) and _is_callback(function):
+                    changed.append((block, name, function))
+                    setattr(block, name, clock.around(block.__name__, function))
+        changed.append((PeriodicMpc, "solve", PeriodicMpc.solve))
+        PeriodicMpc.solve = clock.around("PeriodicMpc", PeriodicMpc.solve)  # type: ignore[method-assign]
+        yield clock
+    finally:
+        for owner, name, function in changed:
+            setattr(owner, name, function)
+
+
+def _is_callback(function: Callable[..., Any]) -> bool:
+    code = getattr(function, "__code__", None)
+    return code is not None and code.co_varnames[1 : code.co_argcount] in _CALLED_BY_DRAKE

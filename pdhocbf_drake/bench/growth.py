@@ -1,0 +1,39 @@
+"""How a tick's time grows with the horizon and with the length of the gait."""
+
+from __future__ import annotations
+
+import time
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from pdhocbf_drake.bench.recording import record
+from pdhocbf_drake.bench.routes import Ours
+from pdhocbf_drake.bench.timing import time_routes, typical
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+
+TIMED = 120  # ticks
+
+
+def grow(cases: list[tuple[int, int]], passes: int) -> list[dict[str, Any]]:
+    """One row for each (ticks of a gait, horizon): the median tick, and what start-up costs."""
+    rows = []
+    for gait, horizon in cases:
+        text = f"{{gait: {{ticks_per_step: {gait // 2}}}, mpc: {{horizon: {horizon}}}}}"
+        start = time.perf_counter()
+        walk = build_walk(load_scenario("vhip", text))
+        built = time.perf_counter() - start
+        ticks = record(walk, TIMED, perturbed=True).ticks
+        seconds = time_routes([Ours(walk)], ticks, passes, gait // 2, lambda _: None)["ours"]
+        median = float(np.median(typical(seconds)))
+        rows.append({"horizon": horizon, "ticks_per_gait": gait, "tick_seconds_median": median, "start_seconds": built})
+    return rows
+
+
+def exponent(rows: list[dict[str, Any]], gait: int) -> float:
+    """p of the steepest growth time ∝ H^p between neighbouring horizons of one gait."""
+    same = sorted((row["horizon"], row["tick_seconds_median"]) for row in rows if row["ticks_per_gait"] == gait)
+    pairs = pairwise(same)
+    return max((float(np.log(b[1] / a[1]) / np.log(b[0] / a[0])) for a, b in pairs), default=float("nan"))

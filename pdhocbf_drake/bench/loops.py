@@ -1,0 +1,124 @@
+"""Whole closed loops: the template against its bare arithmetic, the robot against its bare plant."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from pdhocbf_drake.analysis.metrics import compute_metrics
+from pdhocbf_drake.bench.bare_plant import bare_plant
+from pdhocbf_drake.bench.block_clock import block_clock
+from pdhocbf_drake.bench.recording import record
+from pdhocbf_drake.biped import Biped
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import make_diagram, simulate
+
+_CHUNK = 0.2  # [s] of simulated time between turns
+_SAME = 0.05  # metrics that differ by less than this part are the same
+
+
+def template_loop(duration: float, repeats: int) -> dict[str, float]:
+    """Real-time factor of the template's diagram, and the part of its time that is not the controller's arithmetic."""
+    scenario = load_scenario("vhip", f"duration: {duration}")
+    walk = build_walk(scenario)
+    loops, plain = [], []
+    for _ in range(repeats):
+        simulator = Simulator(make_diagram(scenario).diagram)
+        simulator.Initialize()
+        start = time.perf_counter()
+        simulator.AdvanceTo(duration)
+        loops.append(time.perf_counter() - start)
+        start = time.perf_counter()
+        standing = (scenario.gait.start_steps + 2) * scenario.gait.ticks_per_step
+        record(walk, round(duration / scenario.tick) - standing, perturbed=False)
+        plain.append(time.perf_counter() - start)
+    wall, least = float(np.median(loops)), float(np.median(plain))
+    return {
+        "simulated_seconds": duration,
+        "wall_seconds": wall,
+        "real_time_factor": duration / wall,
+        "framework_share": 1.0 - least / wall,
+    }
+
+
+def robot_loop(duration: float) -> dict[str, Any]:
+    """The walking robot and the same plant standing, in turns, both at a plant step of 1 ms."""
+    scenario = load_scenario("walking", "plant: {time_step: 0.001}")
+    walk = build_walk(scenario)
+    robot = Biped.load(scenario.robot)
+    pair = [Simulator(make_diagram(scenario).diagram), Simulator(bare_plant(scenario, walk, robot))]
+    for simulator in pair:
+        simulator.Initialize()
+    walls = np.array([[_advanced(simulator, _CHUNK) for simulator in pair] for _ in range(round(duration / _CHUNK))])
+    ticks = _CHUNK / scenario.tick
+    loop, bare = np.median(walls, axis=0)
+    return {
+        "robot_over_bare_plant": float(np.median(walls[:, 0] / walls[:, 1])),
+        "loop_seconds_per_tick": float(loop / ticks),
+        "bare_plant_seconds_per_tick": float(bare / ticks),
+        "blocks": blocks(scenario, min(duration, 4.0)),
+    }
+
+
+def _advanced(simulator: Simulator, by: float) -> float:
+    start = time.perf_counter()
+    simulator.AdvanceTo(simulator.get_context().get_time() + by)
+    return time.perf_counter() - start
+
+
+def blocks(scenario: Scenario, duration: float) -> dict[str, float]:
+    """Seconds of a tick by block; "plant and framework" is what is left of the whole."""
+    with block_clock() as clock:
+        simulator = Simulator(make_diagram(scenario).diagram)
+        simulator.Initialize()
+        simulator.AdvanceTo(1.0)
+        clock.clear()
+        wall = _advanced(simulator, duration)
+        spent = dict(clock.seconds)
+    ticks = duration / scenario.tick
+    parts = {name: seconds / ticks for name, seconds in sorted(spent.items(), key=lambda item: -item[1])}
+    return parts | {"plant and framework": (wall - sum(spent.values())) / ticks}
+
+
+def plant_steps(steps: list[float], duration: float) -> list[dict[str, Any]]:
+    """The walk at several plant steps: does it stay the same walk as at the first one, and how fast is it?"""
+    rows: list[dict[str, Any]] = []
+    for step in steps:
+        scenario = load_scenario("walking", f"{{duration: {duration}, plant: {{time_step: {step}}}}}")
+        start = time.perf_counter()
+        log = simulate(scenario)
+        whole = time.perf_counter() - start
+        metrics = compute_metrics(scenario, log, whole, None)
+        parts = blocks(scenario, min(duration - 1.0, 3.0)) if not metrics.fell else {}
+        plant = parts.pop("plant and framework", float("nan"))
+        controller = sum(parts.values())
+        rows.append(
+            {
+                "plant_step": step,
+                "fell": metrics.fell,
+                "mean_speed": metrics.mean_speed,
+                "h_min": min((b.h_min for b in metrics.barriers.values() if b.h_min is not None), default=None),
+                "zmp_outside_fraction": metrics.zmp_outside_fraction,
+                "com_rms_error": metrics.com_rms_error,
+                "controller_seconds_per_tick": controller,
+                "plant_seconds_per_tick": plant,
+                "real_time_factor": scenario.tick / (controller + plant),
+            }
+        )
+        rows[-1]["same_walk"] = not metrics.fell and _same(rows[0], rows[-1])
+    return rows
+
+
+def _same(first: dict[str, Any], other: dict[str, Any]) -> bool:
+    """The same speed to 5 %; tracking, safety and ZMP not worse than by 5 mm, 5 mm/s and 2 % of the ticks."""
+    speed = abs(other["mean_speed"] - first["mean_speed"]) <= _SAME * abs(first["mean_speed"])
+    pairs = zip(first["com_rms_error"], other["com_rms_error"], strict=True)
+    tracking = all(b is None or b <= a + 0.005 for a, b in pairs)
+    zmp = other["zmp_outside_fraction"] <= first["zmp_outside_fraction"] + 0.02
+    kept = first["h_min"] is None or other["h_min"] >= first["h_min"] - 0.005
+    return bool(speed and tracking and zmp and kept)

@@ -1,0 +1,55 @@
+"""What starting costs against importing Drake, and whether memory grows."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+from pydrake.systems.analysis import Simulator
+
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.simulate import make_diagram
+
+_IMPORT = "import pydrake.all"
+_START = (
+    "from pdhocbf_drake.simulation.scenario_file import load_scenario;"
+    "from pdhocbf_drake.simulation.simulate import make_diagram; make_diagram(load_scenario({name!r}))"
+)
+
+
+def start_up(scenario: str, rounds: int) -> tuple[float, float]:
+    """Wall times [s] of fresh interpreters that import Drake, and that build the scenario's whole diagram (medians)."""
+    imports, starts = [], []
+    for _ in range(rounds):
+        imports.append(_wall(_IMPORT))
+        starts.append(_wall(_START.format(name=scenario)))
+    return float(np.median(imports)), float(np.median(starts))
+
+
+def _wall(code: str) -> float:
+    start = time.perf_counter()
+    subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
+    return time.perf_counter() - start
+
+
+def resident_growth(scenario: Scenario, duration: float, settle: float) -> float:
+    """Bytes by which the resident set grows from `settle` to `duration` [s] of walking, logs emptied each second."""
+    logged = make_diagram(scenario)
+    simulator = Simulator(logged.diagram)
+    simulator.Initialize()
+    before = 0
+    for second in range(1, round(duration) + 1):
+        simulator.AdvanceTo(float(second))
+        for sink in logged.sinks.values():
+            sink.FindMutableLog(simulator.get_mutable_context()).Clear()
+        if second == round(settle):
+            before = _resident()
+    return float(_resident() - before)
+
+
+def _resident() -> int:
+    with open("/proc/self/statm") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")

@@ -1,0 +1,121 @@
+"""The benchmark's numbers as text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+_ASKED: dict[str, tuple[str, Callable[[float], bool]]] = {
+    "stock_over_ours_nominal": ("≥ 20", lambda x: x >= 20),
+    "stock_over_ours_perturbed": ("≥ 14", lambda x: x >= 14),
+    "ours_over_core": ("≤ 6", lambda x: x <= 6),
+    "p99_over_median": ("≤ 4", lambda x: x <= 4),
+    "robot_over_bare_plant": ("≤ 1.8", lambda x: x <= 1.8),
+    "template_real_time_factor": ("≥ 100", lambda x: x >= 100),
+    "robot_real_time_factor": ("≥ 7", lambda x: x >= 7),
+    "start_over_import": ("≤ 3", lambda x: x <= 3),
+}
+
+
+def report(results: dict[str, Any]) -> str:
+    """All tables, one below the other."""
+    sections = [
+        ("A tick of x and y, by route [µs]", _routes(results)),
+        ("Accuracy against a reference of 1e-12", _accuracy(results)),
+        ("Where a tick of ours goes [µs]", _rest(results)),
+        ("Where a tick of the walking robot goes, plant step 1 ms [µs]", _blocks(results)),
+        ("The same walk at longer plant steps", _plant_steps(results)),
+        ("Growth", _growth(results)),
+        ("Ratios", _ratios(results)),
+    ]
+    return "\n\n".join(f"{title}\n{body}" for title, body in sections)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
+    """Columns of text, the first one to the left."""
+    cells = [list(head), *([_text(value) for value in row] for row in rows)]
+    widths = [max(len(row[i]) for row in cells) for i in range(len(head))]
+    lines = ["  ".join(v.ljust(w) if i == 0 else v.rjust(w) for i, (v, w) in enumerate(zip(row, widths, strict=True)))
+             for row in cells]  # fmt: skip
+    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
+
+
+def _text(value: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if not isinstance(value, float):
+        return str(value)
+    if value != value:
+        return "-"
+    return f"{value:.1e}" if 0 < abs(value) < 1e-3 else f"{value:.4g}"
+
+
+def _routes(results: dict[str, Any]) -> str:
+    nominal, perturbed = results["ticks"]["nominal"], results["ticks"]["perturbed"]
+    rows = []
+    for name in nominal:
+        times = [1e6 * run[name][key] for run in (nominal, perturbed) for key in ("seconds_median", "seconds_p99")]
+        rows.append([name, *times, int(nominal[name]["ticks"])])
+    return table(["route", "nominal", "p99", "perturbed", "p99", "ticks"], rows)
+
+
+def _accuracy(results: dict[str, Any]) -> str:
+    found = results["accuracy"]
+    rows = [[name, row["relative_gap_max"], row["violation_max"]] for name, row in found["routes"].items()]
+    text = table(["route", "relative cost gap", "violation"], rows)
+    exits = ", ".join(f"{count} {name}" for name, count in found["exits"].items() if count) or "none"
+    return (
+        f"{text}\n{found['references_certain']} of {found['references']} references met their own tolerance; "
+        f"exits that are not optimal in {found['ticks_of_exits']} perturbed ticks: {exits}"
+    )
+
+
+def _rest(results: dict[str, Any]) -> str:
+    whole = results["rest"]["whole"]
+    rows = [[name, 1e6 * seconds, seconds / whole] for name, seconds in results["rest"].items()]
+    return table(["part", "µs", "share"], rows)
+
+
+def _blocks(results: dict[str, Any]) -> str:
+    robot = results["robot"]
+    whole = sum(robot["blocks"].values())
+    rows = [[name, 1e6 * seconds, seconds / whole] for name, seconds in robot["blocks"].items()]
+    bare = ["(the bare plant, standing)", 1e6 * robot["bare_plant_seconds_per_tick"], None]
+    return table(["block", "µs", "share"], [*rows, ["all", 1e6 * whole, 1.0], bare])
+
+
+def _plant_steps(results: dict[str, Any]) -> str:
+    rows = [
+        [
+            f"{1e3 * row['plant_step']:g} ms", row["same_walk"], row["mean_speed"], row["h_min"],
+            row["zmp_outside_fraction"], 1e3 * row["controller_seconds_per_tick"], 1e3 * row["plant_seconds_per_tick"],
+            row["real_time_factor"],
+        ]
+        for row in results["plant_steps"]
+    ]  # fmt: skip
+    head = ["plant step", "same walk", "speed [m/s]", "h_min [m/s]", "ZMP outside", "controller [ms]", "plant [ms]"]
+    return table([*head, "times real time"], rows)
+
+
+def _growth(results: dict[str, Any]) -> str:
+    rows = [
+        [row["horizon"], row["ticks_per_gait"], 1e6 * row["tick_seconds_median"], row["start_seconds"]]
+        for row in results["growth"]
+    ]
+    text = table(["horizon", "gait", "tick [µs]", "start [s]"], rows)
+    grown = results["resident_growth_bytes"] / 1e6
+    return (
+        f"{text}\nsteepest growth: H^{results['growth_exponent']:.2f}; resident set grew by {grown:.2f} MB in the walk"
+    )
+
+
+def _ratios(results: dict[str, Any]) -> str:
+    rows = []
+    for name, value in results["ratios"].items():
+        asked, met = _ASKED.get(name, ("", bool))
+        rows.append([name, value, asked, met(value) if asked else ""])
+    template = results["template"]
+    share = f"of the template loop's time {100 * template['framework_share']:.0f} % is the framework's"
+    return f"{table(['ratio', 'measured', 'wanted', 'met'], rows)}\n{share}"
