@@ -5,8 +5,9 @@ from pdhocbf_drake.biped.feedforward import Feedforward, InverseDynamics, left_s
 from pdhocbf_drake.biped.ik import IkResult, Motion, WholeBodyIk
 from pdhocbf_drake.biped.locate import load_robot_config, models_folder, robot_file, robot_names
 from pdhocbf_drake.biped.posture import Posture, PostureRates, sole_pose
-from pdhocbf_drake.biped.reach import check_walk
+from pdhocbf_drake.biped.reach import check_walk, check_zmp_box
 from pdhocbf_drake.biped.robot import Biped, Sole
+from pdhocbf_drake.biped.swing_lever import swing_lever
 
 __all__ = [
     "ROLES",
@@ -23,10 +24,12 @@ __all__ = [
     "Sole",
     "WholeBodyIk",
     "check_walk",
+    "check_zmp_box",
     "left_share_of_zmp",
     "load_robot_config",
     "models_folder",
     "robot_file",
     "robot_names",
     "sole_pose",
+    "swing_lever",
 ]

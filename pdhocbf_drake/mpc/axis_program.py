@@ -133,7 +133,7 @@ def axis_program(
 
     row = np.concatenate([divergent.input_weights(phase, horizon), -divergent.offset_row(phase), [1.0]])
     on = np.concatenate([u, part["state"], part["tail"]])
-    if terminal is None and not elastic:
+    if terminal is None and not elastic and config.stability == "demanded":
         prog.AddLinearEqualityConstraint(row[None], [0.0], on).evaluator().set_description("stability")
     else:
         weight = MISSED_TAIL if elastic else config.tail_weight

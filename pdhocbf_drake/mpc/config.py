@@ -11,6 +11,37 @@ from pdhocbf_drake.config import Config
 Tail = Literal["periodic", "truncated", "anticipative"]
 
 
+class RecoveryConfig(Config):
+    """How a disturbed walk is planned, and what counts as disturbed.
+
+    While it lasts, the ZMP may use the sole's own box, footholds may lie anywhere within reach, the tail follows the
+    coming footholds (anticipative) and is paid for instead of demanded.
+
+    Attributes:
+        noticed: prediction errors of the divergent component that add up to this within a step are a disturbance [m].
+        calm: it is over when footholds are planned this close to the commanded ones ... [m]
+        calm_ticks: ... for this long, and nothing new was noticed [ticks].
+        foothold_weight: ε of eq. (36) [1/s²].
+        tail_weight: price of a missed tail, squared [1/s²].
+        zmp_box: side lengths of the ZMP box in x and y; null keeps the gait's [m].
+        step_reach: farthest that a foothold may lie from the stance foot in x and y [m].
+        stance_width_min: least lateral distance of a foothold from the stance foot, so that the legs never cross [m].
+        path_correction: how much of the distance from the commanded path one step may ask back, x and y [m].
+        swing_acceleration: see `MpcConfig` [m/s²].
+    """
+
+    noticed: float = Field(0.015, gt=0)
+    calm: float = Field(0.03, gt=0)
+    calm_ticks: int = Field(40, ge=1)
+    foothold_weight: float = Field(1e3, gt=0)
+    tail_weight: float = Field(1e8, gt=0)
+    zmp_box: tuple[float, float] | None = None
+    step_reach: tuple[float, float] = (0.45, 0.42)
+    stance_width_min: float = Field(0.145, ge=0)
+    path_correction: tuple[float, float] = (0.02, 0.05)
+    swing_acceleration: float = Field(60.0, gt=0)
+
+
 class MpcConfig(Config):
     """The periodic MPC.
 
@@ -32,7 +63,12 @@ class MpcConfig(Config):
         zmp_state: "planned" takes the ZMP of the last plan as the ZMP now; "measured" is Remark 8 to the letter.
         terminal_set: a file that `pdhocbf certify` wrote: the plan must end in that set, eq. (20f), and the tail's
             stability condition is paid for instead of demanded; null demands the latter.
-        tail_weight: price of a tail that is missed, squared, where there is a terminal set [1/s²].
+        stability: whether the stability row is demanded, or a missed tail is paid for.
+        tail_weight: price of a tail that is missed, squared, where it is paid for or there is a terminal set [1/s²].
+        step_reach: farthest that a foothold may lie from the stance foot in x and y, in place of `step_tolerance` [m].
+        swing_acceleration: limits how far the landing of a swinging foot may still be moved: by a/10 times the square
+            of the time left before it is frozen [m/s²]; null leaves that free.
+        recovery: how a disturbed walk is planned; null plans it like any other.
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
     """
 
@@ -50,5 +86,9 @@ class MpcConfig(Config):
     stop_ticks: int = Field(20, ge=1)
     zmp_state: Literal["planned", "measured"] = "planned"
     terminal_set: str | None = None
+    stability: Literal["demanded", "paid"] = "demanded"
+    step_reach: tuple[float, float] | None = None
+    swing_acceleration: float | None = Field(None, gt=0)
+    recovery: RecoveryConfig | None = None
     tail_weight: float = Field(1e6, gt=0)
     solver: Literal["daqp", "clarabel"] = "daqp"

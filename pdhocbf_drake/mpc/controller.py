@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 import numpy as np
@@ -15,6 +15,7 @@ from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, Parameters, axis_program
 from pdhocbf_drake.mpc.compiled import ParametricQp, compile_program
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.recovery import recovery_of
 from pdhocbf_drake.mpc.rungs import Rung, without_decay
 from pdhocbf_drake.mpc.solution import QpResult, Reason
 from pdhocbf_drake.mpc.solvers import make_solver
@@ -50,6 +51,7 @@ class Plan:
     cost: float
     reason: Reason
     fallbacks: int
+    recovering: bool = False
 
 
 class PeriodicMpc:
@@ -96,6 +98,11 @@ class PeriodicMpc:
             for axis in self.qps
         ]
         self._rungs = self._rungs_below()
+        self.recovery: PeriodicMpc | None = None
+        if config.recovery is not None:
+            self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers)
+            self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
+            self.recovery.rows = self.rows
         self._theta_of_step = lru_cache(maxsize=4)(self._step_parameters)
         self._periodic_tail = [
             (self.divergent.discounts(phase, config.horizon)[-1], self.divergent.offset_row(phase))
@@ -110,6 +117,7 @@ class PeriodicMpc:
             other.gait = self.gait.ending_at(step)
             other.preview = StepPreview(other.gait, self.config, self.divergent)
             other._theta_of_step = lru_cache(maxsize=4)(other._step_parameters)
+            other.recovery = None if self.recovery is None else self.recovery.ending_at(step)
         return self._endings[step]
 
     def _rungs_below(self) -> list[Rung]:
@@ -143,9 +151,8 @@ class PeriodicMpc:
         theta = of_step.copy()
         correction = self.config.path_correction[axis]
         theta[place["target"]] += here + min(max(centre - here, -correction), correction)
-        frozen = self.gait.period - phase <= self.config.freeze_ticks
-        if frozen and plan is not None and plan.tick // self.gait.period == step:
-            theta[place["step_lower"].start] = theta[place["step_upper"].start] = plan.footholds[axis, 0] - here
+        if plan is not None and plan.tick // self.gait.period == step:
+            self._hold_landing(theta, place, phase, plan.footholds[axis, 0] - here)
         theta[place["state"]] = state
         theta[place["stance"]] = stance
         theta[place["tail"]] = self._tail(axis, tick, state)
@@ -159,6 +166,18 @@ class PeriodicMpc:
             in_force = (np.arange(count) == step % count) & self.preview.repeats(tick)
             theta[place["terminal"]] = np.where(in_force, 0.0, RELAXED)
         return theta
+
+    def _hold_landing(self, theta: np.ndarray, place: Mapping[str, slice], phase: int, planned: float) -> None:
+        """Narrows the limits of the next step to what the swing foot can still do, around the step planned so far."""
+        config, gait = self.config, self.gait
+        low, high = place["step_lower"].start, place["step_upper"].start
+        left = gait.period - phase - config.freeze_ticks
+        if left <= 0:
+            theta[low] = theta[high] = planned
+        elif config.swing_acceleration is not None and phase > gait.config.double_support_ticks:
+            room = config.swing_acceleration / 10.0 * (left * gait.config.tick) ** 2
+            theta[low] = min(max(theta[low], planned - room), theta[high])
+            theta[high] = max(min(theta[high], planned + room), theta[low])
 
     def _step_parameters(self, axis: int, step: int) -> tuple[np.ndarray, float]:
         """The part of θ that holds all through a step (targets as seen from the stance, else zeros), and its centre."""
@@ -180,7 +199,7 @@ class PeriodicMpc:
 
     def solve(
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
-        offset: np.ndarray | None = None, last: Plan | None = None,
+        offset: np.ndarray | None = None, last: Plan | None = None, recovering: bool = False,
     ) -> Plan:  # fmt: skip
         """Plans from tick k.
 
@@ -192,14 +211,19 @@ class PeriodicMpc:
             offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m].
             last: the plan of the tick before, for warm start and fallback.
         """
+        if recovering and self.recovery is not None:
+            return replace(self.recovery.solve(tick, state, stance, bounds, offset, last), recovering=True)
         phase = tick % self.gait.period
+        same = last is not None and last.recovering == (self.config.stability == "paid")
         results: list[QpResult] = []
         reason = Reason.SOLVED
         for axis in (0, 1):
             shift = None if offset is None else offset[axis]
             theta = self.theta(axis, tick, state[axis], stance[axis], bounds, shift, last)
-            guess = None if last is None else last.active[axis]
+            guess = last.active[axis] if last is not None and same else None
             result = self._solvers[axis][phase].solve(theta, guess)
+            if result.infeasible and self.recovery is not None:
+                return self.solve(tick, state, stance, bounds, offset, last, recovering=True)
             if not result.ok:
                 result, why = self._descend(axis, phase, theta, result)
                 reason = max(reason, why)

@@ -10,6 +10,7 @@ import numpy as np
 from pdhocbf_drake.gait.gait import BOTH, LEFT
 from pdhocbf_drake.mpc.axis_program import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
+from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.mpc.solution import Reason
 
 _FEET = {LEFT: 0, -LEFT: 1}
@@ -49,14 +50,16 @@ class Memory:
     degraded: float
     measured: np.ndarray
     plan: Plan | None
+    disturbance: Disturbance = CALM
 
     @staticmethod
     def sizes(mpc: PeriodicMpc) -> dict[str, int]:
         rows = mpc.rows
         return {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
-            "last_step": 1, "state": 6, "feet": 4, "stance": 4, "degraded": 1, "measured": 4, "plan": 2,
-            "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0], "active_y": rows[1],
+            "last_step": 1, "state": 6, "feet": 4, "stance": 4, "degraded": 1, "measured": 4, "disturbance": 4,
+            "plan": 3, "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds,
+            "active_x": rows[0], "active_y": rows[1],
         }  # fmt: skip
 
     @staticmethod
@@ -92,6 +95,18 @@ class Memory:
         self.feet[landed] = measured[landed]
         self.stance[:, 1] = _centre(mpc.gait.support(step), self.feet)
 
+    def notice(self, mpc: PeriodicMpc, tick: int, state: np.ndarray) -> None:
+        """Compares the state believed at tick k with what was predicted of it."""
+        config = mpc.config.recovery
+        if config is None:
+            return
+        moved = 0.0
+        if self.plan is not None:
+            commanded = self.stance[:, 1] + mpc.preview.steps(tick // mpc.gait.period).moves[:, 0]
+            moved = float(np.abs(self.plan.footholds[:, 0] - commanded).max())
+        error = divergent_error(mpc.divergent, tick, state, self.state)
+        self.disturbance = self.disturbance.after(config, mpc.gait.period, error, moved)
+
     def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> None:
         """Steps the template by the plan's first input and moves on to tick k + 1."""
         gait, tick = mpc.gait, plan.tick
@@ -101,7 +116,8 @@ class Memory:
         self.com_reference = np.array([[c, v, eta * (c - p)] for c, v, p in self.state]).ravel()
         self.zmp_reference = np.stack([self.state[:, 2], plan.inputs[:, 0]], axis=1).ravel()
         footholds = plan.footholds
-        low, high = mpc.zmp_box(tick + 1, self.stance, footholds)
+        boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
+        low, high = boxes.zmp_box(tick + 1, self.stance, footholds)
         self.zmp_box = np.stack([low, high], axis=1).ravel()
         step, phase = gait.phase(tick + 1)
         if phase == 0:
@@ -133,11 +149,12 @@ class Memory:
         plan = self.plan
         parts = [self.com_reference, self.zmp_reference, self.zmp_box, self.stance_plan, self.foot_plan,
                  self.solver_status, np.array([self.last_step]), self.state.ravel(), self.feet.ravel(),
-                 self.stance.ravel(), np.array([self.degraded]), self.measured]  # fmt: skip
+                 self.stance.ravel(), np.array([self.degraded]), self.measured,
+                 self.disturbance.packed()]  # fmt: skip
         if plan is None:
             parts.append(np.array([-1.0]))
         else:
-            marks = np.array([plan.tick, plan.fallbacks])
+            marks = np.array([plan.tick, plan.fallbacks, plan.recovering])
             parts += [marks, plan.inputs.ravel(), plan.footholds.ravel(), *plan.active]
         known = np.concatenate(parts)
         vector[: len(known)] = known
@@ -148,12 +165,14 @@ class Memory:
         """The inverse of `pack`, as copies."""
         own = np.array(vector)
         part = {name: own[place] for name, place in cls.layout(mpc).items()}
-        tick, fallbacks = part["plan"]
+        tick, fallbacks, recovering = part["plan"]
         plan = None
         if tick >= 0:
             inputs, footholds = part["inputs"].reshape(2, -1), part["footholds"].reshape(2, -1)
             active = (part["active_x"], part["active_y"])
-            plan = Plan(round(tick), inputs, footholds, active, 0.0, np.nan, Reason.SOLVED, round(fallbacks))
+            plan = Plan(
+                round(tick), inputs, footholds, active, 0.0, np.nan, Reason.SOLVED, round(fallbacks), bool(recovering)
+            )
         vectors = ("com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status")
         return cls(
             **{name: part[name] for name in vectors},
@@ -164,6 +183,7 @@ class Memory:
             degraded=part["degraded"][0],
             measured=part["measured"],
             plan=plan,
+            disturbance=Disturbance.unpacked(part["disturbance"]),
         )
 
 

@@ -51,8 +51,11 @@ class StepPreview:
         for i, (before, after) in enumerate(pairwise(seen[1:])):
             if BOTH in (before.support, after.support):
                 continue  # a stand begins or ends where the feet are
-            lower[:, i] -= config.step_tolerance
-            upper[:, i] += config.step_tolerance
+            if config.step_reach is None:
+                lower[:, i] -= config.step_tolerance
+                upper[:, i] += config.step_tolerance
+            else:
+                lower[:, i], upper[:, i] = np.negative(config.step_reach), config.step_reach
             # The new stance foot stays on its own side of the old one, at least the minimum width away.
             if after.support > 0:
                 lower[1, i] = max(lower[1, i], config.stance_width_min)

@@ -11,6 +11,7 @@ from pydrake.systems.primitives import MatrixGain
 from pydrake.visualization import AddDefaultVisualization
 
 from pdhocbf_drake.biped import Biped, sole_pose
+from pdhocbf_drake.biped.swing_lever import swing_lever
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import LoggedDiagram, Wiring, add_controller, connect_controller, start_of
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error
@@ -74,7 +75,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     controller = add_controller(wiring, walk, initial, feet)
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
     kinematics = wiring.add("inverse_kinematics", InverseKinematics(biped, posture, config.tick))
-    offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon))
+    offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon, swing_lever(biped, posture)))
     pd = wiring.add("joint_pd", joint_pd(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
     connect_controller(wiring, walk, controller)
@@ -82,7 +83,16 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.connect_seen(controller, "foot_state")
     wiring.connect(foot_reference, "gait_phase", "foot_plan")
     wiring.connect(kinematics, "com_height", "com_reference", "zmp_reference", "foot_reference")
-    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step")
+    wiring.connect(
+        offset,
+        "gait_phase",
+        "whole_body_zmp",
+        "zmp_reference",
+        "last_step",
+        "foot_reference",
+        "foot_plan",
+        "stance_plan",
+    )
     wiring.connect(detector, "com_z")
     wiring.connect(pd, "desired_state", "feedforward")
     wiring.builder.Connect(wiring.port("joint_state"), pd.GetInputPort("estimated_state"))

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
-from pdhocbf_drake.biped import Biped, check_walk
+from pdhocbf_drake.biped import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import build_walk
@@ -40,6 +40,8 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDi
         com_heights=heights,
         zmp_box=config.zmp_box,
     )
+    if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
+        check_zmp_box(biped, scenario.mpc.recovery.zmp_box)
     return biped_diagram(scenario, walk, biped, meshcat)
 
 

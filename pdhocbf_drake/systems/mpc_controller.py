@@ -10,6 +10,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.mpc.supervisor import believed_state, supervise
 
 
@@ -88,7 +89,9 @@ class MpcController(LeafSystem):
         offset = port.Eval(context).reshape(2, -1) if port.HasValue(context) else None
 
         state, measurement = believed_state(mpc, memory, measured)
-        plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan)
+        if measurement == Reason.SOLVED:
+            memory.notice(mpc, tick, state)
+        plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, memory.disturbance.active)
         reason = supervise(mpc, memory, plan, measurement)
         memory.advance(mpc, state, plan)
         solved = float(plan.reason.planned)

@@ -1,0 +1,55 @@
+"""How the swing feet will be accelerated over the horizon."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pdhocbf_drake.gait.gait import LEFT, Gait
+
+
+class SwingForecast:
+    """Accelerations in x and y of whichever foot swings at the coming ticks, from where feet are and are to go."""
+
+    def __init__(self, gait: Gait, horizon: int) -> None:
+        config = gait.config
+        self._gait, self._horizon = gait, horizon
+        self._tick, self._lift_off = config.tick, config.double_support_ticks
+        self._duration = gait.swing_ticks() * config.tick
+        s = np.clip((np.arange(gait.period) - self._lift_off) / gait.swing_ticks(), 0.0, 1.0)
+        # Of a swing by one metre from rest to rest, see `swing_point`.
+        self._whole = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / self._duration**2
+
+    def accelerations(
+        self, phase: int, support: np.ndarray, now: np.ndarray, plan: np.ndarray, after: np.ndarray
+    ) -> np.ndarray:
+        """At k + 1 … k + H, shape (2, H) [m/s²].
+
+        Args:
+            phase: tick of the step at k.
+            support: +1 left, −1 right, 0 both feet at k + 1 … k + H, shape (H,).
+            now: position, velocity, acceleration of the left and right sole at k, shape (2, 3, 3).
+            plan: where the left and right foot start and end this step, shape (2, 2, 2) [m].
+            after: stance after the coming one, where the next step's swing ends, shape (2,) [m].
+        """
+        steps, ticks = np.divmod(phase + 1 + np.arange(self._horizon), self._gait.period)
+        ahead = np.zeros((2, self._horizon))
+        here = (steps == 0) & (support != 0)
+        if here.any():
+            foot = 1 if support[0] == LEFT else 0
+            ahead[:, here] = self._this_step(phase, ticks[here], now[foot, :, :2], plan[foot])
+        later = (steps > 0) & (support != 0)
+        if later.any():
+            foot = 1 if support[later][0] == LEFT else 0
+            ahead[:, later] = (after - plan[foot, 1])[:, None] * self._whole[ticks[later]]
+        return ahead
+
+    def _this_step(self, phase: int, ticks: np.ndarray, now: np.ndarray, plan: np.ndarray) -> np.ndarray:
+        start, end = plan
+        if phase <= self._lift_off:
+            return (end - start)[:, None] * self._whole[ticks]
+        left = self._duration - (phase - self._lift_off) * self._tick
+        s = (ticks - phase) * self._tick / left
+        gap, v, a = end - now[0], now[1] * left, now[2] * left**2
+        third, fourth, fifth = 10 * gap - 6 * v - 1.5 * a, -15 * gap + 8 * v + 1.5 * a, 6 * gap - 3 * v - 0.5 * a
+        terms = a[:, None] + 6.0 * third[:, None] * s + 12.0 * fourth[:, None] * s**2 + 20.0 * fifth[:, None] * s**3
+        return terms / left**2
