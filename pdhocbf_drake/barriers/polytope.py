@@ -78,7 +78,8 @@ class Polytope:
             _check_bounded(bool(np.isfinite([low, high]).all()))
             return cls.from_vertices([[low], [high]])
         try:
-            found = HalfspaceIntersection(np.column_stack([rows, -bounds]), inner)
+            with np.errstate(divide="ignore", invalid="ignore"):  # unbounded, which is told below
+                found = HalfspaceIntersection(np.column_stack([rows, -bounds]), inner)
         except QhullError:
             found = None
         _check_bounded(found is not None and bool(np.isfinite(found.intersections).all()))

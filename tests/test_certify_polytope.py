@@ -1,0 +1,72 @@
+"""Polytopes by facets and vertices at once."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from pdhocbf_drake.barriers.polytope import Polytope
+from pdhocbf_drake.errors import InputError
+
+seeds = st.integers(0, 2**32 - 1)
+
+
+def random_polytope(seed: int, n: int) -> Polytope:
+    points = np.random.default_rng(seed).normal(size=(4 * n + 4, n))
+    polytope = Polytope.from_vertices(points)
+    assert polytope is not None
+    return polytope
+
+
+@settings(max_examples=25, deadline=None)
+@given(seeds, st.integers(1, 4))
+def test_rows_and_vertices_describe_the_same_set(seed, n):
+    polytope = random_polytope(seed, n)
+    assert np.allclose(polytope.violation(polytope.vertices), 0.0, atol=1e-9)
+    again = Polytope.from_rows(polytope.A, polytope.b)
+    assert again is not None
+    assert again.volume() == pytest.approx(polytope.volume(), rel=1e-9)
+    assert polytope.violation(again.vertices).max() < 1e-9
+
+
+@settings(max_examples=25, deadline=None)
+@given(seeds, st.integers(1, 3))
+def test_the_sum_has_the_sum_of_the_supports(seed, n):
+    random = np.random.default_rng(seed)
+    one, points, direction = random_polytope(seed, n), random.normal(size=(3, n)), random.normal(size=n)
+    support = (one.vertices @ direction).max() + (points @ direction).max()
+    assert (one.swept(points).vertices @ direction).max() == pytest.approx(support)
+
+
+def test_redundant_rows_are_dropped():
+    eye = np.eye(2)
+    rows = np.vstack([eye, -eye, eye, [[1.0, 1.0]]])
+    square = Polytope.from_rows(rows, [1, 1, 1, 1, 5, 5, 9])
+    assert square is not None
+    assert len(square.A) == 4 and square.volume() == pytest.approx(4.0)
+
+
+def test_contradicting_rows_leave_nothing():
+    assert Polytope.from_rows([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]], [0.0, -1.0, 1.0, 1.0]) is None
+    assert Polytope.from_rows([[0.0, 0.0], [1.0, 0.0]], [-1.0, 1.0]) is None
+
+
+def test_unbounded_rows_are_refused():
+    with pytest.raises(InputError, match="a polytope must be bounded: limit every state, if only loosely"):
+        Polytope.from_rows([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]], [1.0, 1.0, 1.0])
+
+
+def test_slice_and_shadow_of_a_pyramid():
+    pyramid = Polytope.from_vertices([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0], [0, 0, 1]])
+    assert pyramid is not None
+    half = pyramid.slice(0.5)
+    assert half is not None and half.volume() == pytest.approx(1.0)
+    assert pyramid.slice(1.5) is None
+    assert pyramid.shadow(2).volume() == pytest.approx(4.0)
+
+
+def test_a_box_needs_an_interior():
+    with pytest.raises(InputError, match="a box needs finite limits with lower < upper"):
+        Polytope.box([0.0, 1.0], [1.0, 1.0])

@@ -1,0 +1,179 @@
+"""Certified sets of the walking template, against a program that knows nothing of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake.barriers import AffineBarrier, constant, tabulated
+from pdhocbf_drake.certify.certificate import area, certify_axis
+from pdhocbf_drake.certify.psi_rows import psi_system
+from pdhocbf_drake.certify.pushes import kick_range, push_range
+from pdhocbf_drake.certify.rescue import SAVED, Rescue
+from pdhocbf_drake.certify.starts import inside_starts, outside_starts
+from pdhocbf_drake.certify.stepping_template import stepping_template
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.gait import GaitConfig
+from pdhocbf_drake.mpc.config import MpcConfig
+
+REACH = 0.23
+MPC, FIXED = MpcConfig(), MpcConfig(step_tolerance=(0.0, 0.0))
+
+
+def speed_limit(values, sign=1, gamma=(0.5, 0.5), name="speed"):
+    bound = tabulated(values) if np.ndim(values) else constant(values)
+    return AffineBarrier(name, [0.0, 1.0, 0.0], bound, sign, gamma)
+
+
+def ripple(mean=0.4, peak=0.03):
+    """A limit that breathes over the step, as the walk itself does."""
+    return mean + peak * np.cos(2 * np.pi * np.arange(40) / 40)
+
+
+@pytest.fixture(scope="module")
+def forward():
+    template = stepping_template(GaitConfig(), MPC, 0, REACH)
+    return certify_axis(template, [speed_limit(ripple())])
+
+
+def test_each_bound_and_the_walk_without_it_get_their_sets(forward):
+    assert forward.unbounded.enforceable and forward.kept.enforceable and forward.bounds[0].kept is forward.kept
+    assert len(forward.kept.sets) == 40
+    assert forward.kept.residual < 1e-8 and forward.kept.sweeps < 60
+    for phase in range(40):
+        inner, outer = forward.section(phase), forward.section(phase, forward.unbounded)
+        assert outer.violation(inner.vertices).max() < 1e-7
+        assert 0.0 < area(inner) < area(outer)
+
+
+@pytest.mark.parametrize(("axis", "mpc"), [(0, MPC), (0, FIXED), (1, MPC)])
+def test_inside_can_be_saved_and_outside_can_not_says_an_independent_program(axis, mpc):
+    barriers = [speed_limit(ripple())] if axis == 0 else []
+    template = stepping_template(GaitConfig(), mpc, axis, REACH)
+    kept = certify_axis(template, barriers, with_rows=False).kept
+    random = np.random.default_rng(axis)
+    limits = template.with_barriers(barriers)
+    inside, outside = inside_starts(kept, 8, random), outside_starts(limits, kept, 8, random)
+    for start in inside:
+        assert Rescue(template, barriers, REACH, start.phase).exists(start.state)
+    for start in outside:
+        assert Rescue(template, barriers, REACH, start.phase).excess(start.state) > 10 * SAVED
+
+
+def test_edges_are_sharp(forward):
+    # A hundredth of a millimetre beyond a vertex is lost, a hundredth before it is not.
+    template, random = forward.template, np.random.default_rng(3)
+    for phase in (2, 20, 36):
+        part = forward.kept.sets[phase]
+        program = Rescue(template, [forward.bounds[0].barrier], REACH, phase)
+        vertex = part.vertices[random.integers(len(part.vertices))]
+        outward = (vertex - part.centre) / np.linalg.norm(vertex - part.centre)
+        assert program.exists(vertex - 1e-5 * outward)
+        assert not program.exists(vertex + 1e-3 * outward)
+
+
+def test_a_tighter_bound_never_enlarges_the_set(forward):
+    template = forward.template
+    areas = []
+    for mean in (0.5, 0.4, 0.3, 0.2):
+        kept = certify_axis(template, [speed_limit(ripple(mean))], with_rows=False).kept
+        areas.append([part.volume() for part in kept.sets] if kept.enforceable else [0.0] * 40)
+    assert np.all(np.diff(areas, axis=0) <= 1e-9)
+
+
+def test_free_footholds_only_help():
+    free = certify_axis(stepping_template(GaitConfig(), MPC, 0, REACH), [speed_limit(ripple())], with_rows=False)
+    fixed = certify_axis(stepping_template(GaitConfig(), FIXED, 0, REACH), [speed_limit(ripple())], with_rows=False)
+    for phase in range(40):
+        assert free.section(phase).violation(fixed.section(phase).vertices).max() < 1e-7
+
+
+def test_a_bound_below_the_commanded_speed_is_not_enforceable_with_given_footholds():
+    template = stepping_template(GaitConfig(), FIXED, 0, REACH)
+    mean_speed = 0.15 / 0.4
+    found = certify_axis(template, [speed_limit(0.8 * mean_speed)])
+    assert found.unbounded.enforceable and not found.kept.enforceable
+    assert found.kept.first_failing_phase in range(40)
+    assert found.section(0) is None and not found.bounds[0].rows.enforceable
+    # The same bound from below asks for nothing but to walk on.
+    assert certify_axis(template, [speed_limit(0.8 * mean_speed, sign=-1)], with_rows=False).kept.enforceable
+
+
+def test_bounds_that_cross_leave_nothing_at_the_phase_where_they_do():
+    upper, lower = np.full(40, 0.5), np.full(40, 0.2)
+    upper[17] = 0.15
+    template = stepping_template(GaitConfig(), MPC, 0, REACH)
+    found = certify_axis(template, [speed_limit(upper, name="upper"), speed_limit(lower, -1, name="lower")], False)
+    assert not found.kept.enforceable and found.kept.first_failing_phase == 17
+
+
+def test_the_half_plane_alone_is_no_barrier_under_a_bounded_zmp(forward):
+    # At h = 0 far ahead of the foot no ZMP in the box slows the CoM down.
+    failing = forward.bounds[0].failing
+    assert failing and len(failing) <= 40
+    assert not certify_axis(forward.template, [speed_limit(9.0)], with_rows=False).bounds[0].failing
+
+
+def test_psi_rows_cost_more_the_smaller_gamma(forward):
+    template = stepping_template(GaitConfig(), FIXED, 0, REACH)
+    kept = certify_axis(template, [speed_limit(ripple())], with_rows=False).kept
+    areas = [[part.volume() for part in kept.sets]]
+    for gamma in ((0.9, 0.9), (0.3, 0.3)):
+        rows = certify_axis(template, [speed_limit(ripple(), gamma=gamma)]).bounds[0].rows
+        shadows = [part.shadow(2) for part in rows.sets]
+        assert all(outer.violation(s.vertices).max() < 1e-7 for s, outer in zip(shadows, kept.sets, strict=True))
+        areas.append([shadow.volume() for shadow in shadows])
+    assert np.all(np.diff(areas, axis=0) <= 1e-9)
+
+
+def test_the_psi_system_is_the_template_in_other_coordinates():
+    gamma = (0.4, 0.7)
+    template, barrier = stepping_template(GaitConfig(), FIXED, 0, REACH), speed_limit(ripple(), gamma=gamma)
+    system, _, _ = psi_system(template, barrier)
+    random = np.random.default_rng(0)
+    for phase in range(40):
+        state, zmp = random.normal(size=2), random.normal(size=2)
+        after = template.system.step(phase, state, zmp[:1])
+        later = template.system.step(phase + 1, after, zmp[1:])
+        h = [barrier.h(phase + i, np.append(x, 0.0)) for i, x in enumerate((state, after, later))]
+        psi = [h[i + 1] - (1 - gamma[0]) * h[i] for i in (0, 1)]
+        found = system.step(phase, np.append(state, psi[0]), np.array([psi[1] - (1 - gamma[1]) * psi[0]]))
+        assert found == pytest.approx(np.append(after, psi[1]))
+
+
+def test_the_largest_kick_is_the_largest_that_can_be_saved(forward):
+    template, barriers = forward.template, [forward.bounds[0].barrier]
+    for phase in (5, 25, 34):
+        part = forward.section(phase)
+        state = part.centre
+        kick = kick_range(template, forward.kept, phase, state)
+        program = Rescue(template, barriers, REACH, phase)
+        for change in kick:
+            assert program.exists(template.state(phase, state[0], state[1] + 0.999 * change))
+            assert not program.exists(template.state(phase, state[0], state[1] + change + 1e-3 * np.sign(change)))
+        push = push_range(template, forward.kept, phase, state, 1)
+        assert push.low < 0.0 < push.high
+
+
+def test_a_state_outside_has_no_admissible_kick(forward):
+    assert np.all(np.isnan(kick_range(forward.template, forward.kept, 3, np.array([0.0, 2.0]))))
+    assert np.all(np.isnan(push_range(forward.template, forward.kept, 3, np.array([0.0, 2.0]), 10)))
+
+
+def test_the_sides_are_mirror_images():
+    kept = certify_axis(stepping_template(GaitConfig(), MPC, 1, REACH), []).kept
+    for phase in range(40):
+        mirrored = -kept.sets[phase + 40].vertices
+        assert kept.sets[phase].violation(mirrored).max() < 1e-7
+
+
+def test_what_can_not_be_certified_is_refused():
+    with pytest.raises(InputError, match="the CoM's reach of 0.05 m does not cover a step of 0.15 m"):
+        stepping_template(GaitConfig(), MPC, 0, 0.05)
+    with pytest.raises(InputError, match="no foothold is allowed along y"):
+        stepping_template(GaitConfig(), MpcConfig(stance_width_min=0.3), 1, REACH)
+    with pytest.raises(InputError, match="leaves nothing of the ZMP box"):
+        stepping_template(GaitConfig(), MpcConfig(zmp_margin=0.05), 0, REACH)
+    on_the_zmp = AffineBarrier("zmp", [0.0, 0.0, 1.0], constant(1.0), 1, (0.5,))
+    with pytest.raises(InputError, match='barrier "zmp": only bounds on CoM position and velocity'):
+        stepping_template(GaitConfig(), MPC, 0, REACH).with_barriers([on_the_zmp])
