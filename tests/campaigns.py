@@ -49,7 +49,7 @@ def start(*words: object, preamble: str = "") -> subprocess.Popen[str]:
     )
 
 
-def finish(process: subprocess.Popen[str], seconds: float = 120.0) -> tuple[int, str, str]:
+def finish(process: subprocess.Popen[str], seconds: float = 240.0) -> tuple[int, str, str]:
     """(exit code, standard output, standard error) of a process that must not show a traceback."""
     out, err = process.communicate(timeout=seconds)
     assert "Traceback" not in out + err, err
