@@ -75,13 +75,16 @@ class Laboratory:
         record, _ = run_template(self.walks["free"], self._starts["free"][0], SETTLED, self.period)
         self.nominal = record.speed  # over one step, (N,) [m/s]
 
-    def run(self, case: str, phase: int, gains: NDArray[np.float64], ticks: int = 160, walk: Walk | None = None) -> Outcome:
+    def start(self, case: str, phase: int) -> Memory:
+        """The settled walk's memory at a phase of the gait."""
+        return self._starts[case][phase]
+
+    def run(self, case: str, phase: int, gains: NDArray[np.float64], ticks: int) -> Outcome:
         """The event `gains` (velocity added before each tick [m/s]) from a phase of the gait on."""
-        used = walk or self.walks[case]
-        first = SETTLED + phase
-        without = self.free if case != "free" and walk is None else None
-        record, _ = run_template(used, self._starts[case][phase], first, ticks, gains, without)
-        return self.judged(used, record)
+        walk = self.walks[case]
+        without = self.free if case != "free" else None
+        record, _ = run_template(walk, self._starts[case][phase], SETTLED + phase, ticks, gains, without)
+        return self.judged(walk, record)
 
     def judged(self, walk: Walk, record: TemplateRecord) -> Outcome:
         """Notices, acts, recovers."""
@@ -126,8 +129,9 @@ def first_tick(mask: NDArray[np.bool_]) -> float:
     return float(np.argmax(mask)) if mask.any() else np.nan
 
 
-def kicks(laboratory: Laboratory, size: float) -> Mapping[str, list[Outcome]]:
-    """An instantaneous gain of velocity at each phase of a step [m/s]."""
+def kicks(laboratory: Laboratory, size: float, ticks: int) -> Mapping[str, list[Outcome]]:
+    """An instantaneous gain of velocity `size` [m/s] at each phase of a step, followed for some ticks."""
+    gain = np.array([size])
     return {
-        case: [laboratory.run(case, phase, np.array([size])) for phase in range(laboratory.period)] for case in CASES
+        case: [laboratory.run(case, phase, gain, ticks) for phase in range(laboratory.period)] for case in CASES
     }

@@ -1,0 +1,226 @@
+"""Fig. 7 as an experiment on the template: kicks at every phase, a sustained push, a wrong speed command."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from pdhocbf_drake.analysis.drawing import label, legend, panels
+from pdhocbf_drake.reproduce import look
+from pdhocbf_drake.reproduce.calibration import PAPER_PERIODIC
+from pdhocbf_drake.reproduce.events import CASES, SETTLED, Laboratory, Outcome, commanded, kicks
+from pdhocbf_drake.reproduce.record import Number, Picture, Section, Table
+from pdhocbf_drake.reproduce.runs import Runs
+from pdhocbf_drake.reproduce.template_walk import run_template
+
+KICKS = (0.01, 0.02, 0.03, 0.05)  # [m/s]
+SHOWN_KICK, SHOWN_PHASE = 0.02, 15  # where the constant bound is far away
+PUSHES = (0.05, 0.1, 0.2, 0.4)  # [m/s²], for the 0.4 s of one step
+COMMANDS = (0.152, 0.155, 0.16, 0.17, 0.18)  # [m] a step, where 0.15 m is right
+_TICKS = 120
+_SHOWN_COMMAND, _SHOWN_PUSH = 0.16, 0.2
+_COMMAND = "pdhocbf reproduce --only fig7"
+_BARRIERS = ("constant", "periodic")
+
+
+def figure_7(runs: Runs) -> Section:
+    """What each barrier notices, when it acts, and what that changes."""
+    laboratory = Laboratory(runs)
+    by_size: dict[float, Mapping[str, list[Outcome]]] = {}
+    for size in KICKS:
+        runs.tell(f"velocity kicks of {1e3 * size:g} mm/s at 40 phases, three cases")
+        by_size[size] = kicks(laboratory, size, _TICKS)
+    runs.tell("sustained pushes and wrong speed commands")
+    pushes = {a: {c: laboratory.run(c, 0, np.full(40, a * 0.01), _TICKS) for c in CASES} for a in PUSHES}
+    orders = {stride: _commanded(laboratory, stride) for stride in COMMANDS}
+    shown = {case: by_size[SHOWN_KICK][case][SHOWN_PHASE] for case in CASES}
+    events = [
+        ("fig7_kick", f"a kick of {1e3 * SHOWN_KICK:g} mm/s at phase {SHOWN_PHASE} of 40", shown, 60),
+        ("fig7_push", f"a push of {_SHOWN_PUSH:g} m/s² for 0.4 s", pushes[_SHOWN_PUSH], 100),
+        ("fig7_command", f"steps of {_SHOWN_COMMAND:g} m commanded instead of 0.15 m", orders[_SHOWN_COMMAND], 200),
+    ]
+    pictures = [_trajectories(laboratory, *event) for event in events]
+    pictures.append(_phases(by_size))
+    noticed = {case: [_count(o.notices == 0 for o in by_size[s][case]) for s in KICKS] for case in _BARRIERS}
+    return Section(
+        "Fig. 7: unsafe events, as an experiment",
+        [_definitions(), *_conclusions(by_size, orders)],
+        pictures,
+        [_kick_table(by_size), _push_table(pushes), _command_table(orders)],
+        [Number(f"kick of {1e3 * size:g} mm/s: phases of 40 at which {look.CASE_NAMES[case]} sees h < 0 at once", None,
+                noticed[case][i], "phases", None, False, _COMMAND)
+         for i, size in enumerate(KICKS) for case in _BARRIERS],
+        "As an alarm the periodic barrier is clearly better. Inside an MPC both act before their bound is crossed, and "
+        "what the periodic one buys is a tighter limit, kept, at a price paid in effort.",
+    )  # fmt: skip
+
+
+def _commanded(laboratory: Laboratory, stride: float) -> dict[str, Outcome]:
+    step = SETTLED // laboratory.period + 1
+    walks = {case: commanded(walk, stride, step) for case, walk in laboratory.walks.items()}
+    found = {}
+    for case, walk in walks.items():
+        without = walks["free"].mpc if case != "free" else None
+        record, _ = run_template(walk, laboratory.start(case, 0), SETTLED, 200, None, without)
+        found[case] = laboratory.judged(walk, record)
+    return found
+
+
+def _trajectories(laboratory: Laboratory, name: str, event: str, outcomes: Mapping[str, Outcome], ticks: int) -> Picture:
+    figure, (axes,) = panels(1, height=3.6)
+    time = 0.01 * np.arange(ticks)
+    phases = (outcomes["free"].record.first + np.arange(ticks)) % laboratory.period
+    nominal = laboratory.nominal[phases]
+    low = min(float(o.record.speed[:ticks].min()) for o in outcomes.values())
+    floor = min(low, float(nominal.min())) - 0.01
+    for case in _BARRIERS:
+        bound = outcomes[case].bound[:ticks]
+        hatch = {"hatch": "//", "fc": "none", "ec": look.PERIODIC, "alpha": 0.5} if case == "periodic" else {
+            "fc": look.CONSTANT, "alpha": 0.18}  # fmt: skip
+        axes.fill_between(time, floor, bound, lw=0, label=f"safe zone, {look.CASE_NAMES[case]}", **hatch)
+    axes.plot(time, nominal, color=look.NOMINAL, lw=1.0, label="nominal")
+    data = {"time [s]": time, "nominal [m/s]": nominal}
+    for case, outcome in outcomes.items():
+        speed = outcome.record.speed[:ticks]
+        axes.plot(time, speed, color=look.CASE_COLOURS[case], ls=look.CASE_STYLES[case], lw=2, label=look.CASE_NAMES[case])
+        data[f"{look.CASE_NAMES[case]} [m/s]"] = speed
+        if case in _BARRIERS:
+            data[f"bound, {look.CASE_NAMES[case]} [m/s]"] = outcome.bound[:ticks]
+            _mark(axes, outcome, case, ticks)
+    axes.margins(x=0.02)
+    axes.set_ylim(bottom=floor)
+    axes.set_xlabel("time after the event began [s]")
+    label(axes, "CoM velocity in x", "m/s")
+    legend(axes, 3)
+    caption = f"Fig. 7, {event}. Triangle: the barrier first acts; cross: h first < 0 (none: never)."
+    return Picture(name, caption, figure, data)
+
+
+def _mark(axes: Axes, outcome: Outcome, case: str, ticks: int) -> None:
+    for tick, marker in ((outcome.acts, "^"), (outcome.notices, "X")):
+        if tick < ticks:
+            at = round(tick)
+            axes.plot(0.01 * at, outcome.record.speed[at], marker, ms=9, color=look.CASE_COLOURS[case], mec="black", zorder=5)
+
+
+def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
+    figure = Figure(figsize=(8.5, 2.0 * len(KICKS) + 0.8))
+    axes = figure.subplots(len(KICKS), 1, sharex=True)
+    data: dict[str, np.ndarray] = {"phase [ticks]": np.arange(40)}
+    for axis, (size, cases) in zip(axes, by_size.items(), strict=True):
+        for case, outcomes in cases.items():
+            recovers = np.array([o.recovers for o in outcomes])
+            seen = np.array([o.notices == 0 for o in outcomes])
+            axis.plot(recovers, color=look.CASE_COLOURS[case], ls=look.CASE_STYLES[case], label=look.CASE_NAMES[case])
+            data[f"{1e3 * size:g} mm/s: recovery, {look.CASE_NAMES[case]} [ticks]"] = recovers
+            if case in _BARRIERS:
+                height = np.full(seen.sum(), 0.12 if case == "constant" else 0.04)
+                axis.plot(np.flatnonzero(seen), height, "s", ms=4, color=look.CASE_COLOURS[case],
+                          transform=axis.get_xaxis_transform())  # fmt: skip
+                data[f"{1e3 * size:g} mm/s: h < 0 at once, {look.CASE_NAMES[case]} [0/1]"] = seen.astype(float)
+        axis.set_title(f"kick of {1e3 * size:g} mm/s", loc="right")
+        top = axis.get_ylim()[1]
+        axis.set_ylim(-0.25 * top, top)
+        axis.set_yticks([tick for tick in axis.get_yticks() if 0 <= tick <= top])
+        label(axis, "recovery", "ticks")
+    axes[-1].set_xlabel("phase of the step at which the kick comes [ticks]")
+    legend(axes[0], 3)
+    caption = (
+        "Fig. 7, kicks at all 40 phases: ticks until the velocity stays within 7.3 mm/s above the nominal one. "
+        "Squares below: phases at which the barrier's own h < 0 at once."
+    )
+    return Picture("fig7_phases", caption, figure, data)
+
+
+def _kick_table(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Table:
+    rows = []
+    for size, cases in by_size.items():
+        free = np.array([o.recovers for o in cases["free"]])
+        for case, outcomes in cases.items():
+            recovers = np.array([o.recovers for o in outcomes])
+            barrier = case in _BARRIERS
+            rows.append((
+                f"{1e3 * size:g}", look.CASE_NAMES[case],
+                f"{_count(o.notices == 0 for o in outcomes)}" if barrier else "–",
+                f"{_count(o.acts <= 1 for o in outcomes)}" if barrier else "–",
+                f"{1e3 * np.mean(_braking(cases, case)):.1f}" if barrier else "–",
+                f"{recovers.mean():.1f}", f"{recovers.max():.0f}",
+                f"{_count(recovers > free)}" if barrier else "–",
+            ))  # fmt: skip
+    header = ("kick [mm/s]", "case", "phases with h < 0 at once (of 40)", "phases with action within a tick",
+              "brakes by, mean [mm/s]", "recovery, mean [ticks]", "longest", "phases slower than without")  # fmt: skip
+    return Table("Velocity kicks at each of the 40 phases", header, rows)
+
+
+def _push_table(pushes: Mapping[float, Mapping[str, Outcome]]) -> Table:
+    rows = [(f"{a:g}", look.CASE_NAMES[case], _tick(o.notices), _tick(o.acts), f"{1e3 * o.peak:.1f}", f"{o.recovers:.0f}")
+            for a, cases in pushes.items() for case, o in cases.items()]  # fmt: skip
+    header = ("push [m/s²]", "case", "h < 0 after [ticks]", "acts after [ticks]", "peak above nominal [mm/s]",
+              "recovery [ticks]")  # fmt: skip
+    return Table("A sustained push, 0.4 s from the start of a step on", header, rows)
+
+
+def _command_table(orders: Mapping[float, Mapping[str, Outcome]]) -> Table:
+    rows = [(f"{stride:g}", look.CASE_NAMES[case], _tick(o.notices), _tick(o.acts),
+             f"{1e3 * o.peak:.1f}", f"{1e3 * max(0.0, o.peak - PAPER_PERIODIC):.1f}")
+            for stride, cases in orders.items() for case, o in cases.items()]  # fmt: skip
+    header = ("commanded stride [m]", "case", "h < 0 after [ticks]", "acts after [ticks]", "peak above nominal [mm/s]",
+              "above the periodic bound [mm/s]")  # fmt: skip
+    return Table("A wrong speed command, for the rest of the walk (right: 0.15 m)", header, rows)
+
+
+def _braking(cases: Mapping[str, list[Outcome]], case: str) -> list[float]:
+    """Per phase: by how much the velocity falls below that without a barrier, within half a step [m/s]."""
+    return [
+        float((free.record.speed - outcome.record.speed)[:20].max())
+        for outcome, free in zip(cases[case], cases["free"], strict=True)
+    ]
+
+
+def _definitions() -> str:
+    return (
+        "The same event meets the same settled walk under Case 1, Case 2 and no barrier (γ = 0.5, soft). A barrier "
+        "notices when its own h < 0 on the measured state; it acts when the controller's ZMP velocity differs by more "
+        "than 1 mm/s from what the same program without the barrier would do from the same state; the walk has "
+        "recovered once the velocity stays within 7.3 mm/s above the nominal one."
+    )
+
+
+def _conclusions(
+    by_size: Mapping[float, Mapping[str, list[Outcome]]], orders: Mapping[float, Mapping[str, Outcome]]
+) -> list[str]:
+    faint = {c: _count(b < 1e-3 for cases in by_size.values() for b in _braking(cases, c)) for c in _BARRIERS}
+    acts = _count(o.acts <= 1 for cases in by_size.values() for o in cases["constant"])
+    mean = {c: [np.mean([o.recovers for o in cases[c]]) for cases in by_size.values()] for c in CASES}
+    large = by_size[KICKS[-1]]
+    slower = _count(c.recovers > f.recovers for c, f in zip(large["constant"], large["free"], strict=True))
+    excess = [1e3 * max(0.0, orders[s]["constant"].peak - PAPER_PERIODIC) for s in COMMANDS]
+    return [
+        f"What holds of the paper's claim: as an alarm, the periodic barrier sees every one of these kicks at once, at "
+        f"every phase; the constant one misses those that stay under it, {40 - _count(o.notices == 0 for o in by_size[0.01]['constant'])} of 40 "
+        "at 10 mm/s. The walk also comes back sooner: "
+        + ", ".join(f"{mean['periodic'][i]:.0f} ticks against {mean['constant'][i]:.0f} (DCBF) and {mean['free'][i]:.0f} "
+                    f"(none) at {1e3 * size:g} mm/s" for i, size in enumerate(KICKS)) + ".",
+        f"What holds in part: “the DCBF is unable to react”. Inside an MPC a barrier constrains the prediction, so it acts "
+        f"before its bound is crossed: the constant one acts within a tick in {acts} of {40 * len(KICKS)} kicks. But it "
+        f"often does little: in {faint['constant']} of them it slows the walk by less than 1 mm/s within half a step "
+        f"(periodic: {faint['periodic']}).",
+        "What does not hold: “such a deviation would not occur under P-DHOCBF”. No barrier undoes a kick: the excess is "
+        "there before any input can work, and h < 0 until the walk has braked.",
+        f"Where a barrier can hurt: after kicks of {1e3 * KICKS[-1]:g} mm/s the constant barrier recovers more slowly than "
+        f"no barrier at {slower} of 40 phases: it brakes hard, then lets the velocity lie above nominal but under its bound.",
+        "Where the periodic barrier shows its worth: when the plan itself would break it. Under a wrong speed command it "
+        "holds the velocity at its bound to within rounding, while the constant one lets it exceed that by up to "
+        f"{max(excess):.1f} mm/s and no barrier by {1e3 * (orders[COMMANDS[-1]]['free'].peak - PAPER_PERIODIC):.0f} mm/s.",
+    ]  # fmt: skip
+
+
+def _tick(value: float) -> str:
+    return "never" if np.isnan(value) else f"{value:.0f}"
+
+
+def _count(flags: object) -> int:
+    return int(np.count_nonzero(list(flags)))  # type: ignore[call-overload]
