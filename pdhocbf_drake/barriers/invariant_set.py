@@ -53,7 +53,7 @@ def predecessor_rows(system: PeriodicAffineSystem, k: int, target: Polytope, inp
 
     A_k need not be invertible.
     """
-    reach = target.swept(-(inputs.vertices @ system.B(k).T))
+    reach = target.swept(np.unique(-(inputs.vertices @ system.B(k).T), axis=0))
     return reach.A @ system.A(k), reach.b - reach.A @ system.c(k)
 
 
@@ -83,26 +83,30 @@ def invariant_set(
     limits = _one_per_phase(states, period, system.n, "state")
     allowed = _one_per_phase(inputs, period, system.m, "input")
     sets = list(limits)
-    cut = np.inf
+    stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were last looked at
+    residual = np.zeros(period)
     for sweep in range(1, max_sweeps + 1):
         cut = 0.0
         for k in reversed(range(period)):
+            if not stale[k]:
+                continue
             rows, bounds = predecessor_rows(system, k, sets[(k + 1) % period], allowed[k])
             size = np.maximum(np.linalg.norm(rows, axis=1), np.finfo(float).tiny)
             excess = float(((sets[k].vertices @ rows.T - bounds) / size).max())
-            cut = max(cut, excess)
-            if excess <= 0:
+            stale[k], residual[k], cut = False, max(excess, 0.0), max(cut, excess)
+            if excess <= tolerance:
                 continue
             smaller = Polytope.from_rows(
                 np.vstack([limits[k].A, rows]), np.concatenate([limits[k].b, bounds]), sets[k].centre
             )
             if smaller is None:
                 return InvariantSet((), k, sweep, np.nan, time.perf_counter() - started)
-            sets[k] = smaller
+            sets[k], residual[k] = smaller, 0.0
+            stale[k - 1] = True
         if progress is not None:
             progress(sweep, cut)
-        if cut <= tolerance:
-            return InvariantSet(tuple(sets), None, sweep, cut, time.perf_counter() - started)
+        if not stale.any():
+            return InvariantSet(tuple(sets), None, sweep, float(residual.max()), time.perf_counter() - started)
     raise InputError(
         f"no invariant set was found within {max_sweeps} sweeps (the last one still cut off {cut:.1e}): "
         "allow more of them or a larger tolerance"

@@ -18,7 +18,6 @@ from pdhocbf_drake.certify.scenario_certificate import ScenarioCertificate, cert
 from pdhocbf_drake.certify.terminal import terminal_set
 from pdhocbf_drake.certify.trial import Trial, try_sets
 from pdhocbf_drake.certify.user_system import LinearSystemConfig, system_data
-from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import limits_of, save_terminal_sets
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
@@ -66,7 +65,7 @@ def _own_system(scenario: str) -> LinearSystemConfig | None:
     data = read_yaml(path)
     if not (isinstance(data, dict) and {"A", "B"} & set(data)):
         return None
-    return parse_config(LinearSystemConfig, {"name": path.stem, **data}, path.stem)
+    return LinearSystemConfig.from_dict({"name": path.stem, **data}, path.stem)
 
 
 def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> int:

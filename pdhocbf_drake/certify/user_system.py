@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from pdhocbf_drake.barriers import PeriodicAffineSystem
 from pdhocbf_drake.barriers.invariant_set import InvariantSet, invariant_set
 from pdhocbf_drake.barriers.polytope import Polytope
-from pdhocbf_drake.config import Config
+from pdhocbf_drake.config import Config, parse_config
 from pdhocbf_drake.errors import InputError
 
 Vector = tuple[float, ...]
@@ -73,16 +73,13 @@ class LinearSystemConfig(Config):
     states: tuple[PolytopeConfig, ...] = Field(min_length=1)
     inputs: tuple[PolytopeConfig, ...] = Field(min_length=1)
 
-    @model_validator(mode="before")
     @classmethod
-    def _one_for_all(cls, data: Any) -> Any:
-        """What is given once is a list of one."""
-        if not isinstance(data, dict):
-            return data
+    def from_dict(cls, data: dict[str, Any], where: str) -> LinearSystemConfig:
+        """A system from plain YAML data, in which what is given once is a list of one; raises `InputError`."""
         depth = {"A": 3, "B": 3, "c": 2}
         wrapped = {key: [data[key]] for key in depth if key in data and _depth(data[key]) == depth[key] - 1}
         wrapped |= {key: [data[key]] for key in ("states", "inputs") if isinstance(data.get(key), dict)}
-        return {**data, **wrapped}
+        return parse_config(cls, {**data, **wrapped}, where)
 
     def certify(self) -> InvariantSet:
         """The largest sets that the system can be kept in; raises `InputError`."""

@@ -1,0 +1,206 @@
+"""Certified sets as terminal sets of the periodic MPC, and the commands that write them."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake.certify.closed_loop import walk_from
+from pdhocbf_drake.certify.report import certificate_data, certificate_lines
+from pdhocbf_drake.certify.scenario_certificate import certify_scenario
+from pdhocbf_drake.certify.starts import Start, zmp_range
+from pdhocbf_drake.certify.terminal import terminal_set
+from pdhocbf_drake.certify.trial import try_sets
+from pdhocbf_drake.cli import main
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.axis_program import axis_program
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, load_terminal_sets, save_terminal_sets
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+
+COARSE = "gait: {tick: 0.04, ticks_per_step: 10, double_support_ticks: 1}\nmpc: {horizon: 20, freeze_ticks: 2}\n"
+
+
+@pytest.fixture(scope="module")
+def found():
+    return certify_scenario(load_scenario("vhip", COARSE), with_rows=False)
+
+
+@pytest.fixture(scope="module")
+def terminal(found):
+    return {axis: terminal_set(c.template, c.kept) for axis, c in enumerate(found.axes)}
+
+
+def test_the_trial_finds_no_tick_without_a_plan_and_no_start_outside_that_can_be_saved(found):
+    trial = try_sets(found, 4, seed=1)
+    assert trial.infeasible_ticks == 0
+    assert trial.unsavable == trial.outside == 4 and trial.excess_min > 1e-6
+
+
+def test_from_corners_of_the_set_there_is_a_plan_at_every_tick(found, terminal):
+    # Where a terminal set that is too large, or coordinates with a wrong sign, would show first.
+    walk = found.walk
+    mpc = PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, walk.mpc.barriers, terminal)
+    for phase, corner in ((1, 0), (6, 3), (9, 5)):
+        starts = []
+        for certificate in found.axes:
+            part = certificate.kept.sets[phase]
+            vertex = part.vertices[corner % len(part.vertices)]
+            starts.append(Start(phase, vertex + 1e-4 * (part.centre - vertex)))
+        zmps = [np.mean(zmp_range(c.template, c.kept, start)) for c, start in zip(found.axes, starts, strict=True)]
+        assert walk_from(mpc, starts, zmps, 60).infeasible_ticks == 0
+
+
+def test_a_start_outside_soon_has_no_plan(found, terminal):
+    walk = found.walk
+    mpc = PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, walk.mpc.barriers, terminal)
+    starts = [Start(3, np.array([0.2, 1.5, 0.15])), Start(3, np.append(found.orbit[1, 3, :2], 0.16))]
+    assert walk_from(mpc, starts, [0.0, 0.0], 40).infeasible_ticks > 0
+
+
+def test_the_rows_hold_on_the_nominal_orbit_and_name_themselves(found, terminal):
+    for axis, rows in terminal.items():
+        for phase in range(rows.period):
+            com, velocity = found.orbit[axis, phase, :2]
+            assert rows.violation(phase, com, velocity, found.axes[axis].template.held[phase]) < 0.0
+    walk = found.walk
+    programs = [
+        axis_program(walk.gait, walk.vhip, walk.mpc.divergent, [], found.scenario.mpc, 3, rows)
+        for rows in (None, terminal[0])
+    ]
+    names = [{b.evaluator().get_description() for b in p.prog.GetAllConstraints()} for p in programs]
+    assert "terminal set" not in names[0] and "stability" in names[0]
+    assert "terminal set" in names[1] and "stability" not in names[1]
+
+
+def test_the_walk_is_nearly_the_same_with_a_terminal_set(found, terminal, tmp_path):
+    scenario = found.scenario
+    file = tmp_path / "set.npz"
+    save_terminal_sets(file, terminal, limits_of(scenario.gait, scenario.mpc))
+    text = COARSE.replace("freeze_ticks: 2", f"freeze_ticks: 2, terminal_set: {file}")
+    mpc = build_walk(load_scenario("vhip", text)).mpc
+    starts = [Start(0, found.orbit[axis, 0, :2]) for axis in (0, 1)]
+    walked = walk_from(mpc, starts, found.orbit[:, 0, 2].tolist(), 80)
+    assert walked.infeasible_ticks == 0 and walked.h_min > 0.0
+
+
+def test_a_set_survives_its_file_and_refuses_another_walk(found, terminal, tmp_path):
+    scenario, file = found.scenario, tmp_path / "set.npz"
+    limits = limits_of(scenario.gait, scenario.mpc)
+    save_terminal_sets(file, terminal, limits)
+    loaded = load_terminal_sets(file, limits)
+    assert set(loaded) == {0, 1}
+    for axis, rows in terminal.items():
+        assert all(np.array_equal(a, b) for a, b in zip(rows.rows, loaded[axis].rows, strict=True))
+        assert all(np.array_equal(a, b) for a, b in zip(rows.bounds, loaded[axis].bounds, strict=True))
+    with pytest.raises(InputError, match=r"was made for stride = 0\.15, but the scenario has 0\.1; certify the"):
+        load_terminal_sets(file, {**limits, "stride": 0.1})
+    with pytest.raises(InputError, match="does not exist; `pdhocbf certify` writes one"):
+        load_terminal_sets(tmp_path / "none.npz", limits)
+    file.write_text("nonsense")
+    with pytest.raises(InputError, match="is not a terminal set"):
+        load_terminal_sets(file, limits)
+
+
+def test_a_guess_of_dependent_rows_changes_no_answer(found):
+    # Three rows in (c, v) can't all be active; the solver must notice by itself.
+    mpc = found.walk.mpc
+    rows = TerminalSet(0, ((np.array([[1.0, 0.0, 0.0], [1.0, 1e-9, 0.0], [0.0, 1.0, 0.0]])),) * 10, (np.ones(3),) * 10)
+    mpc = PeriodicMpc(mpc.gait, mpc.vhip, mpc.config, ([], []), {0: rows})
+    state = np.array([found.orbit[axis, 3] for axis in (0, 1)])
+    stance = np.array([[-0.15, 0.0], [0.16, 0.0]])
+    cold = mpc.solve(43, state, stance, {})
+    guess = cold.__class__(**{**vars(cold), "tick": 42, "active": tuple(np.ones(count) for count in mpc.rows)})
+    warm = mpc.solve(43, state, stance, {}, None, guess)
+    assert np.all(np.isfinite(warm.inputs)) and warm.inputs == pytest.approx(cold.inputs, abs=1e-6)
+
+
+def test_the_report_has_what_it_promises(found):
+    data = certificate_data(found, 1.0)
+    assert {"enforceable", "first_failing_phase", "phases", "sweeps", "seconds"} <= set(data)
+    assert data["enforceable"] is True and data["first_failing_phase"] is None and data["axis"] == "x"
+    assert [phase["phase"] for phase in data["phases"]] == list(range(10))
+    for phase, free in zip(data["phases"], data["without_barriers"]["phases"], strict=True):
+        assert {"phase", "area", "vertices", "push_max", "push_min"} <= set(phase)
+        corners = np.array(phase["vertices"])
+        around = np.roll(corners, -1, axis=0)
+        shoelace = 0.5 * np.sum(corners[:, 0] * around[:, 1] - corners[:, 1] * around[:, 0])
+        assert shoelace == pytest.approx(phase["area"]) and phase["area"] < free["area"]
+        assert phase["push_min"] < 0.0 < phase["push_max"] < free["push_max"]
+    json.dumps(data, allow_nan=False)
+    assert any("enforceable" in value for _, value in certificate_lines(data))
+
+
+def test_certify_writes_a_folder_that_a_scenario_can_use(elsewhere, capsys):
+    assert main(["certify", "vhip", "--text", COARSE, "--no-rows", "--out", "c"]) == 0
+    assert "enforceable" in capsys.readouterr().out
+    names = {entry.name for entry in (elsewhere / "c").iterdir()}
+    assert names == {"certify.json", "terminal_set.npz", "scenario.yaml", "figures"}
+    assert {figure.name for figure in (elsewhere / "c/figures").iterdir()} == {
+        "safe_tube.png", "sections.png", "pushes.png"
+    }  # fmt: skip
+    text = COARSE.replace("freeze_ticks: 2", "freeze_ticks: 2, terminal_set: c/terminal_set.npz")
+    assert set(build_walk(load_scenario("vhip", text)).mpc.terminal) == {0, 1}
+
+
+def test_a_bound_that_can_not_be_kept_is_an_answer(elsewhere, capsys):
+    bound = "barriers: {forward_speed: {bound: {kind: constant, value: 0.3}}}"
+    text = COARSE.replace("freeze_ticks: 2", "freeze_ticks: 2, step_tolerance: [0.0, 0.0]") + bound
+    assert main(["certify", "vhip", "--text", text, "--no-rows", "--out", "c"]) == 0
+    data = json.loads((elsewhere / "c/certify.json").read_text())
+    assert data["enforceable"] is False and data["first_failing_phase"] in range(10)
+    assert f"no state is left at phase {data['first_failing_phase']}" in capsys.readouterr().out
+    assert not (elsewhere / "c/terminal_set.npz").exists()
+    assert all(phase["area"] == 0.0 and phase["push_max"] is None for phase in data["phases"])
+
+
+def test_certify_takes_a_system_of_ones_own(elsewhere, capsys):
+    (elsewhere / "cart.yaml").write_text(
+        "A: [[1.0, 0.1], [0.0, 1.0]]\nB: [[0.005], [0.1]]\n"
+        "states: {lower: [-1.0, -9.0], upper: [1.0, 9.0]}\n"
+        "inputs: [{lower: [-1.0], upper: [1.0]}, {lower: [-0.5], upper: [0.5]}]\n"
+    )
+    assert main(["certify", "cart.yaml", "--out", "c"]) == 0
+    data = json.loads((elsewhere / "c/certify.json").read_text())
+    assert data["enforceable"] and len(data["phases"]) == 2 and data["phases"][0]["area"] > 1.0
+    assert "enforceable" in capsys.readouterr().out
+
+
+CART, PULL = "A: [[1.0]]\nB: [[1.0]]\n", "inputs: {lower: [-1.0], upper: [1.0]}\n"
+
+
+@pytest.mark.parametrize(
+    ("system", "message"),
+    [
+        (f"{CART}states: {{lower: [-1.0]}}\n{PULL}", "lower and upper are"),
+        (f"{CART}states: {{lower: [-1.0, 0.0], upper: [1.0, 1.0]}}\n{PULL}", "every limit must have 1 entries"),
+        (f"{CART}states: {{rows: [[1.0]], bounds: [1.0]}}\n{PULL}", "bounded"),
+        (f"{CART}states: {{lower: [1.0], upper: [-1.0]}}\n{PULL}", "the limits leave nothing"),
+        ("A: [[1.0]]\nB: [[1.0, 2.0], [3.0]]\nstates: {lower: [-1.0], upper: [1.0]}\n" + PULL, "cart"),
+        ("A: [[1.0]]\nB: [[1.0]]\nspeed: 3", "unknown key"),
+    ],
+)  # fmt: skip
+def test_a_wrong_system_is_told_in_a_sentence(elsewhere, capsys, system, message):
+    (elsewhere / "cart.yaml").write_text(system)
+    assert main(["certify", "cart.yaml"]) == 1
+    error = capsys.readouterr().err
+    assert message in error and "Traceback" not in error and "unexpected" not in error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["certify", "van_der_pol"], "'van_der_pol' is no walk"),
+        (["certify", "nobody"], "unknown scenario 'nobody'"),
+        (["certify", "vhip", "--reach", "-1"], "--reach must be a length above 0"),
+        (["certify", "vhip", "--reach", "0.01"], "does not cover a step"),
+        (["certify", "vhip", "--starts", "-1"], "--starts must be 0 or more"),
+    ],
+)
+def test_wrong_requests_are_told_in_a_sentence(elsewhere, capsys, arguments, message):
+    assert main(arguments) == 1
+    error = capsys.readouterr().err
+    assert message in error and len(error.strip().splitlines()[-1]) < 250 and "Traceback" not in error
