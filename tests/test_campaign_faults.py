@@ -198,6 +198,20 @@ def test_an_existing_cluster_runs_it_and_may_lose_a_worker(tmp_path) -> None:
     assert len({row["worker"] for row in rows.values()}) <= 2
 
 
+def test_a_scheduler_that_goes_away_is_told_and_what_was_done_is_kept(tmp_path) -> None:
+    out = tmp_path / "out"
+    with dask_cluster(tmp_path) as (address, _):
+        command = start("campaign", campaign_file(tmp_path, runs=40), "--out", out, "--scheduler", address)
+        until(lambda: list((out / "parts").glob("run-*")) if (out / "parts").is_dir() else False)
+        [scheduler] = [p for p in psutil.Process().children() if "distributed.cli.dask_scheduler" in p.cmdline()]
+        scheduler.kill()
+        code, _, err = finish(command)
+    assert code == 1
+    count = len(table(out))
+    assert 1 <= count < 40
+    assert f"pdhocbf: the Dask scheduler went away; {count} of 40 runs are kept, and the same command goes on" in err
+
+
 @pytest.mark.parametrize(
     ("address", "sentence"),
     [

@@ -75,7 +75,7 @@ def existing_cluster(address: str) -> Iterator[Client]:
         ClusterError: no scheduler answers there, or it has no workers, or they lack this package.
         InputError: the address is not one.
     """
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    _say_nothing()
     try:
         client = Client(address, timeout=_PATIENCE)
     except ValueError as error:
@@ -89,6 +89,13 @@ def existing_cluster(address: str) -> Iterator[Client]:
             raise ClusterError(f"the scheduler at {address} has had no workers for {_PATIENCE:g} s") from None
         _check_versions(client, address)
         yield client
+
+
+def _say_nothing() -> None:
+    """Dask logs a traceback when a scheduler goes away, which we tell in a sentence; its loggers each have a level."""
+    for name in list(logging.root.manager.loggerDict):
+        if name.split(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def _check_versions(client: Client, address: str) -> None:

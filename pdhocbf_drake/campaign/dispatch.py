@@ -25,6 +25,7 @@ ATTEMPTS: Final = 2
 # A worker may die while a run waits there that it has not begun; such a run is not at fault, up to a point.
 _SUBMISSIONS: Final = 5
 _POLL = 0.5  # [s]
+_GONE = "the Dask scheduler went away"
 _FETCH = 10.0  # [s] for a row to arrive
 _AHEAD = 3  # runs a core that the scheduler knows of at a time
 
@@ -86,8 +87,11 @@ class _Dispatcher:
                         yield outcome
                 if not ended:
                     yield None
+        except (OSError, CancelledError):  # whatever Dask was asked, nobody was there to answer
+            raise ClusterError(_GONE) from None
         finally:
-            self._close()
+            with suppress(OSError, CancelledError):
+                self._close()
 
     def _submit(self, planned: PlannedRun) -> None:
         self._submitted[planned.run] += 1
@@ -103,7 +107,7 @@ class _Dispatcher:
         with suppress(asyncio.TimeoutError, CancelledError):  # the first is not yet the builtin one in Python 3.10
             wait(list(self._running), timeout=_POLL, return_when="FIRST_COMPLETED")
         if self._client.status != "running":
-            raise ClusterError("the Dask scheduler went away")
+            raise ClusterError(_GONE)
         # A result that died with its worker before we had it is "lost": the scheduler begins its run again.
         done = [future for future in self._running if future.status in ("finished", "error", "cancelled")]
         return done or [future for future, planned in self._running.items() if self._times_begun(planned) > ATTEMPTS]
