@@ -71,8 +71,9 @@ def affine_rows(barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, ho
             x_inputs[:, j * system.m : (j + 1) * system.m] += system.B(k + j)
     # Row i of `shifts` holds the coefficients of h(k+i), …, h(k+i+m).
     shifts = np.zeros((horizon - order + 1, horizon + 1))
+    coefficients = psi_coefficients(linear_rates(barrier))
     for i, row in enumerate(shifts):
-        row[i : i + order + 1] = psi_coefficients(linear_rates(barrier))
+        row[i : i + order + 1] = coefficients
     shifts *= barrier.sign
     return Rows(-shifts @ on_state, -shifts @ on_inputs, shifts, -shifts @ offset)
 

@@ -68,7 +68,10 @@ def compile_program(
     for binding in prog.GetAllCosts():
         cost, at = binding.evaluator(), _places(prog, binding, place)
         if isinstance(cost, QuadraticCost):
-            np.add.at(hessian, np.ix_(at, at), cost.Q())
+            if len(np.unique(at)) == len(at):
+                hessian[np.ix_(at, at)] += cost.Q()
+            else:
+                np.add.at(hessian, np.ix_(at, at), cost.Q())
             np.add.at(gradient, at, cost.b())
             constant += cost.c()
         elif isinstance(cost, LinearCost):
@@ -116,7 +119,11 @@ def _is_convex(P: np.ndarray) -> bool:
     """Whether P is positive semidefinite up to rounding."""
     if not len(P) or np.array_equal(P, np.diag(np.diag(P))):
         return bool(np.all(np.diag(P) >= 0.0))
-    return bool(np.linalg.eigvalsh(0.5 * (P + P.T))[0] >= -_CONVEX * np.abs(P).max())
+    try:
+        np.linalg.cholesky(0.5 * (P + P.T) + _CONVEX * np.abs(P).max() * np.eye(len(P)))
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _not_convex(prog: MathematicalProgram, place: np.ndarray, n: int) -> str:

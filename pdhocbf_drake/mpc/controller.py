@@ -15,6 +15,7 @@ from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, Parameters, axis_program
 from pdhocbf_drake.mpc.compiled import ParametricQp, compile_program
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.program_cache import Compiled, ProgramCache
 from pdhocbf_drake.mpc.recovery import recovery_of
 from pdhocbf_drake.mpc.rungs import Rung, without_decay
 from pdhocbf_drake.mpc.solution import QpResult, Reason
@@ -74,7 +75,10 @@ class PeriodicMpc:
         config: MpcConfig,
         barriers: tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]],
         terminal: Mapping[int, TerminalSet] | None = None,
+        cache: ProgramCache | None = None,
     ) -> None:
+        """Compiles everything, except for what the cache has from other controllers."""
+        cache = cache or ProgramCache()
         gait_ticks = gait.config.ticks_per_gait
         if config.horizon % gait_ticks:
             raise InputError(
@@ -90,17 +94,15 @@ class PeriodicMpc:
             Parameters(self.footholds, config.horizon, [b.name for b in group], self._terminal_steps(axis))
             for axis, group in enumerate(barriers)
         ]
-        self.qps = [[self._compile(axis, phase) for phase in range(gait.period)] for axis in (0, 1)]
+        compiled = [self._compiled(axis, cache) for axis in (0, 1)]
+        self.qps = [axis.qps for axis in compiled]
+        self._solvers = [axis.solvers for axis in compiled]
         # A terminal set has more facets at some phases than at others.
         self.rows = [max(len(qp.A) for qp in axis) for axis in self.qps]
-        self._solvers = [
-            [make_solver(config.solver, qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)]
-            for axis in self.qps
-        ]
         self._rungs = self._rungs_below()
         self.recovery: PeriodicMpc | None = None
         if config.recovery is not None:
-            self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers)
+            self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
         self._theta_of_step = lru_cache(maxsize=4)(self._step_parameters)
@@ -131,6 +133,20 @@ class PeriodicMpc:
 
     def _terminal_steps(self, axis: int) -> int:
         return self.terminal[axis].period // self.gait.period if axis in self.terminal else 0
+
+    def _compiled(self, axis: int, cache: ProgramCache) -> Compiled:
+        """The programs of one axis; they depend on the axis by its barriers and terminal set alone."""
+        barriers, terminal = self.barriers[axis], self.terminal.get(axis)
+        written = self.config.model_dump_json(exclude={"recovery"})
+        matrices = (self.gait.box_weight.tobytes(), self.vhip.A.tobytes(), self.vhip.B.tobytes())
+        key = (written, matrices, tuple(map(id, barriers)), id(terminal))
+        return cache.get(key, (tuple(barriers), terminal), lambda: self._make(axis))
+
+    def _make(self, axis: int) -> Compiled:
+        qps = [self._compile(axis, phase) for phase in range(self.gait.period)]
+        solver = self.config.solver
+        solvers = [make_solver(solver, qp, BOUND_ROWS, guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
+        return Compiled(qps, solvers)
 
     def _compile(self, axis: int, phase: int, config: MpcConfig | None = None, elastic: bool = False) -> ParametricQp:
         barriers = without_decay(self.barriers[axis]) if elastic else self.barriers[axis]

@@ -11,6 +11,7 @@ import numpy as np
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.affine_map import AffineMap
 from pdhocbf_drake.mpc.compiled import ParametricQp
+from pdhocbf_drake.mpc.quadratic_form import QuadraticForm
 from pdhocbf_drake.mpc.slacks import Slacks, find_slacks
 from pdhocbf_drake.mpc.solution import QpResult
 
@@ -78,7 +79,7 @@ class DaqpQp:
         self._centre = _centre_of_all(len(qp.P), hard, w, w_map)
         self._w_of_y = AffineMap(np.zeros(len(hard)), W)
         self._curvature = np.diag(P).copy() if np.count_nonzero(P) == np.count_nonzero(np.diag(P)) else P
-        self._value = qp.constant.plus(F.T @ w_map, 0.5 * (F.T @ w + w_map.T @ f), 0.5 * f @ w)
+        self._value = _value_at_optimum(qp.constant, f, F, w, w_map)
 
         # Bounds of A (w − w°), lower then upper: one map into one array, whose halves the solver reads.
         self._bounds = _stacked_bounds(qp, order, A @ w, A @ w_map)
@@ -166,6 +167,17 @@ def _unconstrained_optimum(P: np.ndarray, f: np.ndarray, F: np.ndarray) -> tuple
             "the cost is not strictly convex in the decisions, as DAQP needs it: choose clarabel"
         ) from None
     return optimum[:, 0], optimum[:, 1:]
+
+
+def _value_at_optimum(
+    constant: QuadraticForm, f: np.ndarray, F: np.ndarray, w: np.ndarray, w_map: np.ndarray
+) -> QuadraticForm:
+    """The cost at w°(θ): what the cost of y comes on top of."""
+    shown = np.flatnonzero(F.any(axis=0))
+    matrix, vector = np.zeros((F.shape[1], F.shape[1])), np.zeros(F.shape[1])
+    matrix[np.ix_(shown, shown)] = F[:, shown].T @ w_map[:, shown]
+    vector[shown] = 0.5 * (F[:, shown].T @ w + w_map[:, shown].T @ f)
+    return constant.plus(matrix, vector, 0.5 * f @ w)
 
 
 def _centre_of_all(size: int, hard: np.ndarray, w: np.ndarray, w_map: np.ndarray) -> AffineMap:

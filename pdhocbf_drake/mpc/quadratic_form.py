@@ -29,10 +29,11 @@ class QuadraticForm:
     def plus(self, matrix: np.ndarray, vector: np.ndarray, constant: float) -> QuadraticForm:
         """The sum with another form; coefficients that cancel up to rounding are taken to be zero."""
         R, r = self.matrix, self.vector
-        R_sum, r_sum = R + matrix, r + vector
-        R_sum[np.abs(R_sum) <= _NOISE * (np.abs(R) + np.abs(matrix))] = 0.0
-        r_sum[np.abs(r_sum) <= _NOISE * (np.abs(r) + np.abs(vector))] = 0.0
-        return QuadraticForm(R_sum, r_sum, self.constant + constant)
+        used = np.flatnonzero(R.any(axis=1) | matrix.any(axis=1) | (r != 0.0) | (vector != 0.0))
+        block = np.ix_(used, used)
+        R[block] = _sum(R[block], matrix[block])
+        r[used] = _sum(r[used], vector[used])
+        return QuadraticForm(R, r, self.constant + constant)
 
     @property
     def matrix(self) -> np.ndarray:
@@ -45,3 +46,9 @@ class QuadraticForm:
         r = np.zeros(self._size)
         r[self._used] = self._vector
         return r
+
+
+def _sum(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    total: np.ndarray = a + b
+    total[np.abs(total) <= _NOISE * (np.abs(a) + np.abs(b))] = 0.0
+    return total

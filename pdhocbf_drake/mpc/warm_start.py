@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,14 +18,19 @@ def guess_rows(qps: Sequence[ParametricQp], phase: int) -> np.ndarray:
     The i-th row of a constraint over the horizon is about tick k + i, so that its place was one later a tick ago;
     the last one, which is new, takes over from its neighbour. Rows about coming steps move at a new step only.
     """
+    return _rows(qps[phase - 1].names, qps[phase].names, phase == 0)
+
+
+@lru_cache(maxsize=8)  # most phases have rows of the same names
+def _rows(names_before: tuple[str, ...], names: tuple[str, ...], new_step: bool) -> np.ndarray:
     before: dict[str, list[int]] = {}
-    for row, name in enumerate(qps[phase - 1].names):
+    for row, name in enumerate(names_before):
         before.setdefault(name, []).append(row)
     seen: dict[str, int] = {}
-    rows = np.arange(len(qps[phase].A)) % max(len(qps[phase - 1].A), 1)
-    for row, name in enumerate(qps[phase].names):
+    rows = np.arange(len(names)) % max(len(names_before), 1)
+    for row, name in enumerate(names):
         place = seen[name] = seen.get(name, -1) + 1
-        shift = 1 if name not in _ONE_PER_STEP or phase == 0 else 0
+        shift = 1 if name not in _ONE_PER_STEP or new_step else 0
         if name in before:
             rows[row] = before[name][min(place + shift, len(before[name]) - 1)]
     return rows

@@ -18,6 +18,7 @@ from pdhocbf_drake.barriers import (
 from pdhocbf_drake.gait import Gait, GaitConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_orbit
+from pdhocbf_drake.mpc.program_cache import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.templates.vhip import Vhip
@@ -58,13 +59,14 @@ def build_walk(scenario: Scenario) -> Walk:
     system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
     axes, barriers = [], []
     orbits: dict[float, np.ndarray] = {}
+    cache = ProgramCache()
     for name, config in scenario.barriers.items():
         axis = 0 if config.axis == "x" else 1
         orbit = None
         if config.bound.kind.startswith("orbit"):
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
             if stride not in orbits:
-                orbits[stride] = orbit_of(scenario, stride)
+                orbits[stride] = orbit_of(scenario, stride, cache)
             orbit = orbits[stride][axis]
         # Forward motion repeats every step, lateral motion every gait.
         period = gait.period if axis == 0 else gait.config.ticks_per_gait
@@ -78,13 +80,14 @@ def build_walk(scenario: Scenario) -> Walk:
     terminal = None
     if scenario.mpc.terminal_set is not None:
         terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits_of(scenario.gait, scenario.mpc))
-    mpc = PeriodicMpc(gait, vhip, scenario.mpc, (groups[0], groups[1]), terminal)
+    mpc = PeriodicMpc(gait, vhip, scenario.mpc, (groups[0], groups[1]), terminal, cache)
     return Walk(gait, vhip, mpc, tuple(axes), tuple(barriers))
 
 
-def orbit_of(scenario: Scenario, stride: float) -> np.ndarray:
+def orbit_of(scenario: Scenario, stride: float, cache: ProgramCache | None = None) -> np.ndarray:
     """The nominal CoM velocity of the scenario's walk at a stride, shape (2, 2N) [m/s]."""
     values = scenario.gait.model_dump() | {"stride": stride, "walk_steps": None}
     gait = Gait(GaitConfig(**values))
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    return nominal_orbit(gait, PeriodicMpc(gait, vhip, scenario.mpc, ([], [])))
+    config = scenario.mpc.model_copy(update={"recovery": None})  # nothing disturbs it
+    return nominal_orbit(gait, PeriodicMpc(gait, vhip, config, ([], []), None, cache))
