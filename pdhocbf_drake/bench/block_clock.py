@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.fall_detector import FallDetector
@@ -50,11 +50,11 @@ class BlockClock:
 
         def timed(*args: Any, **kwargs: Any) -> Any:
             self._inner.append(0.0)
-            start = time.perf_counter()
+            start = now()
             try:
                 return function(*args, **kwargs)
             finally:
-                spent = time.perf_counter() - start
+                spent = now() - start
                 self.seconds[name] = self.seconds.get(name, 0.0) + spent - self._inner.pop()
                 if self._inner:
                     self._inner[-1] += spent

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import record
 from pdhocbf_drake.bench.routes import Ours
 from pdhocbf_drake.bench.timing import time_routes, typical
@@ -22,9 +22,9 @@ def grow(cases: list[tuple[int, int]], passes: int) -> list[dict[str, Any]]:
     rows = []
     for gait, horizon in cases:
         text = f"{{gait: {{ticks_per_step: {gait // 2}}}, mpc: {{horizon: {horizon}}}}}"
-        start = time.perf_counter()
+        start = now()
         walk = build_walk(load_scenario("vhip", text))
-        built = time.perf_counter() - start
+        built = now() - start
         ticks = record(walk, TIMED, perturbed=True).ticks
         seconds = time_routes([Ours(walk)], ticks, passes, gait // 2, lambda _: None)["ours"]
         median = float(np.median(typical(seconds)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from pydrake.systems.analysis import Simulator
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.bench.bare_plant import bare_plant
 from pdhocbf_drake.bench.block_clock import block_clock
+from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import record
 from pdhocbf_drake.biped import Biped
 from pdhocbf_drake.simulation.build import build_walk
@@ -30,13 +30,13 @@ def template_loop(duration: float, repeats: int) -> dict[str, float]:
     for _ in range(repeats):
         simulator = Simulator(make_diagram(scenario).diagram)
         simulator.Initialize()
-        start = time.perf_counter()
+        start = now()
         simulator.AdvanceTo(duration)
-        loops.append(time.perf_counter() - start)
-        start = time.perf_counter()
+        loops.append(now() - start)
+        start = now()
         standing = (scenario.gait.start_steps + 2) * scenario.gait.ticks_per_step
         record(walk, round(duration / scenario.tick) - standing, perturbed=False)
-        plain.append(time.perf_counter() - start)
+        plain.append(now() - start)
     wall, least = float(np.median(loops)), float(np.median(plain))
     return {
         "simulated_seconds": duration,
@@ -66,9 +66,9 @@ def robot_loop(duration: float) -> dict[str, Any]:
 
 
 def _advanced(simulator: Simulator, by: float) -> float:
-    start = time.perf_counter()
+    start = now()
     simulator.AdvanceTo(simulator.get_context().get_time() + by)
-    return time.perf_counter() - start
+    return now() - start
 
 
 def blocks(scenario: Scenario, duration: float) -> dict[str, float]:
@@ -90,9 +90,9 @@ def plant_steps(steps: list[float], duration: float) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for step in steps:
         scenario = load_scenario("walking", f"{{duration: {duration}, plant: {{time_step: {step}}}}}")
-        start = time.perf_counter()
+        start = now()
         log = simulate(scenario)
-        whole = time.perf_counter() - start
+        whole = now() - start
         metrics = compute_metrics(scenario, log, whole, None)
         parts = blocks(scenario, min(duration - 1.0, 3.0)) if not metrics.fell else {}
         plant = parts.pop("plant and framework", float("nan"))

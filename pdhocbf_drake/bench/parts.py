@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 
 import numpy as np
 
+from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import Tick, solve, theta
 from pdhocbf_drake.bench.routes import AXES
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
@@ -30,9 +30,9 @@ def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
             total = np.zeros(7)
             for axis in AXES:
                 total += _axis(solvers[axis][given.tick % walk.gait.period], walk, given, axis)
-            start = time.perf_counter()
+            start = now()
             solve(mpc, given)
-            rows[number, i] = [*total, time.perf_counter() - start]
+            rows[number, i] = [*total, now() - start]
     typical = np.median(np.median(rows, axis=0), axis=0)
     names = ("theta", "bounds", "guess", "update", "core", "call", "decisions", "whole")
     table = dict(zip(names, map(float, typical), strict=True))
@@ -40,7 +40,7 @@ def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
 
 
 def _axis(solver: DaqpQp, walk: Walk, given: Tick, axis: int) -> np.ndarray:
-    clock = time.perf_counter
+    clock = now
     active = None if given.last is None else given.last.active[axis]
     times = [clock()]
     parameters = theta(walk.mpc, given, axis)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from abc import ABC, abstractmethod
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 from scipy.sparse import csc_matrix
 
+from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import Tick, solve, theta
 from pdhocbf_drake.bench.sparse_program import sparse_qp
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
@@ -37,9 +37,9 @@ class Route(ABC):
 
     def seconds(self, given: Tick) -> float:
         """How long this tick takes [s]."""
-        start = time.perf_counter()
+        start = now()
         self.decide(given)
-        return time.perf_counter() - start
+        return now() - start
 
     @abstractmethod
     def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
@@ -77,9 +77,9 @@ class Core(Route):
         for axis in AXES:
             phase = given.tick % len(self._maps[axis])
             parameters = theta(self.mpc, given, axis)
-            start = time.perf_counter()
+            start = now()
             self._maps[axis][phase] @ parameters
-            total += time.perf_counter() - start
+            total += now() - start
             solver = self._solvers[axis][phase]
             solver.solve(parameters, None if given.last is None else given.last.active[axis])
             total += solver.core_seconds

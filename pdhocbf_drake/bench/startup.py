@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
-import time
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -21,18 +21,19 @@ _START = (
 
 
 def start_up(scenario: str, rounds: int) -> tuple[float, float]:
-    """Wall times [s] of fresh interpreters that import Drake, and that build the scenario's whole diagram (medians)."""
+    """Processor times [s] of fresh interpreters that import Drake, or build the scenario's whole diagram (medians)."""
     imports, starts = [], []
     for _ in range(rounds):
-        imports.append(_wall(_IMPORT))
-        starts.append(_wall(_START.format(name=scenario)))
+        imports.append(_spent(_IMPORT))
+        starts.append(_spent(_START.format(name=scenario)))
     return float(np.median(imports)), float(np.median(starts))
 
 
-def _wall(code: str) -> float:
-    start = time.perf_counter()
+def _spent(code: str) -> float:
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})
-    return time.perf_counter() - start
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def resident_growth(scenario: Scenario, duration: float, settle: float) -> float:
