@@ -1,6 +1,7 @@
 """A robot as data: loading, frames and soles, whole-body inverse kinematics, feedforward torques."""
 
 from pdhocbf_drake.biped.config import ROLES, SIDES, RobotConfig, Side
+from pdhocbf_drake.biped.damped import row_weights
 from pdhocbf_drake.biped.feedforward import Feedforward, InverseDynamics, left_share_of_zmp
 from pdhocbf_drake.biped.ik import IkResult, Motion, WholeBodyIk
 from pdhocbf_drake.biped.locate import load_robot_config, models_folder, robot_file, robot_names
@@ -30,6 +31,7 @@ __all__ = [
     "models_folder",
     "robot_file",
     "robot_names",
+    "row_weights",
     "sole_pose",
     "swing_lever",
 ]

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.biped.damped import nearest_posture
+from pdhocbf_drake.biped.config import Side
+from pdhocbf_drake.biped.damped import nearest_posture, row_weights
 from pdhocbf_drake.biped.posture import Posture, PostureRates
 from pdhocbf_drake.biped.task_space import TargetPoses, TaskSpace
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-8  # greatest entry of the task error [m, rad]
 NEWTON_ITERATIONS = 12
+_STRETCHED_DAMPING = 0.1
 LARGEST_STEP = 0.5  # a joint step beyond this says that the Jacobian is near singular [rad]
 _ROWS = tuple(
     f"{what} {axis}"
@@ -73,8 +75,11 @@ class WholeBodyIk:
         self._biped = biped
         self.task_space = TaskSpace(biped)
 
-    def solve(self, target: Posture, seed: np.ndarray) -> IkResult:
-        """The posture next to `seed` (19,) that meets the target."""
+    def solve(self, target: Posture, seed: np.ndarray, loose: Side | None = None) -> IkResult:
+        """The posture next to `seed` (19,) that meets the target.
+
+        Where there is none, a `loose` foot, one that carries nothing, is what misses its target first.
+        """
         if not np.isfinite(np.concatenate(target)).all():
             return self._refused(seed, "the target is not finite")
         q = self._biped.clipped(seed if np.isfinite(seed).all() else self._biped.bent_knee)
@@ -88,25 +93,31 @@ class WholeBodyIk:
             try:
                 step = np.linalg.solve(self.task_space.jacobian(), error)
             except np.linalg.LinAlgError:
-                return self._damped(goal, q, iteration)
+                return self._damped(goal, q, iteration, loose)
             moved = self.task_space.moved(q, step)
             if abs(step).max() > LARGEST_STEP or not self._biped.inside_limits(moved):
-                return self._damped(goal, q, iteration)
+                return self._damped(goal, q, iteration, loose)
             q = moved
-        return self._damped(goal, q, NEWTON_ITERATIONS)
+        return self._damped(goal, q, NEWTON_ITERATIONS, loose)
 
-    def rates(self, q: np.ndarray, rates: PostureRates) -> np.ndarray:
-        """v (18,) with J(q) v = the wanted rates; joint speeds stay within their limits near a singularity."""
+    def rates(self, q: np.ndarray, rates: PostureRates, weights: np.ndarray | None = None) -> np.ndarray:
+        """v (18,) with J(q) v = the wanted rates; joint speeds stay within their limits near a singularity.
+
+        With `weights` (18,), see `damped.row_weights`, for a posture that misses its target: there the legs are
+        stretched, and only a damped and weighted solution is a motion that a robot can make.
+        """
         self.task_space.set_positions(q)
-        v = self._solved(rates.stacked())
+        v = self._solved(rates.stacked(), weights)
         limits, joints = self._biped.velocity_limits, self._biped.v_index
         v[joints] = np.clip(v[joints], -limits, limits)
         return v
 
-    def accelerations(self, q: np.ndarray, v: np.ndarray, accelerations: PostureRates) -> np.ndarray:
-        """vdot (18,) with J(q) vdot = wanted accelerations − J̇(q, v) v."""
+    def accelerations(
+        self, q: np.ndarray, v: np.ndarray, accelerations: PostureRates, weights: np.ndarray | None = None
+    ) -> np.ndarray:
+        """vdot (18,) with J(q) vdot = wanted accelerations − J̇(q, v) v; `weights` as in `rates`."""
         self.task_space.set_state(q, v)
-        return self._solved(accelerations.stacked() - self.task_space.bias())
+        return self._solved(accelerations.stacked() - self.task_space.bias(), weights)
 
     def motion(self, target: Posture, rates: PostureRates, accelerations: PostureRates, seed: np.ndarray) -> Motion:
         """Positions, velocities and accelerations of one tick, with one Jacobian at the solution."""
@@ -114,9 +125,13 @@ class WholeBodyIk:
         v = self.rates(ik.q, rates)
         return Motion(ik.q, v, self.accelerations(ik.q, v, accelerations), ik)
 
-    def _solved(self, wanted: np.ndarray) -> np.ndarray:
+    def _solved(self, wanted: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
         """J⁻¹ wanted; damped least squares where that asks for joint motion no robot makes."""
         jacobian = self.task_space.jacobian()
+        if weights is not None:
+            weighted = weights[:, None] * jacobian
+            normal = weighted.T @ weighted + _STRETCHED_DAMPING * np.eye(len(wanted))
+            return np.linalg.solve(normal, weighted.T @ (weights * np.nan_to_num(wanted)))
         try:
             solution = np.linalg.solve(jacobian, wanted)
             if abs(solution).max() < 1e3:
@@ -126,8 +141,8 @@ class WholeBodyIk:
         wanted = np.nan_to_num(wanted, nan=0.0, posinf=0.0, neginf=0.0)
         return np.linalg.solve(jacobian.T @ jacobian + 1e-3 * np.eye(len(wanted)), jacobian.T @ wanted)
 
-    def _damped(self, goal: TargetPoses, q: np.ndarray, iterations: int) -> IkResult:
-        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, TOLERANCE)
+    def _damped(self, goal: TargetPoses, q: np.ndarray, iterations: int, loose: Side | None) -> IkResult:
+        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, TOLERANCE, row_weights(loose))
         worst = float(abs(error).max())
         reason = "" if worst < TOLERANCE else self._reason(q, error)
         return IkResult(q, not reason, iterations + more, worst, reason)

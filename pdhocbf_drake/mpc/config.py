@@ -36,7 +36,7 @@ class RecoveryConfig(Config):
     foothold_weight: float = Field(1e3, gt=0)
     tail_weight: float = Field(1e8, gt=0)
     zmp_box: tuple[float, float] | None = None
-    step_reach: tuple[float, float] = (0.45, 0.42)
+    step_reach: tuple[float, float] = (0.45, 0.5)
     stance_width_min: float = Field(0.145, ge=0)
     path_correction: tuple[float, float] = (0.02, 0.05)
     swing_acceleration: float = Field(60.0, gt=0)

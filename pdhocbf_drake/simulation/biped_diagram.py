@@ -82,7 +82,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.connect(controller, "zmp_offset")
     wiring.connect_seen(controller, "foot_state")
     wiring.connect(foot_reference, "gait_phase", "foot_plan")
-    wiring.connect(kinematics, "com_height", "com_reference", "zmp_reference", "foot_reference")
+    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
     wiring.connect(
         offset,
         "gait_phase",

@@ -14,8 +14,10 @@ from pdhocbf_drake.biped import (
     InverseDynamics,
     Posture,
     PostureRates,
+    Side,
     WholeBodyIk,
     left_share_of_zmp,
+    row_weights,
 )
 
 _LEVEL = np.zeros(3)
@@ -37,6 +39,8 @@ class InverseKinematics(LeafSystem):
 
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18).
+        gait_phase (3): tells which foot swings, so that this one is what misses its target where the legs are too
+            short; may be left unconnected.
     Output ports:
         desired_state (24): joint targets, and the constant rates that lead there from the last ones [rad, rad/s].
         feedforward (12): torques of the planned motion [N m].
@@ -49,7 +53,7 @@ class InverseKinematics(LeafSystem):
         self._biped, self._period = biped, tick
         self._ik = WholeBodyIk(biped)
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
-        sizes = {"com_height": 3, "com_reference": 6, "zmp_reference": 4, "foot_reference": 18}
+        sizes = {"gait_phase": 3, "com_height": 3, "com_reference": 6, "zmp_reference": 4, "foot_reference": 18}
         ports = [self.DeclareVectorInputPort(name, size) for name, size in sizes.items()]
         self.DeclareDiscreteState(np.asarray(initial, dtype=float))
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._remember)
@@ -72,6 +76,13 @@ class InverseKinematics(LeafSystem):
     def _remember(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._evaluated(context).q)
 
+    def _swing_foot(self, context: Context) -> Side | None:
+        """The foot that leaves the ground in this step, where that is known."""
+        port = self.GetInputPort("gait_phase")
+        support = port.Eval(context)[2] if port.HasValue(context) else 0.0
+        sides: dict[float, Side] = {1.0: "right", -1.0: "left"}
+        return sides.get(support)
+
     def _solve(self, context: Context, value: AbstractValue) -> None:
         last = context.get_discrete_state_vector().value()
         height = self.GetInputPort("com_height").Eval(context)
@@ -82,9 +93,11 @@ class InverseKinematics(LeafSystem):
         com = np.array([[x, y, height[0]], [vx, vy, height[1]], [ax, ay, height[2]]])
         left, right = ([np.concatenate([foot[d], _LEVEL]) for d in range(3)] for foot in feet)
 
-        found = self._ik.solve(Posture(com[0], left[0], right[0]), last)
-        v = self._ik.rates(found.q, PostureRates(com[1], left[1], right[1]))
-        vdot = self._ik.accelerations(found.q, v, PostureRates(com[2], left[2], right[2]))
+        loose = self._swing_foot(context)
+        found = self._ik.solve(Posture(com[0], left[0], right[0]), last, loose)
+        weights = None if found.ok else row_weights(loose)
+        v = self._ik.rates(found.q, PostureRates(com[1], left[1], right[1]), weights)
+        vdot = self._ik.accelerations(found.q, v, PostureRates(com[2], left[2], right[2]), weights)
         # In the air a foot carries nothing; on both feet the ZMP says which share each one carries.
         airborne = feet[:, 0, 2] > 0.0
         share = left_share_of_zmp(zmp, left[0][:2], right[0][:2])
