@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import numpy as np
 import pytest
 from campaigns import TINY, campaign_file
@@ -132,3 +134,13 @@ def test_a_campaign_that_cannot_be_built_is_refused_before_it_runs(tmp_path) -> 
 def test_a_campaign_that_does_not_exist_is_told() -> None:
     with pytest.raises(InputError, match="unknown campaign 'pushes'; there are vhip_pushes, walking_pushes"):
         load_campaign("pushes")
+
+
+def test_without_the_extra_the_command_names_what_to_install(monkeypatch, capsys) -> None:
+    from pdhocbf_drake.cli import main
+
+    for name in ("distributed", "pdhocbf_drake.campaign.store", "pdhocbf_drake.campaign.dispatch"):
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    assert main(["campaign", "vhip_pushes"]) == 1
+    assert "a campaign needs the package 'distributed'; install them all with pip install" in capsys.readouterr().err
