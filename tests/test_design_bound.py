@@ -1,0 +1,109 @@
+"""Bounds designed from recorded walks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import synthetic
+
+from pdhocbf_drake.barriers import make_bound
+from pdhocbf_drake.certify.design import design_bound, measured_envelope
+from pdhocbf_drake.cli import main
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.run_folder import Run, write_run
+from pdhocbf_drake.simulation.run_log import FELL
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+
+N, ANGLE = synthetic.N, 2 * np.pi * np.arange(synthetic.N) / synthetic.N
+FORMULA = synthetic.SPEED + synthetic.RIPPLE * np.cos(ANGLE)
+
+
+def walked(noise: float = 0.0, speed: float = 1.0, ending: str = "finished", duration: float = 4.0) -> Run:
+    """A run of the template whose velocity is known by formula, times `speed`, plus uniform noise."""
+    run = synthetic.run("vhip", duration, ending)
+    velocity = run.log.signals["lip_state"][:, 1]
+    velocity *= speed
+    velocity += np.random.default_rng(0).uniform(-noise, noise, len(velocity))
+    return run
+
+
+def bound_of(config, side="upper"):
+    return make_bound(config, N, side=side).samples(0, N)
+
+
+def test_the_envelope_is_what_was_measured_at_each_phase():
+    envelope = measured_envelope(walked(), "x", "upper", 2.0)
+    assert envelope.mean == pytest.approx(FORMULA) and envelope.outer == pytest.approx(FORMULA)
+    assert envelope.spread < 1e-9 and envelope.periods == 5
+    noisy = measured_envelope(walked(noise=0.01), "x", "upper", 2.0)
+    assert np.all(noisy.outer >= noisy.mean) and 0.0 < noisy.spread < 0.02
+
+
+@pytest.mark.parametrize("kind", ["tabulated", "harmonic"])
+@pytest.mark.parametrize("side", ["upper", "lower"])
+def test_everything_measured_keeps_the_margin_and_no_more_than_needed(kind, side):
+    run = walked(noise=0.01)
+    values = bound_of(design_bound(measured_envelope(run, "x", side, 2.0), 0.02, kind, side), side)
+    ticks = np.arange(200, len(run.log))
+    distance = values[ticks % N] - run.log.element("lip_state", "vx")[ticks]
+    distance = distance if side == "upper" else -distance
+    assert distance.min() >= 0.02 - 1e-9
+    assert distance.min() <= 0.02 + 1e-4  # rounding outwards
+
+
+def test_a_harmonic_walk_gets_back_its_harmonic():
+    config = design_bound(measured_envelope(walked(), "x", "upper", 2.0), 0.02, "harmonic", "upper")
+    assert config.mean == pytest.approx(synthetic.SPEED + 0.02, abs=3e-5)
+    assert config.cosine == pytest.approx(synthetic.RIPPLE, abs=3e-5) and config.sine == pytest.approx(0.0, abs=3e-5)
+
+
+def test_lateral_bounds_have_the_period_of_the_gait():
+    assert len(measured_envelope(walked(), "y", "upper", 0.8).outer) == 2 * N
+
+
+@pytest.mark.parametrize(
+    ("run", "message"),
+    [
+        (walked(ending=FELL), "it fell, and a bound needs a walk that went on to its end"),
+        (walked(duration=2.5), "at least 3 steps from 2 s on are needed, given 1"),
+        (synthetic.run("van_der_pol"), "a bound is designed from a walk, not from an oscillator"),
+    ],
+)
+def test_a_run_that_says_too_little_is_refused(run, message):
+    with pytest.raises(InputError, match=message):
+        measured_envelope(run, "x", "upper", 2.0)
+
+
+def test_a_margin_below_zero_is_refused():
+    envelope = measured_envelope(walked(), "x", "upper", 2.0)
+    with pytest.raises(InputError, match="--margin must be 0 or more"):
+        design_bound(envelope, -0.01, "tabulated", "upper")
+
+
+@pytest.mark.parametrize("kind", ["tabulated", "harmonic"])
+def test_the_command_writes_what_a_scenario_takes(elsewhere, capsys, kind):
+    (elsewhere / "run").mkdir()
+    write_run(elsewhere / "run", walked())
+    assert main(["design-bound", "run", "--margin", "0.02", "--kind", kind, "--name", "limit"]) == 0
+    assert "enforceable, its psi rows too" in capsys.readouterr().out
+    text = (elsewhere / "bound-limit.yaml").read_text()
+    scenario = load_scenario("vhip_nobarrier", text[text.index("barriers:") :])
+    assert bound_of(scenario.barriers["limit"].bound) == pytest.approx(FORMULA + 0.02, abs=6e-5)
+    assert load_scenario("bound-limit.yaml").barriers.keys() == {"limit"}
+
+
+def test_a_bound_that_can_not_be_kept_is_not_written(elsewhere, capsys):
+    slow = walked(speed=0.7)
+    scenario = slow.scenario.model_copy(
+        update={"mpc": slow.scenario.mpc.model_copy(update={"step_tolerance": (0.0, 0.05)})}
+    )
+    (elsewhere / "run").mkdir()
+    write_run(elsewhere / "run", Run(scenario, slow.log, slow.provenance))
+    assert main(["design-bound", "run", "--margin", "0.01"]) == 1
+    assert "can't be kept for ever (no state is left at phase" in capsys.readouterr().err
+    assert not (elsewhere / "bound-forward_speed.yaml").exists()
+
+
+def test_a_folder_without_a_run_is_told_in_a_sentence(elsewhere, capsys):
+    assert main(["design-bound", "nothing", "--margin", "0.01"]) == 1
+    assert "nothing is not a run folder" in capsys.readouterr().err
