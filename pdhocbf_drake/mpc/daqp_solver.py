@@ -42,7 +42,7 @@ class DaqpQp:
       active-set method handles at no cost. Without bound rows M = 1.
 
     Attributes:
-        core_seconds: what DAQP's own clock says of the last solve [s].
+        core_seconds, iterations: what DAQP says of its last solve, on its own clock [s].
 
     Raises:
         InputError: the bound rows don't form an invertible square matrix, or P is singular.
@@ -55,7 +55,7 @@ class DaqpQp:
             bound_rows: names of the rows that are taken as variables.
             guess_rows: for each row, the row of the last tick's program whose activity is its guess; else the same row.
         """
-        self.qp, self.core_seconds = qp, 0.0
+        self.qp, self.core_seconds, self.iterations = qp, 0.0, 0
         slacks = find_slacks(qp)
         hard = np.setdiff1d(np.arange(len(qp.P)), slacks.columns)
         left = np.setdiff1d(np.arange(len(qp.A)), slacks.bounds)
@@ -146,7 +146,7 @@ class DaqpQp:
         if flag < 0:
             return flag, np.zeros(len(self._w_of_y)), np.zeros(len(sense))
         y, _, flag, info = self._model.solve()
-        self.core_seconds = info["solve_time"]
+        self.core_seconds, self.iterations = info["solve_time"], info["iterations"]
         if flag > 0 and not math.isfinite(y.sum()):
             # DAQP calls this optimal: its guess held rows that depend on each other.
             return _DEPENDENT, np.zeros(len(y)), np.zeros(len(sense))
