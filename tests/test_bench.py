@@ -1,0 +1,140 @@
+"""The benchmark measures what it says; nothing here depends on how fast this machine is."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake.bench import benchmark, command, growth, loops, startup
+from pdhocbf_drake.bench.bare_plant import bare_plant
+from pdhocbf_drake.bench.benchmark import Effort
+from pdhocbf_drake.bench.block_clock import block_clock
+from pdhocbf_drake.bench.recording import record
+from pdhocbf_drake.bench.tables import report, table
+from pdhocbf_drake.biped import Biped
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
+
+SHORT = "{gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40}}"
+TINY = Effort(20, 2, False, 4, 40, 0.2, 1.0, (0.001,), 0.2, 1.0, ((40, 40),), 1)
+
+_STEPS = [
+    {"plant_step": 0.001, "fell": False, "same_walk": True, "mean_speed": 0.37, "h_min": 0.01,
+     "zmp_outside_fraction": 0.03, "com_rms_error": [0.01, 0.01, None], "controller_seconds_per_tick": 1e-3,
+     "plant_seconds_per_tick": 1e-3, "real_time_factor": 5.0},
+]  # fmt: skip
+_ROBOT = {
+    "robot_over_bare_plant": 2.0, "loop_seconds_per_tick": 2e-3, "bare_plant_seconds_per_tick": 1e-3,
+    "blocks": {"PeriodicMpc": 1e-4, "plant and framework": 1e-3},
+}  # fmt: skip
+
+
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A short gait for the ticks; loops, which have their own tests, are taken as measured."""
+    monkeypatch.setattr(benchmark, "load_scenario", lambda name: load_scenario(name, SHORT if name == "vhip" else ""))
+    monkeypatch.setattr(
+        growth,
+        "load_scenario",
+        lambda name, text: load_scenario(name, text.replace("{gait: {", "{gait: {tick: 0.02, ")),
+    )
+    monkeypatch.setattr(growth, "TIMED", 20)
+    template = {"simulated_seconds": 1.0, "wall_seconds": 0.1, "real_time_factor": 10.0, "framework_share": 0.5}
+    monkeypatch.setattr(loops, "template_loop", lambda *_: template)
+    monkeypatch.setattr(loops, "robot_loop", lambda *_: _ROBOT)
+    monkeypatch.setattr(loops, "plant_steps", lambda *_: _STEPS)
+    monkeypatch.setattr(startup, "start_up", lambda *_: (1.0, 2.5))
+    monkeypatch.setattr(startup, "resident_growth", lambda *_: 0.0)
+
+
+def test_the_numbers_promised_are_written(
+    small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(benchmark, "QUICK", TINY)
+    place = tmp_path / "bench.json"
+    options = argparse.Namespace(quick=True, json=place)
+    assert command.run(options) == 0
+    written = json.loads(place.read_text())
+    assert {"stock_over_ours_nominal", "stock_over_ours_perturbed", "ours_over_core", "p99_over_median",
+            "robot_over_bare_plant", "template_real_time_factor"} <= set(written["ratios"])  # fmt: skip
+    assert {"relative_gap_max", "violation_max", "non_optimal_exits"} <= set(written["accuracy"])
+    assert {"horizon", "tick_seconds_median"} <= set(written["growth"][0])
+    assert all(value > 0 for value in written["ratios"].values())
+    assert written["accuracy"]["relative_gap_max"] < 1e-9 and written["accuracy"]["violation_max"] < 1e-7
+    assert written["accuracy"]["references_certain"] == written["accuracy"]["references"]
+    assert {path.name for path in tmp_path.iterdir()} == {"bench.json", "bench_routes.png", "bench_growth.png"}
+    printed = capsys.readouterr().out
+    for name in ("ours", "solver core", "Drake rebuilt", "Drake updated", "stock_over_ours_nominal", "≥ 20"):
+        assert name in printed
+
+
+def test_a_folder_that_is_not_there_is_refused_before_anything_is_measured(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="does not exist"):
+        command.run(argparse.Namespace(quick=True, json=tmp_path / "none" / "bench.json"))
+
+
+def test_without_daqp_the_benchmark_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(benchmark, "has_daqp", lambda: False)
+    with pytest.raises(InputError, match="pip install daqp"):
+        benchmark.measure(TINY, lambda _: None)
+
+
+def test_recordings_are_reproducible_and_only_perturbed_ones_are_disturbed() -> None:
+    walk = build_walk(load_scenario("vhip", SHORT))
+    calm, once, twice = record(walk, 60, False), record(walk, 60, True, 1), record(walk, 60, True, 1)
+    assert len(calm.ticks) == 60 and set(calm.reasons) == {Reason.SOLVED}
+    assert all(np.array_equal(a.state, b.state) for a, b in zip(once.ticks, twice.ticks, strict=True))
+    assert not np.allclose(once.ticks[-1].state, calm.ticks[-1].state)
+
+
+def test_the_bare_plant_stands_still() -> None:
+    from pydrake.systems.analysis import Simulator
+
+    scenario = load_scenario("walking_nobarrier", SHORT)
+    diagram = bare_plant(scenario, build_walk(scenario), Biped.load(scenario.robot))
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.3)
+    plant = diagram.GetSubsystemByName("plant")
+    state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()))
+    assert np.abs(state[19:]).max() < 0.05
+
+
+def test_blocks_add_up_to_the_whole_and_the_classes_are_put_back() -> None:
+    before = PeriodicMpc.solve, InverseKinematics._solve
+    parts = loops.blocks(load_scenario("vhip", SHORT), 0.4)
+    assert (PeriodicMpc.solve, InverseKinematics._solve) == before
+    assert {"PeriodicMpc", "MpcController", "VhipPlant", "plant and framework"} <= set(parts)
+    assert all(seconds > 0 for seconds in parts.values())
+    with pytest.raises(RuntimeError), block_clock():
+        raise RuntimeError
+    assert (PeriodicMpc.solve, InverseKinematics._solve) == before
+
+
+def test_the_growth_exponent_is_that_of_a_power() -> None:
+    rows = [{"horizon": h, "ticks_per_gait": 80, "tick_seconds_median": 1e-6 * h**1.5} for h in (80, 160, 320)]
+    assert growth.exponent(rows, 80) == pytest.approx(1.5)
+
+
+def test_a_walk_is_the_same_only_if_nothing_got_worse() -> None:
+    first = _STEPS[0]
+    assert loops._same(first, first)
+    for change in (
+        {"mean_speed": 0.30},
+        {"h_min": 0.0},
+        {"zmp_outside_fraction": 0.06},
+        {"com_rms_error": [0.02, 0, None]},
+    ):
+        assert not loops._same(first, {**first, **change})
+
+
+def test_a_table_says_nothing_where_there_is_nothing() -> None:
+    assert table(["a", "b"], [["x", None], ["y", float("nan")]]).splitlines()[2:] == ["x  -", "y  -"]
+    assert callable(report)
