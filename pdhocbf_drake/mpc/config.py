@@ -28,6 +28,8 @@ class RecoveryConfig(Config):
         stance_width_min: least lateral distance of a foothold from the stance foot, so that the legs never cross [m].
         path_correction: how much of the distance from the commanded path one step may ask back, x and y [m].
         swing_acceleration: see `MpcConfig` [m/s²].
+        slack_weight: price of each barrier row's slack, linear [m/s] and quadratic [1]: low, since a robot that is to
+            stay on its feet must be allowed to be fast for a step.
     """
 
     noticed: float = Field(0.015, gt=0)
@@ -40,6 +42,7 @@ class RecoveryConfig(Config):
     stance_width_min: float = Field(0.145, ge=0)
     path_correction: tuple[float, float] = (0.02, 0.05)
     swing_acceleration: float = Field(60.0, gt=0)
+    slack_weight: tuple[float, float] = (1e2, 1e3)
 
 
 class MpcConfig(Config):

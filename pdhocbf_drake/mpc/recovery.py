@@ -26,6 +26,7 @@ def recovery_of(gait: Gait, vhip: Vhip, config: MpcConfig) -> tuple[Gait, Vhip, 
         "foothold_weight": recovery.foothold_weight,
         "step_reach": recovery.step_reach,
         "stance_width_min": recovery.stance_width_min,
+        "slack_weight": recovery.slack_weight,
         "path_correction": recovery.path_correction,
         "swing_acceleration": recovery.swing_acceleration,
     }
