@@ -116,7 +116,8 @@ def _map(config: CampaignConfig, rows: Sequence[Row], first: str, second: str) -
 def _marks(axes: Axes, rows: Sequence[Row], first: str, second: str) -> None:
     for survived, colour, marker in ((True, SAFE, "o"), (False, UNSAFE, "x")):
         chosen = [row for row in rows if (row["status"] == SURVIVED) == survived]
-        axes.scatter([row[first] for row in chosen], [row[second] for row in chosen], s=16, c=colour, marker=marker)
+        points = [row[first] for row in chosen], [row[second] for row in chosen]
+        axes.scatter(*points, s=16, c=colour, marker=marker, clip_on=False, zorder=3)
 
 
 def _rates(rows: Sequence[Row], first: str, second: str, edges: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
