@@ -31,7 +31,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     ),
     "design-bound": ("a certified bound from a recorded walk, as YAML", "pdhocbf_drake.certify.design_command"),
     "bench": ("what a control tick costs, against other ways to solve the same problem", "pdhocbf_drake.bench.command"),
-    "worth": ("what a barrier buys when something goes wrong, over a range of gamma", "pdhocbf_drake.push.worth_command"),
+    "worth": ("what a barrier buys when something goes wrong", "pdhocbf_drake.push.worth_command"),
     "push": ("how hard the robot can be pushed, by direction, phase and barrier", "pdhocbf_drake.push.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "pdhocbf_drake.campaign.command"),
 }
