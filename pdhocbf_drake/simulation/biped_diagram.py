@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.geometry import Box, Meshcat
+from pydrake.geometry import Box, Meshcat, ProximityProperties, RoleAssign, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 from pydrake.visualization import AddDefaultVisualization
@@ -39,9 +40,20 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
     ground = Box(*_GROUND)
     below = RigidTransform([0.0, 0.0, -_GROUND[2] / 2.0])
     plant.RegisterCollisionGeometry(plant.world_body(), below, ground, "ground", friction)
+    _set_friction(plant, scene_graph, friction)
     plant.Finalize()
     plant.SetDefaultPositions(posture)
     return plant
+
+
+def _set_friction(plant: MultibodyPlant, scene_graph: SceneGraph, friction: CoulombFriction) -> None:
+    """Gives every geometry the same friction, since Drake takes the harmonic mean of the two that touch."""
+    inspector = scene_graph.model_inspector()
+    for body in (plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())):
+        for geometry in plant.GetCollisionGeometriesForBody(body):
+            properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+            properties.UpdateProperty("material", "coulomb_friction", friction)
+            scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
