@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
-from pdhocbf_drake.barriers.polytope import Array, Polytope
+from pdhocbf_drake.barriers.polytope import THINNEST, Array, Polytope
 from pdhocbf_drake.errors import InputError
 
 Progress = Callable[[int, float], None]
@@ -91,7 +91,7 @@ def invariant_set(
             if not stale[k]:
                 continue
             rows, bounds = predecessor_rows(system, k, sets[(k + 1) % period], allowed[k])
-            size = np.maximum(np.linalg.norm(rows, axis=1), np.finfo(float).tiny)
+            size = np.maximum(np.linalg.norm(rows, axis=1), THINNEST)  # a row of zeros is true or false anywhere
             excess = float(((sets[k].vertices @ rows.T - bounds) / size).max())
             stale[k], residual[k], cut = False, max(excess, 0.0), max(cut, excess)
             if excess <= tolerance:

@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 THINNEST = 1e-7
 """A polytope with no inscribed ball of this radius counts as empty [unit of x]."""
 _SAME = 1e-10  # unit rows and vertices that differ by less are one
+_ROUNDED = "a polytope was lost to rounding: scale the states to similar sizes"
 _DEEP = 1e-3  # an inner point with this margin is as good as the best one
 
 
@@ -77,13 +78,14 @@ class Polytope:
             low, high = np.max(sides[rows[:, 0] < 0], initial=-np.inf), np.min(sides[rows[:, 0] > 0], initial=np.inf)
             _check_bounded(bool(np.isfinite([low, high]).all()))
             return cls.from_vertices([[low], [high]])
-        try:
-            with np.errstate(divide="ignore", invalid="ignore"):  # unbounded, which is told below
-                found = HalfspaceIntersection(np.column_stack([rows, -bounds]), inner)
-        except QhullError:
-            found = None
-        _check_bounded(found is not None and bool(np.isfinite(found.intersections).all()))
-        return cls.from_vertices(_unique(found.intersections))
+        corners = _corners(rows, bounds, inner)
+        if corners is None and near is not None:
+            inner = inner_point(rows, bounds)  # the deepest one is the best conditioned
+            corners = None if inner is None else _corners(rows, bounds, inner)
+        if corners is None:
+            raise InputError(_ROUNDED)
+        _check_bounded(bool(np.isfinite(corners).all()))
+        return cls.from_vertices(_unique(corners))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Polytope:
@@ -126,7 +128,7 @@ class Polytope:
         moved = np.concatenate([self.vertices + direction for direction in np.asarray(directions)])
         polytope = Polytope.from_vertices(moved)
         if polytope is None:  # pragma: no cover: it contains a shifted copy of this one
-            raise InputError("a polytope lost its interior to rounding: scale the states to similar sizes")
+            raise InputError(_ROUNDED)
         return polytope
 
     def slice(self, values: ArrayLike) -> Polytope | None:
@@ -139,8 +141,18 @@ class Polytope:
         """The projection onto the first `size` coordinates."""
         polytope = Polytope.from_vertices(self.vertices[:, :size])
         if polytope is None:  # pragma: no cover: a projection of a body has an interior
-            raise InputError("a polytope lost its interior to rounding: scale the states to similar sizes")
+            raise InputError(_ROUNDED)
         return polytope
+
+
+def _corners(A: Array, b: Array, inner: Array) -> Array | None:
+    """The vertices of {x : A x ≤ b}, infinite ones where it is unbounded; None where Qhull gives up."""
+    try:
+        with np.errstate(divide="ignore", invalid="ignore"):  # unbounded
+            return np.asarray(HalfspaceIntersection(np.column_stack([A, -b]), inner).intersections)
+    except QhullError:
+        # With too few rows to close it, Qhull gives up as well.
+        return np.full((1, A.shape[1]), np.inf) if len(A) <= A.shape[1] else None
 
 
 def inner_point(A: Array, b: Array) -> Array | None:

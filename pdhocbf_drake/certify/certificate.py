@@ -12,6 +12,7 @@ from pdhocbf_drake.barriers.invariant_set import InvariantSet, invariant_set, pr
 from pdhocbf_drake.barriers.polytope import THINNEST, Array, Polytope
 from pdhocbf_drake.certify.psi_rows import psi_system
 from pdhocbf_drake.certify.stepping_template import SteppingTemplate
+from pdhocbf_drake.errors import InputError
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,8 @@ class BoundCertificate:
     Attributes:
         barrier: the barrier.
         kept: the states from which h ≥ 0 can be kept for ever. Where there are some, the bound is enforceable.
-        rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if not asked.
+        rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if not asked, or
+            not to be had (class-K functions that are not linear, orders above 2, a gamma so small that all is flat).
         failing: phases at which h ≥ 0 alone is *not* a barrier: some state that could walk on for ever, with h ≥ 0
             now, must break h ≥ 0 or fall at the next tick, whatever its ZMP. There `kept` is smaller than the part
             of the unbounded set with h ≥ 0.
@@ -107,7 +109,10 @@ def _psi_set(template: SteppingTemplate, barrier: AffineBarrier) -> InvariantSet
         return None
     if isinstance(problem, int):
         return InvariantSet((), problem, 0, np.nan, 0.0)
-    return invariant_set(*problem)
+    try:
+        return invariant_set(*problem)
+    except InputError:  # too flat for the geometry (very small gamma): nothing is known
+        return None
 
 
 def _failing(template: SteppingTemplate, unbounded: InvariantSet, barrier: AffineBarrier) -> tuple[int, ...]:

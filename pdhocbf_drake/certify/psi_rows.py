@@ -7,10 +7,8 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem
 from pdhocbf_drake.barriers.polytope import Polytope
 from pdhocbf_drake.barriers.recursion import linear_rates
-from pdhocbf_drake.certify.stepping_template import SteppingTemplate
+from pdhocbf_drake.certify.stepping_template import FASTEST, SteppingTemplate
 from pdhocbf_drake.errors import InputError
-
-_LARGEST = 10.0  # [m/s]: more than any ψ of a state within the limits
 
 Problem = tuple[PeriodicAffineSystem, tuple[Polytope, ...], tuple[Polytope, ...]]
 
@@ -39,6 +37,7 @@ def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | 
     A, c = np.zeros((period, n + 1, n + 1)), np.zeros((period, n + 1))
     B = np.zeros((period, n + 1, template.system.m))
     states, inputs = [], []
+    largest = _largest_psi(template, barrier, rates[0])
     old = [0, 1, 3][:n]  # where c, v (and s) are in the new state
     for k in range(period):
         here, there = barrier.bound(k) / scale, barrier.bound(k + 1) / scale
@@ -64,12 +63,21 @@ def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | 
         left = Polytope.from_rows(
             np.vstack([rows, h, -positive, positive, zmp, -zmp]),
             np.concatenate([
-                limits.b, [sign * barrier.bound(k), 0.0, _LARGEST, template.half - shift, template.half + shift]
+                limits.b, [sign * barrier.bound(k), 0.0, largest, template.half - shift, template.half + shift]
             ]),
         )  # fmt: skip
         if left is None:
             return k
         states.append(left)
         low, high = template.inputs[k].vertices.min(axis=0), template.inputs[k].vertices.max(axis=0)
-        inputs.append(Polytope.box([0.0, *low[1:]], [_LARGEST, *high[1:]]))
+        inputs.append(Polytope.box([0.0, *low[1:]], [largest, *high[1:]]))
     return PeriodicAffineSystem(A, B, c), tuple(states), tuple(inputs)
+
+
+def _largest_psi(template: SteppingTemplate, barrier: AffineBarrier, gamma: float) -> float:
+    """More than ψ_1 = γ h + V̄(k+1) − V̄(k) ∓ (v(k+1) − v(k)) can be within the limits [m/s]."""
+    bound, scale = np.array([barrier.bound(k) for k in range(template.period + 1)]), abs(barrier.normal[1])
+    reach = max(float(np.abs(states.vertices[:, 0]).max()) for states in template.states)
+    from_zmp = reach + template.half + float(np.abs(template.steps).max())
+    change = template.tick * float(template.eta.max()) * from_zmp
+    return float(gamma * (np.abs(bound).max() + scale * FASTEST) + np.abs(np.diff(bound)).max() + scale * change)

@@ -16,7 +16,7 @@ from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.templates.divergent import DivergentComponent
 from pdhocbf_drake.templates.vhip import Vhip
 
-FASTEST = 10.0
+FASTEST = 5.0
 """A speed that no state within the CoM's reach can be saved from; it only makes the polytopes bounded [m/s]."""
 
 
