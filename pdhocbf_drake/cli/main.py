@@ -33,6 +33,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "bench": ("what a control tick costs, against other ways to solve the same problem", "pdhocbf_drake.bench.command"),
     "worth": ("what a barrier buys when something goes wrong", "pdhocbf_drake.push.worth_command"),
     "push": ("how hard the robot can be pushed, by direction, phase and barrier", "pdhocbf_drake.push.command"),
+    "reproduce": ("every figure and number of the paper beside ours", "pdhocbf_drake.reproduce.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "pdhocbf_drake.campaign.command"),
 }
 

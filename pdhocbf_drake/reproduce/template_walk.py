@@ -29,6 +29,7 @@ class TemplateRecord:
         inputs: ZMP velocity applied, (T, 2) [m/s].
         stance: centre of this step's box, (T, 2) [m].
         slack: of the barrier rows, (T,) [m/s].
+        reasons: `mpc.solution.Reason` of each tick, (T,).
         unplanned: ticks at which no solver had an answer, (T,).
         action: how far the barrier moved the forward ZMP velocity: |u − u of the same program without barriers,
             from the same state|, (T,) [m/s]; NaN where this was not asked for.
@@ -39,6 +40,7 @@ class TemplateRecord:
     inputs: Array
     stance: Array
     slack: Array
+    reasons: NDArray[np.int_]
     unplanned: NDArray[np.bool_]
     action: Array
 
@@ -76,6 +78,7 @@ def run_template(
     }
     states, inputs, stance = np.empty((ticks, 2, 3)), np.empty((ticks, 2)), np.empty((ticks, 2))
     active = None
+    reasons = np.zeros(ticks, dtype=int)
     slack, unplanned, action = np.empty(ticks), np.zeros(ticks, dtype=bool), np.full(ticks, np.nan)
     for i in range(ticks):
         k = first + i
@@ -94,6 +97,7 @@ def run_template(
             action[i] = abs(plan.inputs[0, 0] - free.inputs[0, 0])
         states[i], inputs[i], stance[i] = state, plan.inputs[:, 0], memory.stance[:, 1]
         slack[i], unplanned[i] = plan.slack, plan.fallbacks > 0
+        reasons[i] = int(plan.reason)
         memory.advance(mpc, state, plan)
-    return TemplateRecord(first, states, inputs, stance, slack, unplanned, action), memory
+    return TemplateRecord(first, states, inputs, stance, slack, reasons, unplanned, action), memory
 

@@ -1,0 +1,80 @@
+"""Binds the sections into one page that loads nothing, with every figure's PNG and CSV and every number beside it."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from matplotlib.figure import Figure
+
+import pdhocbf_drake
+from pdhocbf_drake.analysis.drawing import save, styled
+from pdhocbf_drake.reproduce.record import Number, Section
+
+REPORT: Final = "report.html"
+RESULTS: Final = "results.json"
+FIGURES: Final = "figures"
+
+
+def results(sections: Mapping[str, Section]) -> list[dict[str, Any]]:
+    """The rows of `results.json`."""
+    return [_row(number) for section in sections.values() for number in section.numbers]
+
+
+def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) -> None:
+    """Writes `report.html`, `results.json` and `figures/*.png|csv` into an empty folder."""
+    (folder / FIGURES).mkdir()
+    shown = []
+    for key, section in sections.items():
+        pictures = []
+        for picture in section.pictures:
+            image = png(picture.figure)
+            (folder / FIGURES / f"{picture.name}.png").write_bytes(image)
+            header, rows = picture.table()
+            with (folder / FIGURES / f"{picture.name}.csv").open("w", newline="", encoding="utf-8") as file:
+                csv.writer(file).writerows([header, *rows])
+            pictures.append({"caption": picture.caption, "name": picture.name,
+                             "source": "data:image/png;base64," + base64.b64encode(image).decode("ascii")})  # fmt: skip
+        shown.append({"key": key, "section": section, "pictures": pictures, "numbers": section.numbers})
+    rows = results(sections)
+    (folder / RESULTS).write_text(json.dumps(rows, indent=2, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
+    environment = Environment(
+        loader=PackageLoader("pdhocbf_drake.reproduce", "."),
+        autoescape=select_autoescape(default=True),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["value"] = value
+    page = environment.get_template("report.html.j2").render(
+        shown=shown,
+        paper=[n for section in sections.values() for n in section.numbers if n.paper is not None],
+        version=pdhocbf_drake.__version__,
+        minutes=seconds / 60,
+    )
+    (folder / REPORT).write_text(page, encoding="utf-8")
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as the bytes of a PNG."""
+    picture = io.BytesIO()
+    with styled():
+        save(figure, picture)
+    return picture.getvalue()
+
+
+def value(number: float | None) -> str:
+    """A number for the eye: four significant digits, a dash for none."""
+    return "–" if number is None else f"{number:.4g}"
+
+
+def _row(number: Number) -> dict[str, Any]:
+    row = number._asdict()
+    return {key: float(entry) if key in ("paper", "ours", "tolerance") and entry is not None else entry
+            for key, entry in row.items()}  # fmt: skip
