@@ -84,21 +84,21 @@ def compile_program(
             f"cost {_not_convex(prog, place, n)}: it is not convex in the decisions, so it can't be compiled"
         )
 
-    blocks, lows, highs, names = [np.zeros((0, size))], [np.zeros(0)], [np.zeros(0)], list[str]()
-    for binding in prog.GetAllConstraints():
+    constraints = prog.GetAllConstraints()
+    count = sum(binding.evaluator().num_constraints() for binding in constraints)
+    rows, low, high, names = np.zeros((count, size)), np.zeros(count), np.zeros(count), list[str]()
+    for binding in constraints:
         constraint, at = binding.evaluator(), _places(prog, binding, place)
         if not isinstance(constraint, LinearConstraint):
             raise InputError(f"constraint {_name(binding)}: only linear constraints can be compiled")
-        block = np.zeros((constraint.num_constraints(), size))
+        block = slice(len(names), len(names) + constraint.num_constraints())
         if len(np.unique(at)) == len(at):
-            block[:, at] = constraint.GetDenseA()
+            rows[block, at] = constraint.GetDenseA()
         else:
-            np.add.at(block.T, at, constraint.GetDenseA().T)
-        blocks.append(block)
-        lows.append(constraint.lower_bound())
-        highs.append(constraint.upper_bound())
-        names += [_name(binding)] * len(block)
-    A, lower, upper, names = _merged(np.vstack(blocks), np.concatenate(lows), np.concatenate(highs), names, n)
+            np.add.at(rows[block].T, at, constraint.GetDenseA().T)
+        low[block], high[block] = constraint.lower_bound(), constraint.upper_bound()
+        names += [_name(binding)] * constraint.num_constraints()
+    A, lower, upper, names = _merged(rows, low, high, names, n)
     linear = AffineMap(gradient[:n], hessian[:n, n:])
     value = QuadraticForm(hessian[n:, n:], gradient[n:], constant)
     return ParametricQp(hessian[:n, :n].copy(), A, linear, lower, upper, tuple(names), value)
@@ -142,13 +142,7 @@ def _merged(
 
     Two different lower bounds on one row can't be merged into an affine one and stay two rows.
     """
-    leads = rows[:, :n]
-    first = (leads != 0.0).argmax(axis=1) if n else np.zeros(len(rows), dtype=int)
-    flip = leads[np.arange(len(rows)), first] < 0.0 if n else np.zeros(len(rows), dtype=bool)
-    upright = np.where(flip[:, None], -leads, leads) + 0.0  # no negative zeros
-    leader: dict[bytes, int] = {}
-    group = np.array([leader.setdefault(lead.tobytes(), i) for i, lead in enumerate(upright)], dtype=int)
-    turn = flip != flip[group]  # the first row of a group keeps its sign
+    group, turn = _equal_rows(rows[:, :n])
     rows[turn] *= -1.0
     low, high = np.where(turn, -high, low), np.where(turn, -low, high)
     has_low, has_high = np.isfinite(low).tolist(), np.isfinite(high).tolist()
@@ -167,9 +161,27 @@ def _merged(
         entry[2] = i if has_high[i] else entry[2]
     at, lower, upper = np.array(merged, dtype=int).reshape(-1, 3).T
     # l ≤ a·w + t·θ ≤ u   ⇔   l − t·θ ≤ a·w ≤ u − t·θ
-    from_theta = np.vstack([-rows[:, n:], np.zeros(rows.shape[1] - n)])
-    maps = [
-        AffineMap(np.append(b, none)[of], from_theta[of])
-        for b, none, of in ((low, -np.inf, lower), (high, np.inf, upper))
-    ]
-    return rows[at, :n] + 0.0, maps[0], maps[1], [names[i] for i in at]
+    return (
+        rows[at, :n] + 0.0,
+        _bound(low, rows, n, lower, -np.inf),
+        _bound(high, rows, n, upper, np.inf),
+        [names[i] for i in at],
+    )
+
+
+def _equal_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """For each row the first one that equals it or its opposite, and whether it is the opposite."""
+    # Equal rows have equal sums and opposite ones opposite sums, to the last bit, whatever the weights.
+    sums = (rows * np.random.default_rng(0).uniform(1.0, 2.0, rows.shape[1])).sum(axis=1)
+    _, first, inverse = np.unique(np.abs(sums), return_index=True, return_inverse=True)
+    group = first[inverse]
+    turn = sums != sums[group]
+    alike = (np.where(turn[:, None], -rows, rows) == rows[group]).all(axis=1)
+    return np.where(alike, group, np.arange(len(rows))), turn & alike
+
+
+def _bound(values: np.ndarray, rows: np.ndarray, n: int, of: np.ndarray, none: float) -> AffineMap:
+    """The bound of each merged row, taken from row `of`; −1 stands for no bound."""
+    matrix = -rows[of, n:]
+    matrix[of < 0] = 0.0
+    return AffineMap(np.append(values, none)[of], matrix)

@@ -207,5 +207,6 @@ def _stacked_bounds(qp: ParametricQp, order: np.ndarray, shift: np.ndarray, shif
 
 
 def _cleaned(matrix: np.ndarray) -> np.ndarray:
-    matrix[np.abs(matrix) < _NOISE * np.abs(matrix).max(initial=0.0)] = 0.0
+    size = np.abs(matrix)
+    matrix[size < _NOISE * size.max(initial=0.0)] = 0.0
     return matrix
