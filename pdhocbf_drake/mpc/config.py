@@ -30,6 +30,7 @@ class RecoveryConfig(Config):
         swing_acceleration: see `MpcConfig` [m/s²].
         slack_weight: price of each barrier row's slack, linear [m/s] and quadratic [1]: low, since a robot that is to
             stay on its feet must be allowed to be fast for a step.
+        freeze_ticks: as in `MpcConfig`, but later, since a late push must still move the foot [ticks].
     """
 
     noticed: float = Field(0.015, gt=0)
@@ -43,6 +44,7 @@ class RecoveryConfig(Config):
     path_correction: tuple[float, float] = (0.02, 0.05)
     swing_acceleration: float = Field(60.0, gt=0)
     slack_weight: tuple[float, float] = (1e2, 1e3)
+    freeze_ticks: int = Field(4, ge=0)
 
 
 class MpcConfig(Config):
