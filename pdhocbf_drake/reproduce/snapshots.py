@@ -27,9 +27,9 @@ from pdhocbf_drake.reproduce.runs import Runs
 from pdhocbf_drake.reproduce.walk import ROBOT
 
 _FIRST, _GAIT, _EVERY = 320, 80, 20  # ticks
-_SIZE = (1000, 760)
+_SIZE = (900, 900)
 _WHITE = Rgba(1.0, 1.0, 1.0)
-_VIEWS = {"side": (0.0, -2.2, 0.15), "oblique": (1.55, -1.5, 0.6)}  # camera, from the middle of the walk [m]
+_VIEWS = {"side": (0.0, -2.6, 0.15), "oblique": (1.8, -1.75, 0.6)}  # camera, from the middle of the walk [m]
 Pixels = NDArray[np.float64]
 
 
@@ -40,7 +40,7 @@ def figure_5(runs: Runs) -> Section:
     rows = np.arange(_FIRST, _FIRST + _GAIT + 1, _EVERY)
     poses = run.log["robot_state"][rows]
     studio = Studio(run.scenario.robot, poses)
-    figure = Figure(figsize=(8.5, 4.0))
+    figure = Figure(figsize=(8.5, 4.4))
     for axes, view in zip(figure.subplots(1, 2), _VIEWS, strict=True):
         axes.imshow(_ghosted([studio.photo(pose, view) for pose in poses], studio.photo(None, view)))
         axes.set_title(f"{view} view")
@@ -70,8 +70,8 @@ class Studio:
         self._plant.RegisterVisualGeometry(self._plant.world_body(), floor, Box(20.0, 20.0, 0.02), "floor", grey)
         self._plant.Finalize()
         lights = [
-            LightParameter(type="directional", direction=[0.3, 0.4, 1.0], frame="camera", intensity=0.9),
-            LightParameter(type="directional", direction=[0.2, 0.3, -1.0], frame="world", intensity=0.6),
+            LightParameter(type="directional", direction=[0.3, 0.4, 1.0], frame="camera", intensity=1.0),
+            LightParameter(type="directional", direction=[0.2, 0.3, -1.0], frame="world", intensity=1.6),
         ]
         params = RenderEngineVtkParams(default_clear_color=[_WHITE.r(), _WHITE.g(), _WHITE.b()], lights=lights)
         scene_graph.AddRenderer("vtk", MakeRenderEngineVtk(params))
@@ -79,7 +79,7 @@ class Studio:
         self._scene_graph = scene_graph
         self._context = self._diagram.CreateDefaultContext()
         size = self._plant.num_positions()
-        self._middle = np.array([poses[:, 4].mean(), poses[:, 5].mean(), 0.46])
+        self._middle = np.array([poses[:, 4].mean(), poses[:, 5].mean(), 0.58])
         self._away = np.array(poses[0, :size])
         self._away[4] += 100.0  # out of sight
         info = CameraInfo(*_SIZE, 0.62)
