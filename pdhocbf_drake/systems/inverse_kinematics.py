@@ -24,7 +24,7 @@ _LEVEL = np.zeros(3)
 
 
 class _Answer(NamedTuple):
-    q: np.ndarray
+    motion: np.ndarray
     desired: np.ndarray
     feedforward: np.ndarray
     zmp: np.ndarray
@@ -34,8 +34,8 @@ class _Answer(NamedTuple):
 class InverseKinematics(LeafSystem):
     """Whole-body inverse kinematics and inverse dynamics of the plan, solved once a tick.
 
-    The outputs are functions of the inputs, which change once a tick, and of the last tick's posture, which is
-    this block's discrete state and where the iteration starts.
+    The outputs are functions of the inputs, which change once a tick, and of the last tick's motion, which is this
+    block's discrete state (q, v, v̇: 19 + 18 + 18): the iteration starts where that motion leads.
 
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18).
@@ -55,7 +55,7 @@ class InverseKinematics(LeafSystem):
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
         sizes = {"gait_phase": 3, "com_height": 3, "com_reference": 6, "zmp_reference": 4, "foot_reference": 18}
         ports = [self.DeclareVectorInputPort(name, size) for name, size in sizes.items()]
-        self.DeclareDiscreteState(np.asarray(initial, dtype=float))
+        self.DeclareDiscreteState(np.concatenate([initial, np.zeros(36)]))
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._remember)
         changes = {self.xd_ticket(), *(port.ticket() for port in ports)}
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(None), calc=self._solve)
@@ -74,7 +74,7 @@ class InverseKinematics(LeafSystem):
         return lambda context, output: output.SetFromVector(getattr(self._evaluated(context), part))
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value(self._evaluated(context).q)
+        values.set_value(self._evaluated(context).motion)
 
     def _swing_foot(self, context: Context) -> Side | None:
         """The foot that leaves the ground in this step, where that is known."""
@@ -84,7 +84,8 @@ class InverseKinematics(LeafSystem):
         return sides.get(support)
 
     def _solve(self, context: Context, value: AbstractValue) -> None:
-        last = context.get_discrete_state_vector().value()
+        state = context.get_discrete_state_vector().value()
+        last, way = state[:19], self._period * (state[19:37] + 0.5 * self._period * state[37:])
         height = self.GetInputPort("com_height").Eval(context)
         x, vx, ax, y, vy, ay = self.GetInputPort("com_reference").Eval(context)
         zmp = self.GetInputPort("zmp_reference").Eval(context)[[0, 2]]
@@ -94,7 +95,8 @@ class InverseKinematics(LeafSystem):
         left, right = ([np.concatenate([foot[d], _LEVEL]) for d in range(3)] for foot in feet)
 
         loose = self._swing_foot(context)
-        found = self._ik.solve(Posture(com[0], left[0], right[0]), last, loose)
+        seed = self._ik.task_space.moved(last, way)
+        found = self._ik.solve(Posture(com[0], left[0], right[0]), seed, loose)
         weights = None if found.ok else row_weights(loose)
         v = self._ik.rates(found.q, PostureRates(com[1], left[1], right[1]), weights)
         vdot = self._ik.accelerations(found.q, v, PostureRates(com[2], left[2], right[2]), weights)
@@ -108,7 +110,7 @@ class InverseKinematics(LeafSystem):
         rates = (found.q[joints] - last[joints]) / self._period
         value.set_value(
             _Answer(
-                found.q,
+                np.concatenate([found.q, v, vdot] if found.ok else [found.q, np.zeros(36)]),
                 np.concatenate([found.q[joints], rates]),
                 torque.tau,
                 _zmp(torque, left[0], right[0]),
@@ -120,7 +122,9 @@ class InverseKinematics(LeafSystem):
 def _zmp(torque: Feedforward, left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Point on the ground where the wrenches on both soles have no horizontal moment, shape (2,) [m]."""
     force = torque.left[:3] + torque.right[:3]
-    moment = np.zeros(3)
+    about_x = about_y = 0.0
     for wrench, sole in ((torque.left, left), (torque.right, right)):
-        moment += wrench[3:] + np.cross(sole[:3], wrench[:3])
-    return np.array([-moment[1], moment[0]]) / max(force[2], 1e-6)
+        (x, y, z), (fx, fy, fz, mx, my, _) = sole[:3], wrench
+        about_x += mx + y * fz - z * fy
+        about_y += my + z * fx - x * fz
+    return np.array([-about_y, about_x]) / max(force[2], 1e-6)

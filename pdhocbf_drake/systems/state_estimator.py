@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from pydrake.common.value import AbstractValue
 from pydrake.math import RollPitchYaw
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
 from pdhocbf_drake.biped import Biped
 
@@ -30,38 +31,37 @@ class StateEstimator(LeafSystem):
         self._context = biped.plant.CreateDefaultContext()
         state = self.DeclareVectorInputPort("robot_state", 37).ticket()
         forces = self.DeclareVectorInputPort("contact_forces", 18).ticket()
-        self.DeclareVectorOutputPort("lip_state", 6, self._lip_state, {state, forces})
-        self.DeclareVectorOutputPort("com_z", 2, self._com_z, {state})
-        self.DeclareVectorOutputPort("foot_state", 12, self._foot_state, {state})
+        # CoM and soles cost one pass over the robot's kinematics, whichever ports are read.
+        producer = ValueProducer(allocate=lambda: AbstractValue.Make(None), calc=self._calc_kinematics)
+        self._kinematics = self.DeclareCacheEntry("kinematics", producer, {state})
+        seen = self._kinematics.ticket()
+        self.DeclareVectorOutputPort("lip_state", 6, self._lip_state, {state, forces, seen})
+        self.DeclareVectorOutputPort("com_z", 2, self._com_z, {seen})
+        self.DeclareVectorOutputPort("foot_state", 12, self._foot_state, {seen})
 
-    def _read(self, context: Context) -> np.ndarray:
-        state: np.ndarray = self.GetInputPort("robot_state").Eval(context)
-        self._biped.plant.SetPositionsAndVelocities(self._context, state)
-        return state
-
-    def _com(self) -> tuple[np.ndarray, np.ndarray]:
+    def _calc_kinematics(self, context: Context, value: AbstractValue) -> None:
         plant = self._biped.plant
+        plant.SetPositionsAndVelocities(self._context, self.GetInputPort("robot_state").Eval(context))
         position = plant.CalcCenterOfMassPositionInWorld(self._context)
-        return position, plant.CalcCenterOfMassTranslationalVelocityInWorld(self._context)
+        velocity = plant.CalcCenterOfMassTranslationalVelocityInWorld(self._context)
+        poses = [self._biped.soles[side].frame.CalcPoseInWorld(self._context) for side in ("left", "right")]
+        value.set_value((position, velocity, poses))
 
     def _lip_state(self, context: Context, output: BasicVector) -> None:
-        state = self._read(context)
-        position, velocity = self._com()
+        state = self.GetInputPort("robot_state").Eval(context)
+        position, velocity, _ = self._kinematics.Eval(context)
         forces = self.GetInputPort("contact_forces").Eval(context)[self._biped.base_v_index]
         base = state[self._biped.base_q_index[4:]]
         zmp = _zmp(forces[:3], forces[3:], base) if forces[5] > _LEAST_LOAD else position[:2]
         output.SetFromVector([position[0], velocity[0], zmp[0], position[1], velocity[1], zmp[1]])
 
     def _com_z(self, context: Context, output: BasicVector) -> None:
-        self._read(context)
-        position, velocity = self._com()
+        position, velocity, _ = self._kinematics.Eval(context)
         output.SetFromVector([position[2], velocity[2]])
 
     def _foot_state(self, context: Context, output: BasicVector) -> None:
-        self._read(context)
         parts = []
-        for side in ("left", "right"):
-            pose = self._biped.soles[side].frame.CalcPoseInWorld(self._context)
+        for pose in self._kinematics.Eval(context)[2]:
             parts += [pose.translation(), RollPitchYaw(pose.rotation()).vector()]
         output.SetFromVector(np.concatenate(parts))
 
