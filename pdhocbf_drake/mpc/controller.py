@@ -228,7 +228,9 @@ class PeriodicMpc:
             last: the plan of the tick before, for warm start and fallback.
         """
         if recovering and self.recovery is not None:
-            return replace(self.recovery.solve(tick, state, stance, bounds, offset, last), recovering=True)
+            plan = self.recovery.solve(tick, state, stance, bounds, offset, last)
+            eased = plan.reason in (Reason.SOLVED, Reason.SOFTENED)
+            return replace(plan, recovering=True, reason=Reason.RECOVERING if eased else plan.reason)
         phase = tick % self.gait.period
         same = last is not None and last.recovering == (self.config.stability == "paid")
         results: list[QpResult] = []

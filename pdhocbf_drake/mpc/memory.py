@@ -102,8 +102,10 @@ class Memory:
             return
         moved = 0.0
         if self.plan is not None:
-            commanded = self.stance[:, 1] + mpc.preview.steps(tick // mpc.gait.period).moves[:, 0]
-            moved = float(np.abs(self.plan.footholds[:, 0] - commanded).max())
+            step = tick // mpc.gait.period
+            coming = step - self.plan.tick // mpc.gait.period  # the plan's first foothold is taken at a new step
+            commanded = self.stance[:, 1] + mpc.preview.steps(step).moves[:, 0]
+            moved = float(np.abs(self.plan.footholds[:, coming] - commanded).max())
         error = divergent_error(mpc.divergent, tick, state, self.state)
         self.disturbance = self.disturbance.after(config, mpc.gait.period, error, moved)
 

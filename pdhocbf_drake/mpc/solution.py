@@ -20,6 +20,7 @@ class Reason(IntEnum):
     BAD_MEASUREMENT = 6  # the measured state is not finite: planned from the predicted one
     STALE_MEASUREMENT = 7  # the measured state repeats while the robot should move: likewise
     STOPPING = 8  # degraded for too long: the walk comes to a stand
+    RECOVERING = 9  # disturbed: planned with the footholds, box and tail of `RecoveryConfig`
 
     @property
     def planned(self) -> bool:

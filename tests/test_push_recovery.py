@@ -1,0 +1,170 @@
+"""What a disturbed walk is allowed, and when it begins and ends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from walks import make_mpc, start
+
+from pdhocbf_drake.gait.forecast import SwingForecast
+from pdhocbf_drake.gait.swing import swing_point
+from pdhocbf_drake.mpc.config import RecoveryConfig
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.recovery import CALM, Disturbance
+from pdhocbf_drake.mpc.solution import Reason
+
+RECOVERY = RecoveryConfig(zmp_box=(0.18, 0.11))
+SETTLED = 480  # [ticks], a multiple of the gait
+
+
+@pytest.fixture(scope="module")
+def mpc() -> PeriodicMpc:
+    return make_mpc({"stride": 0.1}, {"recovery": RECOVERY})
+
+
+@pytest.fixture(scope="module")
+def settled(mpc: PeriodicMpc) -> Memory:
+    memory = start(mpc)
+    for tick in range(SETTLED):
+        advance(mpc, memory, tick)
+    return memory
+
+
+def advance(mpc: PeriodicMpc, memory: Memory, tick: int, kick: np.ndarray | None = None):  # type: ignore[no-untyped-def]
+    """One tick as the controller does it; gives the plan."""
+    state = memory.state.copy()
+    if kick is not None:
+        state[:, 1] += kick
+    memory.notice(mpc, tick, state)
+    plan = mpc.solve(tick, state, memory.stance, {}, None, memory.plan, memory.disturbance.active)
+    memory.advance(mpc, state, plan)
+    return plan
+
+
+def copied(mpc: PeriodicMpc, memory: Memory) -> Memory:
+    return Memory.unpack(mpc, memory.pack(mpc))
+
+
+def test_an_undisturbed_walk_is_never_recovered(mpc: PeriodicMpc, settled: Memory) -> None:
+    memory = copied(mpc, settled)
+    for tick in range(SETTLED, SETTLED + 80):
+        assert not advance(mpc, memory, tick).recovering
+    plain = make_mpc({"stride": 0.1})
+    without = plain.solve(SETTLED, settled.state, settled.stance, {}, None, settled.plan)
+    np.testing.assert_allclose(memory.state[0, 1], settled.state[0, 1], atol=1e-4)
+    own = mpc.solve(SETTLED, settled.state, settled.stance, {}, None, settled.plan)
+    np.testing.assert_array_equal(own.inputs, without.inputs)
+
+
+@settings(max_examples=12, deadline=None)
+@given(st.integers(0, 79), st.floats(-0.4, 0.4), st.floats(-0.2, 0.2))
+def test_footholds_of_a_recovery_lie_in_reach_on_their_own_side(
+    mpc: PeriodicMpc, settled: Memory, phase: int, x: float, y: float
+) -> None:
+    memory = copied(mpc, settled)
+    for tick in range(SETTLED, SETTLED + phase):
+        advance(mpc, memory, tick)
+    kick: np.ndarray | None = np.array([x, y])
+    for tick in range(SETTLED + phase, SETTLED + phase + 60):
+        stance, side = memory.stance[:, 1].copy(), mpc.gait.support(tick // 40)
+        plan = advance(mpc, memory, tick, kick)
+        kick = None
+        if not plan.recovering:
+            continue
+        assert plan.reason == Reason.RECOVERING
+        feet = np.column_stack([stance, plan.footholds])
+        moves = np.diff(feet, axis=1)
+        apart = moves[1] * [-side, side]
+        assert np.all(np.abs(moves[0]) <= RECOVERY.step_reach[0] + 1e-6)
+        # The first foothold may be held where it was last planned; both stay on their own side.
+        assert np.all(apart >= min(RECOVERY.stance_width_min, mpc.config.stance_width_min) - 1e-6)
+        assert np.all(apart <= RECOVERY.step_reach[1] + 1e-6)
+
+
+def test_a_kick_is_noticed_at_once_recovered_from_and_then_forgotten(mpc: PeriodicMpc, settled: Memory) -> None:
+    memory = copied(mpc, settled)
+    first = advance(mpc, memory, SETTLED + 0, np.array([0.3, 0.0]))
+    assert first.recovering
+    plans = [advance(mpc, memory, tick) for tick in range(SETTLED + 1, SETTLED + 600)]
+    assert not plans[-1].recovering
+    spoken = [plan.recovering for plan in plans]
+    assert np.count_nonzero(np.diff(np.array(spoken, dtype=int))) == 1, "it ends once and does not begin again"
+    orbit = settled.state[0, 1]
+    at = SETTLED + 600 - (SETTLED + 600) % 80
+    assert abs(at - (SETTLED + 600)) < 80
+    assert abs(memory.state[0, 1] - orbit) < 0.1
+
+
+def test_a_landing_moves_no_farther_than_its_swing_foot_can(mpc: PeriodicMpc, settled: Memory) -> None:
+    memory = copied(mpc, settled)
+    advance(mpc, memory, SETTLED, np.array([0.05, 0.0]))
+    memory.disturbance = Disturbance(np.zeros(2), True, 0)
+    last = None
+    for tick in range(SETTLED + 1, SETTLED + 40):
+        plan = advance(mpc, memory, tick, np.array([0.05, -0.01]))
+        phase = tick % 40
+        left = 40 - phase - RECOVERY.freeze_ticks
+        if last is not None and phase > mpc.gait.config.double_support_ticks and plan.recovering:
+            room = RECOVERY.swing_acceleration / 10.0 * (max(left, 0) * 0.01) ** 2
+            assert abs(plan.footholds[:, 0] - last).max() <= room + 1e-6
+        last = plan.footholds[:, 0]
+
+
+def test_prediction_errors_add_up_and_are_forgotten() -> None:
+    state, small = CALM, np.array([0.0005, 0.0])
+    for _ in range(200):
+        state = state.after(RECOVERY, 40, small, 0.0)
+    assert not state.active  # a steady error of half a millimetre a tick is not a disturbance
+    state = state.after(RECOVERY, 40, np.array([0.0, 0.02]), 0.0)
+    assert state.active
+    for k in range(RECOVERY.calm_ticks + 80):
+        state = state.after(RECOVERY, 40, np.zeros(2), 0.1 if k < 40 else 0.0)
+        assert state.active or k >= 40 + RECOVERY.calm_ticks - 1
+    assert not state.active
+    again = Disturbance.unpacked(state.packed())
+    np.testing.assert_array_equal(again.astray, state.astray)
+    assert again[1:] == state[1:]
+
+
+def test_a_memory_keeps_its_disturbance(mpc: PeriodicMpc, settled: Memory) -> None:
+    memory = copied(mpc, settled)
+    advance(mpc, memory, SETTLED, np.array([0.0, 0.2]))
+    again = copied(mpc, memory)
+    assert again.disturbance.active and again.plan is not None and again.plan.recovering
+    np.testing.assert_array_equal(again.pack(mpc), memory.pack(mpc))
+
+
+def test_the_swing_forecast_is_the_second_derivative_of_the_swing(mpc: PeriodicMpc) -> None:
+    gait = mpc.gait
+    forecast = SwingForecast(gait, 80)
+    start_, end, after = np.array([0.0, 0.08]), np.array([0.2, 0.1]), np.array([0.4, -0.05])
+    plan = np.array([[start_, end], [[0.1, -0.08], [0.1, -0.08]]])
+    support = np.where((np.arange(80) + 1) // 40 % 2 == 0, -1, 1)
+    now = np.zeros((2, 3, 3))
+    seen = forecast.accelerations(0, support, now, plan, after)
+    lift_off, duration = gait.config.double_support_ticks, gait.swing_ticks() * 0.01
+    for k in (5, 20, 33):
+        point = swing_point(start_, end, 0.05, duration, (k - lift_off) * 0.01)
+        np.testing.assert_allclose(seen[:, k - 1], point.acceleration[:2], atol=1e-9)
+    later = swing_point(np.array([0.1, -0.08]), after, 0.05, duration, (20 - lift_off) * 0.01)
+    np.testing.assert_allclose(seen[:, 59], later.acceleration[:2], atol=1e-9)
+    # In mid-swing it goes on from where the foot is.
+    mid = swing_point(start_, end, 0.05, duration, (20 - lift_off) * 0.01)
+    now[0] = mid
+    on = forecast.accelerations(20, support[20:].repeat(2)[:80] * 0 - 1, now, plan, after)
+    ahead = swing_point(start_, end, 0.05, duration, (30 - lift_off) * 0.01)
+    np.testing.assert_allclose(on[:, 9], ahead.acceleration[:2], atol=1e-8)
+
+
+def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory) -> None:
+    state = settled.state.copy()
+    state[0, 1] += 0.6
+    plain = make_mpc({"stride": 0.1})
+    assert plain.solve(SETTLED, state, settled.stance, {}, None, replace(settled.plan)).reason == Reason.RELAXED
+    plan = mpc.solve(SETTLED, state, settled.stance, {}, None, settled.plan)
+    assert plan.recovering and plan.reason == Reason.RECOVERING
