@@ -41,11 +41,6 @@ _ROBOT = {
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """A short gait for the ticks; loops, which have their own tests, are taken as measured."""
     monkeypatch.setattr(benchmark, "load_scenario", lambda name: load_scenario(name, SHORT if name == "vhip" else ""))
-    monkeypatch.setattr(
-        growth,
-        "load_scenario",
-        lambda name, text: load_scenario(name, text.replace("{gait: {", "{gait: {tick: 0.02, ")),
-    )
     monkeypatch.setattr(growth, "TIMED", 20)
     template = {"simulated_seconds": 1.0, "wall_seconds": 0.1, "real_time_factor": 10.0, "framework_share": 0.5}
     monkeypatch.setattr(loops, "template_loop", lambda *_: template)

@@ -15,13 +15,15 @@ from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 
 TIMED = 120  # ticks
+STEP = 0.4  # duration of a step, whatever its ticks [s]
 
 
 def grow(cases: list[tuple[int, int]], passes: int) -> list[dict[str, Any]]:
     """One row for each (ticks of a gait, horizon): the median tick, and what start-up costs."""
     rows = []
     for gait, horizon in cases:
-        text = f"{{gait: {{ticks_per_step: {gait // 2}}}, mpc: {{horizon: {horizon}}}}}"
+        tick = STEP / (gait // 2)
+        text = f"{{gait: {{ticks_per_step: {gait // 2}, tick: {tick}}}, mpc: {{horizon: {horizon}}}}}"
         start = now()
         walk = build_walk(load_scenario("vhip", text))
         built = now() - start
