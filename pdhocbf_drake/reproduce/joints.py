@@ -37,22 +37,30 @@ def figure_6(runs: Runs) -> Section:
     rows = []
     for i, joint in enumerate(JOINTS):
         low, high = np.degrees(limits.position[i])
-        rows.append((
-            joint.replace("_", " "), f"{angle[:, i].min():.1f} … {angle[:, i].max():.1f}", f"{low:.0f} … {high:.0f}",
-            f"{np.abs(speed[:, i]).max():.1f}", f"{limits.speed[i]:.0f}",
-            f"{np.abs(torque[:, i]).max():.0f}", f"{limits.effort[i]:.0f}",
-        ))  # fmt: skip
+        rows.append(
+            (
+                joint.replace("_", " "),
+                f"{angle[:, i].min():.1f} … {angle[:, i].max():.1f}",
+                f"{low:.0f} … {high:.0f}",
+                f"{np.abs(speed[:, i]).max():.1f}",
+                f"{limits.speed[i]:.0f}",
+                f"{np.abs(torque[:, i]).max():.0f}",
+                f"{limits.effort[i]:.0f}",
+            )
+        )
     within = bool(np.all((state[:, :12] >= limits.position[:, 0]) & (state[:, :12] <= limits.position[:, 1])))
     header = ("joint", "angle [deg]", "limits [deg]", "largest speed [rad/s]", "limit", "largest torque [N m]", "limit")
     return Section(
         "Fig. 6: joint angles",
-        ["Measured angles of the robot in the walk of Fig. 4, Case 2. All stay within their limits: "
-         + ("yes." if within else "no.")],
+        [
+            "Measured angles of the robot in the walk of Fig. 4, Case 2. All stay within their limits: "
+            + ("yes." if within else "no.")
+        ],
         pictures,
         [Table("What the walk asks of the joints, over the whole run", header, rows)],
         [Number("degrees of freedom of the robot", 12, len(JOINTS), "1", 0.0, False, "pdhocbf reproduce --only fig6")],
         "The walk repeats in every joint from the third step on.",
-    )  # fmt: skip
+    )
 
 
 def _legs(

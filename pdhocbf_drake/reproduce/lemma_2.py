@@ -22,8 +22,12 @@ FIXED: Request = (
 )
 FREE: Request = ("vhip_nobarrier", "")
 _BOTH, _ONE, _ETA = "(33) and (34), literal", "(33), matching", "(33), η for ω"
-_STYLES = {_ONE: (look.NOMINAL, "-"), "(33), literal": (palette.RUNS[0], "--"), _BOTH: (palette.RUNS[1], "-."),
-           _ETA: (palette.RUNS[3], ":")}  # fmt: skip
+_STYLES = {
+    _ONE: (look.NOMINAL, "-"),
+    "(33), literal": (palette.RUNS[0], "--"),
+    _BOTH: (palette.RUNS[1], "-."),
+    _ETA: (palette.RUNS[3], ":"),
+}
 
 
 def lemma_2(runs: Runs) -> Section:
@@ -44,24 +48,59 @@ def lemma_2(runs: Runs) -> Section:
     command = "pdhocbf reproduce --only lemma2"
     return Section(
         "Lemma 2: (33) and (34) are one statement",
-        ["With the divergent component of the discretised template, e_{k+1} = λ_k e_k − δu_k, both rows say e_{k+H} = e_k. "
-         "Solved alone or together they give the same walk. As printed, (33) uses the exponentials of continuous time and "
-         "(34) the Euler model (23): two rows that are almost, but not quite, parallel. Where the footholds may give "
-         "way the QP can pay for the difference; where they are fixed, both rows together have no solution at all.",
-         f"The letter η stands for (z̈+g)/z ≈ {eta:.1f} 1/s² in (22) and for a rate in (28)–(34), which must be ω = √η ≈ "
-         f"{omega:.1f} 1/s. Over the horizon the divergent component grows by e^(ωHδ) = {math.exp(omega * time):.0f} (Euler: "
-         f"{(1 + omega * 0.01) ** 80:.1f}); taken to the letter, e^(ηHδ) = {math.exp(eta * time):.1e}."],
+        [
+            "With the divergent component of the discretised template, e_{k+1} = λ_k e_k − δu_k, both rows say e_{k+H} "
+            "= e_k. "
+            "Solved alone or together they give the same walk. As printed, (33) uses the exponentials of continuous "
+            "time and "
+            "(34) the Euler model (23): two rows that are almost, but not quite, parallel. Where the footholds may "
+            "give "
+            "way the QP can pay for the difference; where they are fixed, both rows together have no solution at all.",
+            f"The letter η stands for (z̈+g)/z ≈ {eta:.1f} 1/s² in (22) and for a rate in (28)–(34), which must be ω = "
+            f"√η ≈ "
+            f"{omega:.1f} 1/s. Over the horizon the divergent component grows by e^(ωHδ) = "
+            f"{math.exp(omega * time):.0f} (Euler: "
+            f"{(1 + omega * 0.01) ** 80:.1f}); taken to the letter, e^(ηHδ) = {math.exp(eta * time):.1e}.",
+        ],
         [_figure(found["adaptive"])],
-        [Table(f"A settled walk goes on for {_TICKS} ticks with these rows",
-               ("rows", "fixed footholds", "adaptive footholds", "velocity differs by [mm/s]"), rows)],
-        [Number("(33) with (34), matching: largest difference in velocity from (33) alone", 0.0, matching, "m/s", 1e-5,
-                False, command),
-         Number("(33) with (34), literal, footholds fixed: ticks until infeasible", None,
-                found["fixed"][_BOTH].planned, "ticks", None, False, command),
-         Number("(33) with eta for omega: ticks until infeasible", None, found["adaptive"][_ETA].planned, "ticks",
-                None, False, command)],
+        [
+            Table(
+                f"A settled walk goes on for {_TICKS} ticks with these rows",
+                ("rows", "fixed footholds", "adaptive footholds", "velocity differs by [mm/s]"),
+                rows,
+            )
+        ],
+        [
+            Number(
+                "(33) with (34), matching: largest difference in velocity from (33) alone",
+                0.0,
+                matching,
+                "m/s",
+                1e-5,
+                False,
+                command,
+            ),
+            Number(
+                "(33) with (34), literal, footholds fixed: ticks until infeasible",
+                None,
+                found["fixed"][_BOTH].planned,
+                "ticks",
+                None,
+                False,
+                command,
+            ),
+            Number(
+                "(33) with eta for omega: ticks until infeasible",
+                None,
+                found["adaptive"][_ETA].planned,
+                "ticks",
+                None,
+                False,
+                command,
+            ),
+        ],
         "Impose one row, discretised to match the model; the other one is either redundant or in contradiction.",
-    )  # fmt: skip
+    )
 
 
 def attempts(runs: Runs) -> dict[str, dict[str, Attempt]]:
@@ -109,5 +148,7 @@ def _figure(found: dict[str, Attempt]) -> Picture:
     axes.set_xlabel("ticks after these rows took over")
     label(axes, "CoM velocity in x", "m/s")
     legend(axes, 4)
-    caption = "Lemma 2, adaptive footholds: the walk under each reading of the rows; a cross marks where no solution is left."
+    caption = (
+        "Lemma 2, adaptive footholds: the walk under each reading of the rows; a cross marks where no solution is left."
+    )
     return Picture("lemma2", caption, figure, data)

@@ -32,27 +32,44 @@ def literal_against_corrected(runs: Runs) -> Section:
     rows = [
         ("η for ω in (28)–(34)", "no solution within some ticks (see Lemma 2)", "ω = √η, periodic where η is"),
         ("both (33) and (34)", "contradictory with fixed footholds (see Lemma 2)", "one row, discretised to match"),
-        (f"α₁ = 1, hard, after a kick of {1e3 * _KICK:g} mm/s",
-         f"the QP has no solution at {hard} of {len(_PHASES)} phases; only the ladder below it walks on",
-         f"soft, γ = 0.5: a solution at all but {soft} phases"),
+        (
+            f"α₁ = 1, hard, after a kick of {1e3 * _KICK:g} mm/s",
+            f"the QP has no solution at {hard} of {len(_PHASES)} phases; only the ladder below it walks on",
+            f"soft, γ = 0.5: a solution at all but {soft} phases",
+        ),
         ("no double support (27)", _robot_told(jump), _robot_told(base)),
         ("measured ZMP as the MPC's state (Remark 8)", _robot_told(measured), _robot_told(base)),
-        ("relative degree 1 (25)", f"refused: “{_refusal('barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}')}”",
-         "computed from the dynamics: 2 with the ZMP velocity as input"),
+        (
+            "relative degree 1 (25)",
+            f"refused: “{_refusal('barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}')}”",
+            "computed from the dynamics: 2 with the ZMP velocity as input",
+        ),
         ("H no multiple of the gait", f"refused: “{_refusal('mpc: {horizon: 60}')}”", "H = 80"),
-    ]  # fmt: skip
+    ]
     command = "pdhocbf reproduce --only literal"
     return Section(
         "Literal against corrected",
-        ["Each row keeps everything else as it is and takes one thing to the letter. What the letter says cannot always be "
-         "run: then the library refuses it, and says why."],
+        [
+            "Each row keeps everything else as it is and takes one thing to the letter. What the letter says cannot "
+            "always be "
+            "run: then the library refuses it, and says why."
+        ],
         [],
         [Table("What each slip does", ("slip", "to the letter", "corrected"), rows)],
-        [Number(f"hard, gamma 1: phases of {len(_PHASES)} at which the QP has no solution after a kick of 20 mm/s", None,
-                hard, "phases", None, False, command),
-         Number("the same, soft with gamma 0.5", None, soft, "phases", None, False, command)],
+        [
+            Number(
+                f"hard, gamma 1: phases of {len(_PHASES)} at which the QP has no solution after a kick of 20 mm/s",
+                None,
+                hard,
+                "phases",
+                None,
+                False,
+                command,
+            ),
+            Number("the same, soft with gamma 0.5", None, soft, "phases", None, False, command),
+        ],
         "The slips that stop the walk are the letter η, the two rows at once, and γ = 1 as a hard constraint.",
-    )  # fmt: skip
+    )
 
 
 def _after_kicks(runs: Runs, request: Request) -> int:
@@ -70,7 +87,7 @@ def _after_kicks(runs: Runs, request: Request) -> int:
 
 def _robot_told(run: Run) -> str:
     log, scenario = run.log, run.scenario
-    rows = log.time >= scenario.from_time
+    rows = np.asarray(log.time >= scenario.from_time)
     if not rows.any():
         return f"{log.ending} after {log.time[-1]:.1f} s"
     zmp, box = log["lip_state"][:, [2, 5]], log["zmp_box"]
@@ -78,7 +95,8 @@ def _robot_told(run: Run) -> str:
     jump = np.abs(np.diff(log.element("zmp_reference", "y_zmp")))[rows[1:]].max()
     h = log["h"][rows, 0].min()
     return (
-        f"robot: {log.ending} at {log.time[-1]:.1f} s, {steps_taken(log)} steps; ZMP outside its box {100 * outside:.0f} % "
+        f"robot: {log.ending} at {log.time[-1]:.1f} s, {steps_taken(log)} steps; ZMP outside its box "
+        f"{100 * outside:.0f} % "
         f"of the time, planned jumps up to {1e3 * jump:.0f} mm a tick, least h {1e3 * h:.0f} mm/s"
     )
 
@@ -89,5 +107,3 @@ def _refusal(text: str) -> str:
     except InputError as error:
         return str(error)
     return "(accepted)"
-
-

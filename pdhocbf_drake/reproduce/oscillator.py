@@ -32,36 +32,68 @@ def figure_1(runs: Runs) -> Section:
         lower, upper = _room(tube, held)
         what = "no input" if config.beta == 0 else "a wanted input of 0.6 cos(t)"
         caption = f"β = {config.beta:g}: with P-DHOCBF and without ({what}); below, the input and the room for it."
-        pictures.append(Picture(name, f"Fig. 1, {caption}", _figure(tube, held, free, lower, upper),
-                                _data(tube, held, free, lower, upper)))  # fmt: skip
+        pictures.append(
+            Picture(
+                name,
+                f"Fig. 1, {caption}",
+                _figure(tube, held, free, lower, upper),
+                _data(tube, held, free, lower, upper),
+            )
+        )
         h = np.array([[b.h(k, x) for b in tube.barriers] for k, x in enumerate(held.states)])
         outside = np.array([min(b.h(k, x) for b in tube.barriers) < 0 for k, x in enumerate(free.states)])
         when = f"{np.argmax(outside) * config.tick:.2f} s" if outside.any() else "never"
-        rows.append((f"{config.beta:g}", f"{config.ticks_per_period}", f"{h.min():.4f}", when, f"{tube.worst.width:.3f}",
-                     f"{(upper - lower).min():.2f}", f"{np.abs(held.inputs).max():.3f}"))  # fmt: skip
+        rows.append(
+            (
+                f"{config.beta:g}",
+                f"{config.ticks_per_period}",
+                f"{h.min():.4f}",
+                when,
+                f"{tube.worst.width:.3f}",
+                f"{(upper - lower).min():.2f}",
+                f"{np.abs(held.inputs).max():.3f}",
+            )
+        )
         if config.beta == 0:
             radius = np.linalg.norm(free.states, axis=1)
             degrees = [check_relative_degree(barrier, tube.system)[0] or 0 for barrier in tube.barriers]
             growth = 100 * (radius[round(2 * np.pi / config.tick)] / radius[0] - 1)
     exact = 100 * ((1 + HARMONIC.tick**2) ** (np.pi / HARMONIC.tick) - 1)
-    header = ("β", "period [ticks]", "least h with barriers", "leaves the tube without",
-              "least room in the tube [1/s²]", "least room on the way [1/s²]", "largest |u| [1/s²]")  # fmt: skip
+    header = (
+        "β",
+        "period [ticks]",
+        "least h with barriers",
+        "leaves the tube without",
+        "least room in the tube [1/s²]",
+        "least room on the way [1/s²]",
+        "largest |u| [1/s²]",
+    )
     command = "pdhocbf reproduce --only fig1"
     return Section(
         "Fig. 1: the Van der Pol oscillator",
-        [f"Equation (17) does not hold for the discretisation (16): Euler multiplies the amplitude by √(1+δ²) a tick, "
-         f"{exact:.2f} % a revolution, and 2π/δ = 628.3 is no whole number. Left alone, the oscillation leaves any tube; "
-         "the barriers hold it in one whose period is a whole number of ticks.",
-         "The x₁ barriers have relative degree 2 and the x₂ barriers 1, computed from the dynamics, as the paper says. All "
-         "four share one input. That they can be kept together is not automatic: it is a linear program per phase over "
-         "the whole safe set, and here some room is left everywhere (“least room in the tube”)."],
+        [
+            f"Equation (17) does not hold for the discretisation (16): Euler multiplies the amplitude by √(1+δ²) a "
+            f"tick, "
+            f"{exact:.2f} % a revolution, and 2π/δ = 628.3 is no whole number. Left alone, the oscillation leaves any "
+            f"tube; "
+            "the barriers hold it in one whose period is a whole number of ticks.",
+            "The x₁ barriers have relative degree 2 and the x₂ barriers 1, computed from the dynamics, as the paper "
+            "says. All "
+            "four share one input. That they can be kept together is not automatic: it is a linear program per "
+            "phase over "
+            "the whole safe set, and here some room is left everywhere (“least room in the tube”).",
+        ],
         pictures,
         [Table("Four barriers, one input", header, rows)],
-        [Number("growth of (16) per revolution with beta = 0, (17) says", 0.0, float(growth), "%", None, False, command),
-         Number("relative degree of the x1 barriers, (18)", 2, degrees[0], "1", 0.0, False, command),
-         Number("relative degree of the x2 barriers, (18)", 1, degrees[2], "1", 0.0, False, command)],
+        [
+            Number(
+                "growth of (16) per revolution with beta = 0, (17) says", 0.0, float(growth), "%", None, False, command
+            ),
+            Number("relative degree of the x1 barriers, (18)", 2, degrees[0], "1", 0.0, False, command),
+            Number("relative degree of the x2 barriers, (18)", 1, degrees[2], "1", 0.0, False, command),
+        ],
         "The barriers do what Fig. 1 shows; what they fight is the drift of the paper's own discretisation.",
-    )  # fmt: skip
+    )
 
 
 def _held(tube: VanDerPolTube, config: VanDerPolConfig) -> tuple[Run, np.ndarray]:
@@ -97,7 +129,9 @@ def _figure(tube: VanDerPolTube, held: Run, free: Run, lower: np.ndarray, upper:
         axes[i].plot(time, free.states[:, i], color=look.FREE, lw=1.2, ls="--", label="without barriers")
         axes[i].plot(time, held.states[:, i], color=look.PERIODIC, label="with P-DHOCBF")
         label(axes[i], f"x{i + 1}", _UNITS[i])
-    axes[2].fill_between(time[:-1], lower, upper, color=look.PERIODIC, alpha=0.25, lw=0, label="inputs that all four allow")
+    axes[2].fill_between(
+        time[:-1], lower, upper, color=look.PERIODIC, alpha=0.25, lw=0, label="inputs that all four allow"
+    )
     axes[2].plot(time[:-1], held.inputs, color=palette.LIMIT, lw=1.0, label="input applied")
     axes[2].set_ylim(*_limits(held.inputs))
     label(axes[2], "u", "1/s²")

@@ -39,11 +39,18 @@ def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) 
             header, rows = picture.table()
             with (folder / FIGURES / f"{picture.name}.csv").open("w", newline="", encoding="utf-8") as file:
                 csv.writer(file).writerows([header, *rows])
-            pictures.append({"caption": picture.caption, "name": picture.name,
-                             "source": "data:image/png;base64," + base64.b64encode(image).decode("ascii")})  # fmt: skip
+            pictures.append(
+                {
+                    "caption": picture.caption,
+                    "name": picture.name,
+                    "source": "data:image/png;base64," + base64.b64encode(image).decode("ascii"),
+                }
+            )
         shown.append({"key": key, "section": section, "pictures": pictures, "numbers": section.numbers})
-    rows = results(sections)
-    (folder / RESULTS).write_text(json.dumps(rows, indent=2, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
+    numbers = results(sections)
+    (folder / RESULTS).write_text(
+        json.dumps(numbers, indent=2, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8"
+    )
     environment = Environment(
         loader=PackageLoader("pdhocbf_drake.reproduce", "."),
         autoescape=select_autoescape(default=True),
@@ -76,5 +83,7 @@ def value(number: float | None) -> str:
 
 def _row(number: Number) -> dict[str, Any]:
     row = number._asdict()
-    return {key: float(entry) if key in ("paper", "ours", "tolerance") and entry is not None else entry
-            for key, entry in row.items()}  # fmt: skip
+    return {
+        key: float(entry) if key in ("paper", "ours", "tolerance") and entry is not None else entry
+        for key, entry in row.items()
+    }

@@ -43,8 +43,14 @@ def _side(log: RunLog, rows: np.ndarray) -> Picture:
     figure = Figure(figsize=(5.2, 5.6))
     axes = figure.subplots()
     for i in range(0, len(rows), _EVERY):
-        axes.plot([zmp[i], x[i]], [0, height[i]], color=palette.LIMIT, lw=0.8, alpha=0.6,
-                  label="pendulum, every 5 ticks" if i == 0 else None)  # fmt: skip
+        axes.plot(
+            [zmp[i], x[i]],
+            [0, height[i]],
+            color=palette.LIMIT,
+            lw=0.8,
+            alpha=0.6,
+            label="pendulum, every 5 ticks" if i == 0 else None,
+        )
     axes.plot(x, height, color=palette.MEASURED_COM, label="CoM")
     axes.plot(x[::_EVERY], height[::_EVERY], "o", ms=6, color=palette.MEASURED_COM)
     axes.plot(zmp, np.zeros(len(rows)), ".", ms=4, color=palette.MEASURED_ZMP, label="ZMP at each tick")
@@ -66,7 +72,9 @@ def _above(log: RunLog, rows: np.ndarray) -> Picture:
     for corner, side in {tuple(np.round(b, 6)): s for b, s in zip(box, support, strict=True)}.items():
         name = "left" if side > 0 else "right"
         colour = palette.LEFT if side > 0 else palette.RIGHT
-        patch = Rectangle((corner[0], corner[2]), corner[1] - corner[0], corner[3] - corner[2], fc=colour, alpha=0.25, ec=colour)
+        patch = Rectangle(
+            (corner[0], corner[2]), corner[1] - corner[0], corner[3] - corner[2], fc=colour, alpha=0.25, ec=colour
+        )
         if name not in seen:
             patch.set_label(f"ZMP box (27), {name} foot")
             seen.add(name)

@@ -34,7 +34,14 @@ def sensitivity(runs: Runs) -> Section:
     """M measured over five of the choices that the paper does not report."""
     data = load_scenario("paper_vhip").to_dict()
     found: dict[str, np.ndarray] = {}
-    columns: dict[str, list[Any]] = {"varied": [], "value": [], "ripple [m/s]": [], "M [%]": [], "h_DCBF [m/s]": [], "h_P [m/s]": []}
+    columns: dict[str, list[Any]] = {
+        "varied": [],
+        "value": [],
+        "ripple [m/s]": [],
+        "M [%]": [],
+        "h_DCBF [m/s]": [],
+        "h_P [m/s]": [],
+    }
     orbits: dict[str, np.ndarray] = {}
     for key, (_, values) in VARIED.items():
         runs.tell(f"M over {key}")
@@ -49,21 +56,46 @@ def sensitivity(runs: Runs) -> Section:
     spread = found["margin"][:, 1]
     return Section(
         "What M measures",
-        ["Both cases walk the same, so M = (mean of V̄_P − v̄)/(V̄_DCBF − v̄): a property of where the two bounds were "
-         "drawn. A constant bound has to clear the peak of the velocity; if both clear the velocity by the same least "
-         "distance m, M = m/(m + r), with r the ripple: peak less mean. The lines are that formula, the points are walks.",
-         f"With the gait fixed, the choice of the margin alone moves M from {spread.min():.0f} % to {spread.max():.0f} %; "
-         f"with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % to {gaits.max():.0f} %. γ does "
-         "not move it at all: in the steady walk no barrier is active. Any M between 0 and 100 % can be had, and M = 32.3 % "
-         "is met by a whole family of gaits, so it identifies none of them."],
+        [
+            "Both cases walk the same, so M = (mean of V̄_P − v̄)/(V̄_DCBF − v̄): a property of where the two "
+            "bounds were "
+            "drawn. A constant bound has to clear the peak of the velocity; if both clear the velocity by the same "
+            "least "
+            "distance m, M = m/(m + r), with r the ripple: peak less mean. The lines are that formula, the points are "
+            "walks.",
+            f"With the gait fixed, the choice of the margin alone moves M from {spread.min():.0f} % to "
+            f"{spread.max():.0f} %; "
+            f"with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % to {gaits.max():.0f} %. "
+            f"γ does "
+            "not move it at all: in the steady walk neither barrier does anything to speak of. Any M between 0 and 100 "
+            "% can be had, and M = 32.3 % "
+            "is met by a whole family of gaits, so it identifies none of them.",
+        ],
         [_figure(found), _law(found)],
         [],
-        [Number("least M over margins of 1 to 60 mm/s, the same walk", None, float(spread.min()), "%", None, False, command),
-         Number("largest M over the same margins", None, float(spread.max()), "%", None, False, command),
-         Number("ripple of the velocity that (38) implies, one margin for both", PAPER_DCBF - PAPER_PERIODIC,
-                float(found["com_height_amplitude"][3, 0]), "m/s", 0.0006, True, command)],
+        [
+            Number(
+                "least M over margins of 1 to 60 mm/s, the same walk",
+                None,
+                float(spread.min()),
+                "%",
+                None,
+                False,
+                command,
+            ),
+            Number("largest M over the same margins", None, float(spread.max()), "%", None, False, command),
+            Number(
+                "ripple of the velocity that (38) implies, one margin for both",
+                PAPER_DCBF - PAPER_PERIODIC,
+                float(found["com_height_amplitude"][3, 0]),
+                "m/s",
+                0.0006,
+                True,
+                command,
+            ),
+        ],
         "M says how closely the two bounds were drawn around one trajectory, not how two controllers differ.",
-    )  # fmt: skip
+    )
 
 
 def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.ndarray]) -> tuple[float, ...]:
@@ -90,13 +122,17 @@ def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.
     for case, values in (("periodic", orbit + margin), ("constant", np.full(1, orbit.max() + margin))):
         bound = {"kind": "tabulated", "values": values.tolist()}
         barrier = {"bound": bound, "gamma": [gamma], "relative_degree": 2}
-        walk = build_walk(Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc, "barriers": {_NAME: barrier}}, key))
+        walk = build_walk(
+            Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc, "barriers": {_NAME: barrier}}, key)
+        )
         record, _ = run_template(walk, standing(walk), 0, WINDOW.stop)
         h[case] = np.resize(values, WINDOW.stop)[WINDOW] - record.speed[WINDOW]
     return (
-        float(orbit.max() - orbit.mean()), 100 * margin_ratio(h["periodic"], h["constant"]),
-        float(h["constant"].mean()), float(h["periodic"].mean()),
-    )  # fmt: skip
+        float(orbit.max() - orbit.mean()),
+        100 * margin_ratio(h["periodic"], h["constant"]),
+        float(h["constant"].mean()),
+        float(h["periodic"].mean()),
+    )
 
 
 def _figure(found: dict[str, np.ndarray]) -> Picture:
@@ -114,7 +150,9 @@ def _figure(found: dict[str, np.ndarray]) -> Picture:
         data["M [%]"] += found[key][:, 1].tolist()
     axes[-1].axis("off")
     axes[-1].text(0.0, 0.6, "dotted: the paper's 32.3 %\npoints: walks of the template,\nticks 201–400", va="top")
-    return Picture("sensitivity", "M over the choices that the paper does not report, one varied at a time.", figure, data)
+    return Picture(
+        "sensitivity", "M over the choices that the paper does not report, one varied at a time.", figure, data
+    )
 
 
 def _law(found: dict[str, np.ndarray]) -> Picture:
@@ -122,7 +160,9 @@ def _law(found: dict[str, np.ndarray]) -> Picture:
     axes = figure.subplots()
     ripple = np.linspace(0, 0.045, 200)
     for margin, colour in ((0.003, palette.RUNS[5]), (PAPER_PERIODIC, look.PERIODIC), (0.015, palette.RUNS[4])):
-        axes.plot(1e3 * ripple, 100 * margin / (margin + ripple), color=colour, label=f"m/(m + r), m = {1e3 * margin:g} mm/s")
+        axes.plot(
+            1e3 * ripple, 100 * margin / (margin + ripple), color=colour, label=f"m/(m + r), m = {1e3 * margin:g} mm/s"
+        )
     gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])
     axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=look.PERIODIC, label="walks, m = 7.3 mm/s")
     margins = found["margin"]
@@ -133,4 +173,6 @@ def _law(found: dict[str, np.ndarray]) -> Picture:
     label(axes, "M", "%")
     legend(axes, 3)
     data = {"ripple [m/s]": np.append(gaits[:, 0], margins[:, 0]), "M [%]": np.append(gaits[:, 1], margins[:, 1])}
-    return Picture("margin_law", "M is set by the ripple of the gait and by the margin that one grants oneself.", figure, data)
+    return Picture(
+        "margin_law", "M is set by the ripple of the gait and by the margin that one grants oneself.", figure, data
+    )

@@ -1,4 +1,4 @@
-"""Fig. 5: the recorded walk of the robot rendered over one gait, ghosted, from the side and obliquely; and its replay."""
+"""Fig. 5: the recorded walk rendered over one gait, ghosted, from the side and obliquely; and its replay."""
 
 from __future__ import annotations
 
@@ -40,13 +40,16 @@ def figure_5(runs: Runs) -> Section:
     rows = np.arange(_FIRST, _FIRST + _GAIT + 1, _EVERY)
     poses = run.log["robot_state"][rows]
     studio = Studio(run.scenario.robot, poses)
-    figure = Figure(figsize=(8.5, 4.4))
+    figure = Figure(figsize=(8.5, 4.9))
     for axes, view in zip(figure.subplots(1, 2), _VIEWS, strict=True):
         axes.imshow(_ghosted([studio.photo(pose, view) for pose in poses], studio.photo(None, view)))
         axes.set_title(f"{view} view")
         axes.axis("off")
-    data = {"time [s]": run.log.time[rows], "CoM x [m]": run.log.element("lip_state", "x")[rows],
-            "CoM y [m]": run.log.element("lip_state", "y")[rows]}  # fmt: skip
+    data = {
+        "time [s]": run.log.time[rows],
+        "CoM x [m]": run.log.element("lip_state", "x")[rows],
+        "CoM y [m]": run.log.element("lip_state", "y")[rows],
+    }
     data |= {f"position {i}": poses[:, i] for i in range(19)}
     caption = f"Fig. 5: one gait of the recorded walk, a pose every {0.01 * _EVERY:g} s; the last one solid."
     return Section(
@@ -108,7 +111,7 @@ def looking(place: NDArray[np.float64], target: NDArray[np.float64]) -> RigidTra
 def _ghosted(photos: list[Pixels], empty: Pixels) -> Pixels:
     """The photos over each other, older ones fainter, the last one solid."""
     picture = empty.copy()
-    strength = np.linspace(0.25, 0.55, len(photos) - 1).tolist() + [1.0]
+    strength = [*np.linspace(0.25, 0.55, len(photos) - 1).tolist(), 1.0]
     for photo, alpha in zip(photos, strength, strict=True):
         robot = (np.abs(photo - empty).max(axis=2, keepdims=True) > 0.02) * alpha
         picture = picture * (1 - robot) + photo * robot

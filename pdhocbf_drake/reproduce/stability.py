@@ -92,7 +92,8 @@ def attempt(walk: Walk, memory: Memory, first: int, ticks: int, rows: Rows) -> A
     mpc = walk.mpc
     solvers = [[_solver(mpc, axis, phase, rows) for phase in range(mpc.gait.period)] for axis in (0, 1)]
     memory = Memory.unpack(mpc, memory.pack(mpc))
-    speed, inputs = [], []
+    speed: list[float] = []
+    inputs: list[float] = []
     horizon, n_f = mpc.config.horizon, mpc.footholds
     for k in range(first, first + ticks):
         found = []

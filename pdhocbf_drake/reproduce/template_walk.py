@@ -100,4 +100,3 @@ def run_template(
         reasons[i] = int(plan.reason)
         memory.advance(mpc, state, plan)
     return TemplateRecord(first, states, inputs, stance, slack, reasons, unplanned, action), memory
-

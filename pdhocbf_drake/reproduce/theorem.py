@@ -22,31 +22,60 @@ def theorem_1(runs: Runs) -> Section:
     """False for α(s) = 2s, true for α(s) ≤ s."""
     runs.tell("Lemma 1 and Theorem 1 on random sequences")
     least = {gamma: (least_of_lemma(gamma), least_of_theorem(gamma)) for gamma in RATES}
-    rows = [(f"{g:g}", "yes" if g <= 1 else "no", f"{a:.4f}", f"{b:.4f}", "holds" if min(a, b) > -1e-12 else "violated")
-            for g, (a, b) in least.items()]  # fmt: skip
+    rows = [
+        (f"{g:g}", "yes" if g <= 1 else "no", f"{a:.4f}", f"{b:.4f}", "holds" if min(a, b) > -1e-12 else "violated")
+        for g, (a, b) in least.items()
+    ]
     command = "pdhocbf reproduce --only theorem"
     return Section(
         "Lemma 1 and Theorem 1",
-        ["Lemma 1 as printed allows any class-K function. It is false: α(s) = 2s is one, and b(1) = b(0) − 2b(0) = −b(0) "
-         "satisfies b(1) − b(0) ≥ −α(b(0)). What is needed is α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ 1. Then "
-         "ψ_{i−1}(k+1) = ψ_i(k) + (id − α_i)(ψ_{i−1}(k)) ≥ 0, and induction runs from ψ_m down to h.",
-         "Corrected Theorem 1: if ψ_i(0) ≥ 0 for all i < m, ψ_m(k) ≥ 0 for all k, and every α_i(s) ≤ s on s ≥ 0, then h(k) "
-         "≥ 0 for all k. Neither a periodic trajectory (7) nor a periodic controller is used; (7) would even exclude the "
-         "paper's own transient of 0–2 s. Only the functions h(k, ·) are periodic.",
-         f"This library refuses such a function when a barrier is made: “{refusal()}”."],
+        [
+            "Lemma 1 as printed allows any class-K function. It is false: α(s) = 2s is one, and b(1) = b(0) − 2b(0) = "
+            "−b(0) "
+            "satisfies b(1) − b(0) ≥ −α(b(0)). What is needed is α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ 1. Then "
+            "ψ_{i−1}(k+1) = ψ_i(k) + (id − α_i)(ψ_{i−1}(k)) ≥ 0, and induction runs from ψ_m down to h.",
+            "Corrected Theorem 1: if ψ_i(0) ≥ 0 for all i < m, ψ_m(k) ≥ 0 for all k, and every α_i(s) ≤ s on s ≥ 0, "
+            "then h(k) "
+            "≥ 0 for all k. Neither a periodic trajectory (7) nor a periodic controller is used; (7) would even "
+            "exclude the "
+            "paper's own transient of 0–2 s. Only the functions h(k, ·) are periodic.",
+            f"This library refuses such a function when a barrier is made: “{refusal()}”.",
+        ],
         [_figure()],
-        [Table(f"Least value over {_SEQUENCES:,} random sequences with ψ_m ≥ 0 and ψ_i(0) ≥ 0 (Theorem 1 with m = 2)",
-               ("γ", "α(s) ≤ s", "least b (Lemma 1)", "least h (Theorem 1)", ""), rows)],
-        [Number("Lemma 1 with alpha(s) = 2s: b(1)/b(0), claimed at least", 0.0, counterexample()[1], "1", None, False, command),
-         Number("least h under the corrected Theorem 1 (gamma <= 1), at least", 0.0,
-                max(0.0, -min(min(v) for g, v in least.items() if g <= 1)), "1", 1e-12, False, command)],
+        [
+            Table(
+                f"Least value over {_SEQUENCES:,} random sequences with ψ_m ≥ 0 and ψ_i(0) ≥ 0 (Theorem 1 with m = 2)",
+                ("γ", "α(s) ≤ s", "least b (Lemma 1)", "least h (Theorem 1)", ""),
+                rows,
+            )
+        ],
+        [
+            Number(
+                "Lemma 1 with alpha(s) = 2s: b(1)/b(0), claimed at least",
+                0.0,
+                counterexample()[1],
+                "1",
+                None,
+                False,
+                command,
+            ),
+            Number(
+                "least h under the corrected Theorem 1 (gamma <= 1), at least",
+                0.0,
+                max(0.0, -min(min(v) for g, v in least.items() if g <= 1)),
+                "1",
+                1e-12,
+                False,
+                command,
+            ),
+        ],
         "True after one more hypothesis, α(s) ≤ s, and with one fewer: no periodicity of the trajectory.",
-    )  # fmt: skip
+    )
 
 
 def counterexample(gamma: float = 2.0, ticks: int = 12) -> NDArray[np.float64]:
     """b with b(k+1) − b(k) = −γ b(k) from b(0) = 1: Lemma 1's inequality holds with equality."""
-    return (1.0 - gamma) ** np.arange(ticks)
+    return np.asarray((1.0 - gamma) ** np.arange(ticks), dtype=float)
 
 
 def least_of_lemma(gamma: float) -> float:
@@ -90,7 +119,7 @@ def _sparse(random: np.random.Generator) -> NDArray[np.float64]:
 def _figure() -> Picture:
     figure = Figure(figsize=(8.5, 3.2))
     axes = figure.subplots()
-    data = {"k [ticks]": np.arange(12)}
+    data: dict[str, np.ndarray] = {"k [ticks]": np.arange(12)}
     colours = (look.PERIODIC, palette.RUNS[0], palette.RUNS[4], palette.RUNS[1])
     for gamma, colour, style in zip((0.3, 1.0, 1.5, 2.0), colours, ("-", "-.", "--", ":"), strict=True):
         data[f"b, gamma = {gamma:g}"] = counterexample(gamma)

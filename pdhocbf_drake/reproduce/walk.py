@@ -31,13 +31,28 @@ def figure_4(runs: Runs) -> Section:
     """Both cases side by side on both systems."""
     systems = {"template (VHIP)": _cases(runs, TEMPLATE), "12-DOF robot, measured": _cases(runs, ROBOT)}
     parts: list[tuple[str, str, str, str, Callable[[Run], NDArray[np.float64]]]] = [
-        ("fig4a", "CoM x", "m", "Fig. 4(a): CoM position in x. The cases coincide.",
-         lambda run: run.log.element("lip_state", "x")),
-        ("fig4b", "CoM velocity", "m/s", "Fig. 4(b): CoM velocity in x under the two bounds.",
-         lambda run: run.log.element("lip_state", "vx")),
-        ("fig4c", "h", "m/s", "Fig. 4(c): values of both barriers; the average over the unshaded part is (38).",
-         lambda run: run.log["h"][:, 0]),
-    ]  # fmt: skip
+        (
+            "fig4a",
+            "CoM x",
+            "m",
+            "Fig. 4(a): CoM position in x. The cases coincide.",
+            lambda run: run.log.element("lip_state", "x"),
+        ),
+        (
+            "fig4b",
+            "CoM velocity",
+            "m/s",
+            "Fig. 4(b): CoM velocity in x under the two bounds.",
+            lambda run: run.log.element("lip_state", "vx"),
+        ),
+        (
+            "fig4c",
+            "h",
+            "m/s",
+            "Fig. 4(c): values of both barriers; the average over the unshaded part is (38).",
+            lambda run: run.log["h"][:, 0],
+        ),
+    ]
     pictures = []
     for name, quantity, unit, caption, values in parts:
         figure, axes = panels(2, height=2.5)
@@ -46,13 +61,24 @@ def figure_4(runs: Runs) -> Section:
             for case, run in cases.items():
                 column = values(run)[_SHOWN]
                 title = f"{quantity}, {look.CASE_NAMES[case]}"
-                axis.plot(run.log.time[_SHOWN], column, color=look.CASE_COLOURS[case], label=title,
-                          lw=_WIDTHS[case] if name != "fig4c" else 1.5)  # fmt: skip
+                axis.plot(
+                    run.log.time[_SHOWN],
+                    column,
+                    color=look.CASE_COLOURS[case],
+                    label=title,
+                    lw=_WIDTHS[case] if name != "fig4c" else 1.5,
+                )
                 data[f"{system}: {title} [{unit}]"] = column
                 if name == "fig4b":
                     bound = bound_along(run.log, run.scenario, barriers_of(run.scenario)["forward_speed"])[_SHOWN]
-                    axis.plot(run.log.time[_SHOWN], bound, color=look.CASE_COLOURS[case], lw=1.1, ls="--",
-                              label=f"bound, {look.CASE_NAMES[case]}")  # fmt: skip
+                    axis.plot(
+                        run.log.time[_SHOWN],
+                        bound,
+                        color=look.CASE_COLOURS[case],
+                        lw=1.1,
+                        ls="--",
+                        label=f"bound, {look.CASE_NAMES[case]}",
+                    )
                     data[f"{system}: bound, {look.CASE_NAMES[case]} [{unit}]"] = bound
             _finish(axis, name, system)
             label(axis, quantity, unit)
@@ -63,12 +89,15 @@ def figure_4(runs: Runs) -> Section:
     robot = float(np.ptp([values_of(run)[_SHOWN] for run in systems["12-DOF robot, measured"].values()], axis=0).max())
     return Section(
         "Fig. 4: the two cases",
-        ["In both cases the walk is what the controller would do anyway: both barriers stay positive, no slack is "
-         f"used, and the two trajectories differ by at most {1e3 * worst:.2g} mm (template) and {1e3 * robot:.2g} mm (robot). Fig. 4(a) of "
-         "the paper says the same (“almost no difference”). What differs is where the bound was drawn."],
+        [
+            "In both cases the walk is what the controller would do anyway: both barriers stay positive, no slack is "
+            f"used, and the two trajectories differ by at most {1e3 * worst:.2g} mm (template) and {1e3 * robot:.2g} "
+            f"mm (robot). Fig. 4(a) of "
+            "the paper says the same (“almost no difference”). What differs is where the bound was drawn."
+        ],
         pictures,
         finding="Both barriers stay positive and neither changes the walk.",
-    )  # fmt: skip
+    )
 
 
 def margins(runs: Runs) -> Section:
@@ -82,8 +111,17 @@ def margins(runs: Runs) -> Section:
         for case, (paper, name) in wanted.items():
             tolerance = 0.02 * paper if calibrated else None
             command = f"pdhocbf run {names[case]} --text 'duration: 4.0'"
-            numbers.append(Number(f"{name} ({place}, ticks 201-400), eq. (38)", paper, safety_margin(h[case]), "m/s",
-                                  tolerance, calibrated, command))  # fmt: skip
+            numbers.append(
+                Number(
+                    f"{name} ({place}, ticks 201-400), eq. (38)",
+                    paper,
+                    safety_margin(h[case]),
+                    "m/s",
+                    tolerance,
+                    calibrated,
+                    command,
+                )
+            )
         ratio = 100 * margin_ratio(h["periodic"], h["constant"])
         both = (f"pdhocbf run {names[case]} --text 'duration: 4.0' --out {case}" for case in ("periodic", "constant"))
         command = "; ".join([*both, "pdhocbf compare periodic constant --from-time 2.01"])
@@ -92,13 +130,16 @@ def margins(runs: Runs) -> Section:
         numbers.append(Number(f"100 % - M ({place})", 67.7, 100 - ratio, "%", tolerance, calibrated, command))
     return Section(
         "Eqs. (38), (39): safety margins and their ratio",
-        [statement(fit),
-         "The robot's figures are not calibrated: its scenarios keep a margin of 30 mm/s, because its measured velocity "
-         "strays from the nominal one by up to 14 mm/s in the first steps, and it walks with four ticks of double "
-         "support. It is there to show that M depends on such choices, not to meet 32.3 %."],
+        [
+            statement(fit),
+            "The robot's figures are not calibrated: its scenarios keep a margin of 30 mm/s, because its measured "
+            "velocity "
+            "strays from the nominal one by up to 14 mm/s in the first steps, and it walks with four ticks of double "
+            "support. It is there to show that M depends on such choices, not to meet 32.3 %.",
+        ],
         numbers=numbers,
         finding="Two numbers were fitted to two numbers, so their agreement is no evidence; M follows from them.",
-    )  # fmt: skip
+    )
 
 
 def values_of(run: Run) -> NDArray[np.float64]:

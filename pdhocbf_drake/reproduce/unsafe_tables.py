@@ -1,0 +1,108 @@
+"""The unsafe events of Fig. 7 as tables: what was noticed, when something was done, and what that changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from pdhocbf_drake.reproduce import look
+from pdhocbf_drake.reproduce.calibration import PAPER_PERIODIC
+from pdhocbf_drake.reproduce.events import Outcome
+from pdhocbf_drake.reproduce.record import Table
+
+BARRIERS = ("constant", "periodic")
+
+
+def kick_table(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Table:
+    """One row a kick and case."""
+    rows = []
+    for size, cases in by_size.items():
+        free = np.array([o.recovers for o in cases["free"]])
+        for case, outcomes in cases.items():
+            recovers = np.array([o.recovers for o in outcomes])
+            barrier = case in BARRIERS
+            rows.append(
+                (
+                    f"{1e3 * size:g}",
+                    look.CASE_NAMES[case],
+                    f"{count(o.notices == 0 for o in outcomes)}" if barrier else "–",
+                    f"{count(o.acts <= 1 for o in outcomes)}" if barrier else "–",
+                    f"{1e3 * np.mean(braking(cases, case)):.1f}" if barrier else "–",
+                    f"{recovers.mean():.1f}",
+                    f"{recovers.max():.0f}",
+                    f"{count(recovers > free)}" if barrier else "–",
+                )
+            )
+    header = (
+        "kick [mm/s]",
+        "case",
+        "phases with h < 0 at once (of 40)",
+        "phases with action within a tick",
+        "brakes by, mean [mm/s]",
+        "recovery, mean [ticks]",
+        "longest",
+        "phases slower than without",
+    )
+    return Table("Velocity kicks at each of the 40 phases", header, rows)
+
+
+def push_table(pushes: Mapping[float, Mapping[str, Outcome]]) -> Table:
+    """One row a push and case."""
+    rows = [
+        (f"{a:g}", look.CASE_NAMES[case], tick(o.notices), tick(o.acts), f"{1e3 * o.peak:.1f}", f"{o.recovers:.0f}")
+        for a, cases in pushes.items()
+        for case, o in cases.items()
+    ]
+    header = (
+        "push [m/s²]",
+        "case",
+        "h < 0 after [ticks]",
+        "acts after [ticks]",
+        "peak above nominal [mm/s]",
+        "recovery [ticks]",
+    )
+    return Table("A sustained push, 0.4 s from the start of a step on", header, rows)
+
+
+def command_table(orders: Mapping[float, Mapping[str, Outcome]]) -> Table:
+    """One row a command and case."""
+    rows = [
+        (
+            f"{stride:g}",
+            look.CASE_NAMES[case],
+            tick(o.notices),
+            tick(o.acts),
+            f"{1e3 * o.peak:.1f}",
+            f"{1e3 * max(0.0, o.peak - PAPER_PERIODIC):.1f}",
+        )
+        for stride, cases in orders.items()
+        for case, o in cases.items()
+    ]
+    header = (
+        "commanded stride [m]",
+        "case",
+        "h < 0 after [ticks]",
+        "acts after [ticks]",
+        "peak above nominal [mm/s]",
+        "above the periodic bound [mm/s]",
+    )
+    return Table("A wrong speed command, for the rest of the walk (right: 0.15 m)", header, rows)
+
+
+def braking(cases: Mapping[str, list[Outcome]], case: str) -> list[float]:
+    """Per phase: by how much the velocity falls below that without a barrier, within half a step [m/s]."""
+    return [
+        float((free.record.speed - outcome.record.speed)[:20].max())
+        for outcome, free in zip(cases[case], cases["free"], strict=True)
+    ]
+
+
+def tick(value: float) -> str:
+    """A number of ticks for a table."""
+    return "never" if np.isnan(value) else f"{value:.0f}"
+
+
+def count(flags: Iterable[object]) -> int:
+    """How many are true."""
+    return sum(bool(flag) for flag in flags)

@@ -1,0 +1,102 @@
+"""What the reproduction says of the theorem, of Lemma 2 and of unsafe events, on small cases."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake.reproduce.events import CASES, Laboratory, SteppedGait, commanded, first_tick
+from pdhocbf_drake.reproduce.lemma_2 import FIXED, FREE
+from pdhocbf_drake.reproduce.runs import Runs
+from pdhocbf_drake.reproduce.stability import VARIANTS, attempt, literal, literal_terminal, matching, matching_terminal
+from pdhocbf_drake.reproduce.template_walk import run_template, standing
+from pdhocbf_drake.reproduce.theorem import counterexample, least_of_lemma, least_of_theorem, refusal
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return Runs()
+
+
+@pytest.fixture(scope="module")
+def laboratory(runs):
+    return Laboratory(runs)
+
+
+def test_lemma_1_fails_for_twice_s_and_says_so():
+    b = counterexample(2.0)
+    assert b[1] == -b[0]
+    assert np.all(np.diff(b) >= -2.0 * b[:-1])
+    assert "alpha(s) <= s is needed" in refusal()
+
+
+@pytest.mark.parametrize("gamma", [0.05, 0.5, 1.0])
+def test_the_corrected_statements_hold_on_random_sequences(gamma):
+    assert least_of_lemma(gamma) >= 0.0 and least_of_theorem(gamma) >= -1e-12
+
+
+@pytest.mark.parametrize("gamma", [1.2, 2.0])
+def test_beyond_the_corrected_hypothesis_they_fail(gamma):
+    assert least_of_lemma(gamma) < 0.0 and least_of_theorem(gamma) < 0.0
+
+
+def _angle(first, second):
+    one, two = (np.concatenate(row) for row in (first, second))
+    cosine = abs(one @ two) / np.linalg.norm(one) / np.linalg.norm(two)
+    return float(np.sqrt(max(0.0, 1.0 - cosine**2)))
+
+
+def test_the_two_rows_of_lemma_2_are_one_when_discretised_to_match_and_two_as_printed(runs):
+    mpc = runs.walk(*FREE).mpc
+    for phase in (0, 13, 39):
+        assert _angle(matching(mpc, phase)[0], matching_terminal(mpc, phase)[0]) < 1e-7
+        assert _angle(literal(mpc, phase)[0], literal_terminal(mpc, phase)[0]) > 1e-3
+
+
+def test_printed_together_they_contradict_each_other_where_the_footholds_are_fixed(runs):
+    walk = runs.walk(*FIXED)
+    _, memory = run_template(walk, standing(walk), 0, 400)
+    assert attempt(walk, memory, 400, 5, VARIANTS["(33) and (34), matching"]).status == "solved"
+    assert attempt(walk, memory, 400, 5, VARIANTS["(33) and (34), literal"]).planned < 5
+
+
+def test_a_copy_of_the_memory_is_walked_from(laboratory):
+    before = laboratory.start("free", 3).state.copy()
+    laboratory.run("free", 3, np.array([0.02]), 5)
+    np.testing.assert_array_equal(laboratory.start("free", 3).state, before)
+
+
+def test_without_an_event_nothing_is_noticed_and_nothing_done(laboratory):
+    for case in CASES:
+        outcome = laboratory.run(case, 7, np.zeros(1), 45)
+        assert np.isnan(outcome.notices) and outcome.recovers == 0.0
+        assert np.isnan(outcome.acts)
+
+
+def test_the_periodic_barrier_notices_a_kick_in_mid_step_that_the_constant_one_misses(laboratory):
+    kick = np.array([0.02])
+    constant, periodic, free = (laboratory.run(case, 15, kick, 60) for case in ("constant", "periodic", "free"))
+    assert periodic.notices == 0.0 and np.isnan(constant.notices)
+    assert periodic.recovers < constant.recovers <= free.recovers
+    assert periodic.peak == pytest.approx(free.peak, abs=1e-3), "no barrier undoes a kick"
+
+
+def test_a_wrong_speed_command_is_held_at_the_periodic_bound(laboratory):
+    walk = commanded(laboratory.walks["periodic"], 0.17, 31)
+    record, _ = run_template(walk, laboratory.start("periodic", 0), 1200, 120)
+    outcome = laboratory.judged(walk, record)
+    assert (outcome.bound - record.speed).min() > -1e-6
+    loose = commanded(laboratory.walks["constant"], 0.17, 31)
+    record, _ = run_template(loose, laboratory.start("constant", 0), 1200, 120)
+    assert laboratory.judged(loose, record).peak > outcome.peak + 0.005
+
+
+def test_the_changed_command_begins_where_the_old_one_ends(laboratory):
+    gait = SteppedGait(laboratory.walks["free"].gait, 0.2, 10)
+    x = [gait.foothold(step)[0] for step in range(8, 13)]
+    np.testing.assert_allclose(np.diff(x), [0.15, 0.15, 0.2, 0.2])
+
+
+def test_first_tick():
+    assert first_tick(np.array([False, True, True])) == 1.0
+    assert np.isnan(first_tick(np.zeros(3, dtype=bool)))
