@@ -41,7 +41,7 @@ class RecoveryConfig(Config):
     zmp_box: tuple[float, float] | None = None
     step_reach: tuple[float, float] = (0.45, 0.5)
     stance_width_min: float = Field(0.145, ge=0)
-    path_correction: tuple[float, float] = (0.02, 0.05)
+    path_correction: tuple[float, float] = (0.02, 0.02)
     swing_acceleration: float = Field(60.0, gt=0)
     slack_weight: tuple[float, float] = (1e2, 1e3)
     freeze_ticks: int = Field(4, ge=0)

@@ -19,7 +19,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 
 _LIMIT = 60.0  # [N s]
 # What a robot of this mass is likely to survive, to begin the search from [N s], [kg].
-_LIKELY, _LIKELY_MASS = {"+x": 14.0, "-x": 14.0, "+y": 7.0, "-y": 7.0}, 29.0
+_LIKELY, _LIKELY_MASS = {"+x": 16.0, "-x": 16.0, "+y": 8.0, "-y": 8.0}, 29.0
 
 
 class Settings(NamedTuple):
