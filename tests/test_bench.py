@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import argparse
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -133,3 +135,21 @@ def test_a_walk_is_the_same_only_if_nothing_got_worse() -> None:
 def test_a_table_says_nothing_where_there_is_nothing() -> None:
     assert table(["a", "b"], [["x", None], ["y", float("nan")]]).splitlines()[2:] == ["x  -", "y  -"]
     assert callable(report)
+
+
+def test_a_walk_and_the_benchmarks_refusal_need_no_daqp() -> None:
+    code = (
+        "import sys; sys.modules['daqp'] = None\n"
+        "from pdhocbf_drake.simulation.scenario_file import load_scenario\n"
+        "from pdhocbf_drake.simulation.simulate import simulate\n"
+        "text = '{duration: 0.3, gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40}}'\n"
+        "log = simulate(load_scenario('vhip_nobarrier', text))\n"
+        "assert log.ending == 'finished' and log['solver_status'][:, 0].min() == 1.0\n"
+        "from pdhocbf_drake.bench import benchmark\n"
+        "try:\n"
+        "    benchmark.measure(benchmark.QUICK, print)\n"
+        "except benchmark.InputError as error:\n"
+        "    print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "daqp is not installed" in done.stdout

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,9 +11,11 @@ from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import Tick, solve, theta
 from pdhocbf_drake.bench.routes import AXES
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
-from pdhocbf_drake.mpc.daqp_solver import DaqpQp
 from pdhocbf_drake.mpc.warm_start import guess_rows
 from pdhocbf_drake.simulation.build import Walk
+
+if TYPE_CHECKING:
+    from pdhocbf_drake.mpc.daqp_solver import DaqpQp
 
 
 def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
@@ -22,6 +25,8 @@ def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
     which factorizes the guessed active set; "core" is DAQP's own clock, "call" what its Python interface adds;
     "decisions" the way back, with cost and flags; "plan" what is left of the whole.
     """
+    from pdhocbf_drake.mpc.daqp_solver import DaqpQp
+
     mpc = walk.mpc
     solvers = [[DaqpQp(qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)] for axis in mpc.qps]
     rows = np.empty((passes, len(ticks), 8))
