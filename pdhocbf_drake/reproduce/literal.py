@@ -68,7 +68,7 @@ def literal_against_corrected(runs: Runs) -> Section:
             ),
             Number("the same, soft with gamma 0.5", None, soft, "phases", None, False, command),
         ],
-        "The slips that stop the walk are the letter η, the two rows at once, and γ = 1 as a hard constraint.",
+        "The slips that leave the QP without a solution are the letter η, the two rows at once, and γ = 1 made hard.",
     )
 
 
@@ -91,7 +91,7 @@ def _robot_told(run: Run) -> str:
     if not rows.any():
         return f"{log.ending} after {log.time[-1]:.1f} s"
     zmp, box = log["lip_state"][:, [2, 5]], log["zmp_box"]
-    outside = ((zmp < box[:, [0, 2]]) | (zmp > box[:, [1, 3]])).any(axis=1)[rows].mean()
+    outside = np.asarray(((zmp < box[:, [0, 2]]) | (zmp > box[:, [1, 3]])).any(axis=1))[rows].mean()
     jump = np.abs(np.diff(log.element("zmp_reference", "y_zmp")))[rows[1:]].max()
     h = log["h"][rows, 0].min()
     return (

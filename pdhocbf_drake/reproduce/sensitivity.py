@@ -53,7 +53,7 @@ def sensitivity(runs: Runs) -> Section:
         found[key] = np.array(rows)
     gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])[:, 1]
     command = "pdhocbf reproduce --only sensitivity"
-    spread = found["margin"][:, 1]
+    spread, slow = found["margin"][:, 1], found["gamma"][:, 1]
     return Section(
         "What M measures",
         [
@@ -66,9 +66,11 @@ def sensitivity(runs: Runs) -> Section:
             f"With the gait fixed, the choice of the margin alone moves M from {spread.min():.0f} % to "
             f"{spread.max():.0f} %; "
             f"with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % to {gaits.max():.0f} %. "
-            f"γ does "
-            "not move it at all: in the steady walk neither barrier does anything to speak of. Any M between 0 and 100 "
-            "% can be had, and M = 32.3 % "
+            f"γ leaves it at {slow[-1]:.0f} % unless it is so small that the constant barrier forbids the ripple "
+            f"itself: "
+            f"at γ = {VARIED['gamma'][1][0]:g} the walk slows down and M is {slow[0]:.0f} %. Any M between 0 and "
+            f"100 % can "
+            "be had, and M = 32.3 % "
             "is met by a whole family of gaits, so it identifies none of them.",
         ],
         [_figure(found), _law(found)],

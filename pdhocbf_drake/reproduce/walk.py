@@ -134,7 +134,7 @@ def margins(runs: Runs) -> Section:
             statement(fit),
             "The robot's figures are not calibrated: its scenarios keep a margin of 30 mm/s, because its measured "
             "velocity "
-            "strays from the nominal one by up to 14 mm/s in the first steps, and it walks with four ticks of double "
+            "strays from the nominal one, in the first steps most, and it walks with four ticks of double "
             "support. It is there to show that M depends on such choices, not to meet 32.3 %.",
         ],
         numbers=numbers,
