@@ -1,0 +1,145 @@
+"""Pushes on the robot itself, and the faults that it walks through or falls over."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake.biped import Biped, WholeBodyIk, row_weights, sole_pose, swing_lever
+from pdhocbf_drake.biped.posture import Posture, PostureRates
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.push import worker
+from pdhocbf_drake.push.results import Impulse
+from pdhocbf_drake.push.rig import SURVIVED, PushRig
+from pdhocbf_drake.simulation.run_log import FELL as RUN_FELL
+from pdhocbf_drake.simulation.run_log import FINISHED
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import simulate
+
+SHORT = "gait: {stride: 0.1}"
+
+
+@pytest.fixture(scope="module")
+def rig() -> PushRig:
+    return PushRig(load_scenario("walking", SHORT), [20])
+
+
+@pytest.fixture(scope="module")
+def biped() -> Biped:
+    return Biped.load("biped")
+
+
+def test_a_trial_is_the_run_that_it_is_cut_from(rig: PushRig) -> None:
+    trial = rig.trial(20, np.array([60.0, 0.0, 0.0]), 0.1, 1.0)
+    pushed = f"{SHORT[:-1]}, start_steps: 2}}\npushes: [{{step: 6, phase: 20, force: [60, 0, 0]}}]\nduration: 3.8"
+    run = simulate(load_scenario("walking", pushed))
+    at = round(trial.log.time[0] / 0.01)
+    count = min(len(trial.log), len(run) - at)
+    for name in ("robot_state", "com_reference", "push"):
+        np.testing.assert_array_equal(trial.log[name][:count], run[name][at : at + count])
+
+
+def test_pushes_far_within_reach_are_survived_by_stepping_and_the_rest_is_told(rig: PushRig) -> None:
+    survived = rig.trial(20, np.array([100.0, 0.0, 0.0]))
+    assert survived.ending == SURVIVED
+    reasons = survived.log.element("solver_status", "reason")
+    assert np.any(reasons == Reason.RECOVERING)
+    assert np.all(survived.log.element("solver_status", "fallbacks") == 0)
+    assert rig.trial(20, np.array([500.0, 0.0, 0.0])).ending != SURVIVED
+
+
+def test_the_same_trial_twice_is_the_same(rig: PushRig) -> None:
+    force = np.array([0.0, -50.0, 0.0])
+    first, second = rig.trial(20, force, 0.1, 1.0), rig.trial(20, force, 0.1, 1.0)
+    assert first.log.differences(second.log) == []
+
+
+def test_swing_reference_never_jumps_under_a_push(rig: PushRig) -> None:
+    log = rig.trial(20, np.array([100.0, 0.0, 0.0]), 0.1, 1.5).log
+    feet = log["foot_reference"].reshape(-1, 2, 3, 3)
+    tick, support = log.element("gait_phase", "tick"), log.element("gait_phase", "support")
+    for side, foot in ((1, 0), (-1, 1)):
+        # A foot in the air, at this tick and the one before.
+        flying = (support[1:] == -side) & (tick[1:] > 6)
+        moved = np.diff(feet[:, foot, 0, :2], axis=0)
+        speed = 0.5 * (feet[1:, foot, 1, :2] + feet[:-1, foot, 1, :2])
+        assert abs(moved - 0.01 * speed)[flying].max() < 2e-3
+
+
+def test_what_cannot_be_pushed_is_said_in_one_sentence() -> None:
+    with pytest.raises(InputError, match="ticks of the gait, 0 to 79"):
+        PushRig(load_scenario("walking", ""), [80])
+    with pytest.raises(InputError, match="walk_steps"):
+        PushRig(load_scenario("walking", "gait: {walk_steps: 4}"), [0])
+    with pytest.raises(InputError, match="van_der_pol"):
+        PushRig(load_scenario("van_der_pol", ""), [0])
+
+
+def test_the_verb_writes_what_it_promises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from pdhocbf_drake.cli.main import main
+
+    def found(work: worker.Search) -> list[Impulse]:
+        return [Impulse(work.barrier, way, work.phase, 12.0 + work.phase / 10) for way in work.guesses]
+
+    monkeypatch.setattr(worker, "search", found)
+    out = tmp_path / "pushes"
+    words = ["push", "walking", "--directions", "forward,-y", "--phases", "0,40", "--workers", "1", "--out", str(out)]
+    assert main(words) == 0
+    data = json.loads((out / "push.json").read_text())
+    assert set(data) == {"impulse", "median"}
+    assert set(data["median"]) == {"none", "DCBF", "P-DHOCBF"}
+    assert data["median"]["none"] == {"+x": 14.0, "-y": 14.0}
+    assert len(data["impulse"]) == 3 * 2 * 2
+    assert {path.name for path in out.iterdir()} == {
+        "push.json", "push.txt", "push.png", "push_phases.png", "scenario.yaml",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("words", [["--phases", "x"], ["--directions", "up"], ["--tolerance", "0"], ["--workers", "0"]])
+def test_wrong_words_end_in_one_line(words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from pdhocbf_drake.cli.main import main
+
+    assert main(["push", "walking", "--out", str(tmp_path / "no"), *words]) == 1
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1 and words[0] in told
+    assert not (tmp_path / "no").exists()
+
+
+def test_slippery_ground_ends_in_a_fall_that_is_told() -> None:
+    log = simulate(load_scenario("walking", "friction: 0.05\nduration: 4.0"))
+    assert log.ending.startswith(RUN_FELL)
+    assert np.all(np.isfinite(log["com_reference"]))
+
+
+def test_a_heavier_torso_is_walked_with() -> None:
+    log = simulate(load_scenario("walking", "model_error: {torso_mass: 1.2}\nduration: 3.5"))
+    assert log.ending == FINISHED
+    assert np.all(log.element("solver_status", "fallbacks") == 0)
+
+
+def test_a_leg_out_of_reach_gives_up_its_swing_foot_first(biped: Biped) -> None:
+    ik = WholeBodyIk(biped)
+    com = np.array([0.0, -0.04, 0.58])
+    target = Posture(com, sole_pose(-0.45, 0.08), sole_pose(0.0, -0.08))
+    seed = biped.posture(com, sole_pose(-0.1, 0.08), sole_pose(0.0, -0.08))
+    found = ik.solve(target, seed, "left")
+    assert not found.ok
+    ik.task_space.set_positions(found.q)
+    left, right = ik.task_space.sole_positions()
+    assert abs(right - [0.0, -0.08, 0.0]).max() < 5e-3
+    assert abs(left[1] - 0.08) < 5e-3 and left[0] > -0.45 + 0.02
+    rates = PostureRates(np.array([1.0, 0.0, 0.0]), np.zeros(6), np.zeros(6))
+    v = ik.rates(found.q, rates, row_weights("left"))
+    vdot = ik.accelerations(found.q, v, rates, row_weights("left"))
+    assert abs(vdot).max() < 300.0
+
+
+def test_a_swing_foot_drags_the_zmp_its_own_way(biped: Biped) -> None:
+    q = biped.posture(np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
+    lever = swing_lever(biped, q)
+    # Heavy legs below the CoM: some millimetres for each m/s².
+    assert np.all((lever > 1e-3) & (lever < 1e-2))
