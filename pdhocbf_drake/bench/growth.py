@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -35,7 +34,7 @@ def grow(cases: list[tuple[int, int]], passes: int) -> list[dict[str, Any]]:
 
 
 def exponent(rows: list[dict[str, Any]], gait: int) -> float:
-    """p of the steepest growth time ∝ H^p between neighbouring horizons of one gait."""
+    """p of time ∝ H^p from the shortest to the longest horizon of one gait."""
     same = sorted((row["horizon"], row["tick_seconds_median"]) for row in rows if row["ticks_per_gait"] == gait)
-    pairs = pairwise(same)
-    return max((float(np.log(b[1] / a[1]) / np.log(b[0] / a[0])) for a, b in pairs), default=float("nan"))
+    (first, low), (last, high) = same[0], same[-1]
+    return float(np.log(high / low) / np.log(last / first)) if last > first else float("nan")

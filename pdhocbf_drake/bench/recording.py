@@ -10,8 +10,8 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.simulation.build import Walk
 
-NOISE = 0.01  # of the measured CoM velocity, at every tick [m/s]
-KICK = 0.05  # a sudden change of the CoM velocity [m/s]
+NOISE = 0.004  # of the measured CoM velocity, at every tick [m/s]
+KICK = 0.04  # a sudden change of the CoM velocity [m/s]
 KICK_EVERY = 97  # [ticks]: no multiple of a step, so that kicks meet all phases
 
 
