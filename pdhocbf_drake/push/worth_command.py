@@ -8,6 +8,8 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import styled
@@ -108,13 +110,14 @@ def draw(rows: Sequence[Measures], path: Path) -> None:
         figure.savefig(path, format="png")
 
 
-def _line(axes, values, barrier, colour, shown) -> None:  # type: ignore[no-untyped-def]
-    import numpy as np
-
+def _line(axes: Axes, values: Sequence[tuple[float, float]], barrier: str, colour: str, shown: bool) -> None:
+    """One barrier's median over the phases, and its phases as dots."""
     if not shown or not values:
         return
     if barrier == NONE:
-        axes.axhline(float(np.nanmedian([v for _, v in values])), color=colour, ls="--", label=barrier)
+        known = [value for _, value in values if value == value]
+        if known:
+            axes.axhline(float(np.median(known)), color=colour, ls="--", label=barrier)
         return
     gammas = sorted({gamma for gamma, _ in values})
     groups = [[v for g, v in values if g == gamma and v == v] for gamma in gammas]
