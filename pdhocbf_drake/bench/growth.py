@@ -36,5 +36,7 @@ def grow(cases: list[tuple[int, int]], passes: int) -> list[dict[str, Any]]:
 def exponent(rows: list[dict[str, Any]], gait: int) -> float:
     """p of time ∝ H^p from the shortest to the longest horizon of one gait."""
     same = sorted((row["horizon"], row["tick_seconds_median"]) for row in rows if row["ticks_per_gait"] == gait)
+    if len(same) < 2:
+        return float("nan")
     (first, low), (last, high) = same[0], same[-1]
-    return float(np.log(high / low) / np.log(last / first)) if last > first else float("nan")
+    return float(np.log(high / low) / np.log(last / first))
