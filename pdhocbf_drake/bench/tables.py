@@ -106,7 +106,8 @@ def _growth(results: dict[str, Any]) -> str:
     ]
     text = table(["horizon", "gait", "tick [µs]", "start [s]"], rows)
     grown = results["resident_growth_bytes"] / 1e6
-    return f"{text}\ngrowth with the horizon: H^{results['growth_exponent']:.2f}; resident set grew by {grown:.2f} MB in the walk"
+    power = f"growth with the horizon: H^{results['growth_exponent']:.2f}"
+    return f"{text}\n{power}; resident set grew by {grown:.2f} MB in the walk"
 
 
 def _ratios(results: dict[str, Any]) -> str:
