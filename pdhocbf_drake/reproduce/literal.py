@@ -35,7 +35,7 @@ def literal_against_corrected(runs: Runs) -> Section:
         (
             f"α₁ = 1, hard, after a kick of {1e3 * _KICK:g} mm/s",
             f"the QP has no solution at {hard} of {len(_PHASES)} phases; only the ladder below it walks on",
-            f"soft, γ = 0.5: a solution at all but {soft} phases",
+            f"soft, γ = 0.5: no solution at {soft} of {len(_PHASES)} phases",
         ),
         ("no double support (27)", _robot_told(jump), _robot_told(base)),
         ("measured ZMP as the MPC's state (Remark 8)", _robot_told(measured), _robot_told(base)),
