@@ -44,7 +44,7 @@ class RecoveryConfig(Config):
     path_correction: tuple[float, float] = (0.02, 0.02)
     swing_acceleration: float = Field(60.0, gt=0)
     slack_weight: tuple[float, float] = (1e2, 1e3)
-    freeze_ticks: int = Field(4, ge=0)
+    freeze_ticks: int = Field(6, ge=0)
 
 
 class MpcConfig(Config):
