@@ -50,7 +50,7 @@ def draw_phases(impulses: Sequence[Impulse], path: Path, ticks_per_step: int) ->
                 colour = RUNS[number % len(RUNS)]
                 axes.plot(*zip(*points, strict=True), marker="o", ls=style, color=colour, label=barrier)
             axes.axvline(ticks_per_step, color="#888888", lw=0.8)
-            axes.set_ylim(bottom=0.0)
+            axes.set_ylim(0.0, 1.1 * max(1.0, *(i.survived for i in impulses if i.direction == way)))
             axes.set_ylabel(f"{way} [{UNIT}]")
         panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
         panels[-1].set_xlabel("tick of the gait at which the push begins [1]; the line parts its two steps")
