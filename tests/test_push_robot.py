@@ -13,8 +13,9 @@ from pdhocbf_drake.biped.posture import Posture, PostureRates
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.push import worker
+from pdhocbf_drake.push.endings import GAVE_UP, SURVIVED
 from pdhocbf_drake.push.results import Impulse
-from pdhocbf_drake.push.rig import SURVIVED, PushRig
+from pdhocbf_drake.push.rig import PushRig
 from pdhocbf_drake.simulation.run_log import FELL as RUN_FELL
 from pdhocbf_drake.simulation.run_log import FINISHED
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -50,6 +51,11 @@ def test_pushes_far_within_reach_are_survived_by_stepping_and_the_rest_is_told(r
     assert np.any(reasons == Reason.RECOVERING)
     assert np.all(survived.log.element("solver_status", "fallbacks") == 0)
     assert rig.trial(20, np.array([500.0, 0.0, 0.0])).ending != SURVIVED
+
+
+def test_a_push_that_no_simulation_follows_is_an_ending_too(rig: PushRig) -> None:
+    trial = rig.trial(20, np.array([1e7, 0.0, 0.0]), 0.1, 1.0)
+    assert trial.ending == GAVE_UP and not trial.survived and np.all(np.isfinite(trial.log["lip_state"]))
 
 
 def test_the_same_trial_twice_is_the_same(rig: PushRig) -> None:

@@ -14,8 +14,9 @@ from pdhocbf_drake.analysis.drawing import styled
 from pdhocbf_drake.analysis.figures import Drawn
 from pdhocbf_drake.analysis.palette import RUNS, SAFE, UNSAFE
 from pdhocbf_drake.campaign.config import CampaignConfig
-from pdhocbf_drake.campaign.store import FAILED, SURVIVED
+from pdhocbf_drake.campaign.store import FAILED
 from pdhocbf_drake.campaign.survival import Row, survival_rate
+from pdhocbf_drake.push.endings import SURVIVED
 
 _BINS = 6  # a curve's or a map's, on each axis, where values are drawn
 _MOST_VALUES = 12  # up to which each given value has a bin of its own

@@ -24,7 +24,6 @@ from pdhocbf_drake.errors import RunFolderError
 TABLE: Final = "runs.parquet"
 PARTS: Final = "parts"
 FAILED: Final = "failed"
-SURVIVED: Final = "survived"  # what else a status may be is told in `verdict`
 
 # The rest of the columns is told by the metrics themselves.
 _CORE = (

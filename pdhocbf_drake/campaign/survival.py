@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 from scipy.stats import binomtest
 
-from pdhocbf_drake.campaign.store import FAILED, SURVIVED
+from pdhocbf_drake.campaign.store import FAILED
+from pdhocbf_drake.push.endings import SURVIVED
 
 
 class Rate(NamedTuple):

@@ -11,14 +11,13 @@ from pydrake.systems.framework import Context
 
 from pdhocbf_drake.biped import Biped
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.push.endings import ASTRAY, GAVE_UP, LEGS, SURVIVED, walks_on
 from pdhocbf_drake.push.legs import LegWatch
-from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Push, Scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 
-SURVIVED, FELL, LEGS, ASTRAY = "survived", "fell", "legs touched", "did not walk on"
 _SETTLING_GAITS = 3  # from the standing start to steady walking
-_SPEED_ERROR = 0.1  # [m/s]: mean over the last gait, against what the gait commands; more is not walking on
 
 
 class Trial(NamedTuple):
@@ -88,26 +87,21 @@ class PushRig:
         simulator = Simulator(self._diagram, context)
         simulator.Initialize()
         ending = SURVIVED
-        for k in range(1, round(watch / tick) + 1):
-            status = simulator.AdvanceTo((first + k) * tick)
-            if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
-                ending = FELL
-                break
-            if self._legs is not None and self._legs.touch(simulator.get_context()):
-                ending = LEGS
-                break
+        try:
+            for k in range(1, round(watch / tick) + 1):
+                status = simulator.AdvanceTo((first + k) * tick)
+                if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                    ending = FELL
+                    break
+                if self._legs is not None and self._legs.touch(simulator.get_context()):
+                    ending = LEGS
+                    break
+        except RuntimeError:  # Drake's plant gives up on numbers that are none
+            ending = GAVE_UP
         log = self._log(simulator.get_context())
-        if ending == SURVIVED and not self._walks_on(log):
+        if ending == SURVIVED and not walks_on(self.scenario.gait, log):
             ending = ASTRAY
         return Trial(ending, log)
-
-    def _walks_on(self, log: RunLog) -> bool:
-        """Whether the last gait of the log went at the commanded mean velocity, and on the feet's own tracks."""
-        gait = self.scenario.gait
-        lip = log["lip_state"]
-        gone = (lip[-1, [0, 3]] - lip[-1 - gait.ticks_per_gait, [0, 3]]) / (gait.ticks_per_gait * gait.tick)
-        error = gone - [gait.stride / (gait.ticks_per_step * gait.tick), 0.0]
-        return bool(np.abs(error).max() < _SPEED_ERROR)
 
     def _log(self, context: Context) -> RunLog:
         logs = {name: sink.FindLog(context) for name, sink in self._logged.sinks.items()}
