@@ -1,0 +1,156 @@
+"""What goes wrong around a walking robot: lost, frozen and late measurements, a failing solver, ice, a heavy torso."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+from pydrake.systems.framework import BasicVector, Context
+
+from pdhocbf_drake.mpc.solution import QpResult, Reason
+from pdhocbf_drake.mpc.solvers import QpSolver
+from pdhocbf_drake.push.endings import ASTRAY, SURVIVED
+from pdhocbf_drake.push.rig import PushRig, Trial
+from pdhocbf_drake.simulation import biped_diagram
+from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import simulate
+from pdhocbf_drake.systems.state_estimator import StateEstimator
+
+Lie = Callable[[int, np.ndarray], np.ndarray]
+WATCHED = 2.0  # [s], two and a half gaits
+NOBODY = np.zeros(3)
+
+
+class Liar(StateEstimator):
+    """An estimator whose CoM and ZMP can be made to lie from a test."""
+
+    lie: Callable[[float, np.ndarray], np.ndarray] | None = None
+
+    def _lip_state(self, context: Context, output: BasicVector) -> None:
+        super()._lip_state(context, output)
+        if Liar.lie is not None:
+            output.SetFromVector(Liar.lie(context.get_time(), np.array(output.value())))
+
+
+@pytest.fixture(scope="module")
+def rig() -> Iterator[PushRig]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(biped_diagram, "StateEstimator", Liar)
+        yield PushRig(load_scenario("walking"), [10])
+
+
+@pytest.fixture(scope="module")
+def undisturbed(rig: PushRig) -> Trial:
+    return rig.trial(10, NOBODY, watch=WATCHED)
+
+
+@pytest.fixture
+def told(rig: PushRig, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch) -> Callable[[Lie], Trial]:
+    """Walks a controller that is told `lie(tick from the start, true state)`."""
+    start = undisturbed.log.time[0]
+
+    def walk(lie: Lie) -> Trial:
+        monkeypatch.setattr(Liar, "lie", staticmethod(lambda time, state: lie(round((time - start) / 0.01), state)))
+        return rig.trial(10, NOBODY, watch=WATCHED)
+
+    return walk
+
+
+def reasons(log: RunLog) -> list[Reason]:
+    """Of the ticks watched; row k shows what was solved at tick k − 1."""
+    return [Reason(round(number)) for number in log.element("solver_status", "reason")]
+
+
+def astray(trial: Trial, undisturbed: Trial) -> float:
+    """How far anything of the robot is from where it is without the fault, at most [m, rad]."""
+    return float(np.abs(trial.log["robot_state"] - undisturbed.log["robot_state"])[:, :19].max())
+
+
+@pytest.mark.parametrize(("ticks", "apart"), [(1, 5e-4), (10, 5e-3)])
+def test_a_state_that_is_no_number_is_walked_through(
+    told: Callable[[Lie], Trial], undisturbed: Trial, ticks: int, apart: float
+) -> None:
+    trial = told(lambda tick, state: np.full(6, np.nan) if 50 <= tick < 50 + ticks else state)
+    assert trial.ending == SURVIVED
+    seen = reasons(trial.log)
+    assert [k for k, reason in enumerate(seen) if reason == Reason.BAD_MEASUREMENT] == list(range(51, 51 + ticks))
+    assert set(seen) == {Reason.SOLVED, Reason.BAD_MEASUREMENT}
+    assert 0.0 < astray(trial, undisturbed) < apart
+    assert np.all(np.isfinite(trial.log["actuation"]))
+
+
+def test_a_frozen_measurement_is_noticed_and_walked_through(told: Callable[[Lie], Trial], undisturbed: Trial) -> None:
+    last: list[np.ndarray] = []
+
+    def frozen(tick: int, state: np.ndarray) -> np.ndarray:
+        if tick < 50:
+            last[:] = [state]
+        return last[0] if 50 <= tick < 60 else state
+
+    trial = told(frozen)
+    assert trial.ending == SURVIVED
+    stale = [k for k, reason in enumerate(reasons(trial.log)) if reason == Reason.STALE_MEASUREMENT]
+    assert set(range(52, 61)) <= set(stale) <= set(range(51, 61))
+    assert astray(trial, undisturbed) < 5e-3
+
+
+def test_a_measurement_that_stays_away_ends_in_a_stand(told: Callable[[Lie], Trial], undisturbed: Trial) -> None:
+    trial = told(lambda tick, state: np.full(6, np.nan) if 20 <= tick < 45 else state)
+    log = trial.log
+    assert trial.ending == ASTRAY and reasons(log)[-1] == Reason.STOPPING  # stopped, which is not walking on
+    assert log.element("com_z", "z").min() > 0.55
+    # The CoM's height goes on as in (24); nothing else moves.
+    assert np.abs(log["lip_state"][-10:, [1, 4]]).max() < 0.02
+    assert np.ptp(log["foot_state"][-10:], axis=0).max() < 1e-3
+    left, right = log["foot_state"][-1].reshape(2, 6)[:, 0]
+    assert abs(left - right) < 0.01  # side by side
+
+
+@pytest.mark.parametrize("second", [True, False], ids=["second solver answers", "none answers"])
+def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
+    rig: PushRig, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch, second: bool
+) -> None:
+    class Fails:
+        def __init__(self, inner: QpSolver) -> None:
+            self.inner = inner
+
+        def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
+            return self.inner.solve(theta, guess)._replace(ok=False, infeasible=False)
+
+    mpc = rig._diagram.GetSubsystemByName("mpc_controller")._mpc
+    failing = [[Fails(solver) if phase % 5 == 0 else solver for phase, solver in enumerate(a)] for a in mpc._solvers]
+    monkeypatch.setattr(mpc, "_solvers", failing)
+    if not second:
+        monkeypatch.setattr(mpc, "_rungs", [])
+    trial = rig.trial(10, NOBODY, watch=WATCHED)
+    assert trial.ending == SURVIVED
+    wanted = Reason.CROSS_SOLVED if second else Reason.NOT_OPTIMAL
+    assert [k for k, reason in enumerate(reasons(trial.log)) if reason != Reason.SOLVED] == list(range(1, 201, 5))
+    assert set(reasons(trial.log)) == {Reason.SOLVED, wanted}
+    assert trial.log.element("solver_status", "fallbacks").max() == (0 if second else 1)
+    assert astray(trial, undisturbed) < (1e-5 if second else 0.02)
+
+
+def test_ice_ends_in_a_fall_that_is_told_and_logged_to_its_end() -> None:
+    log = simulate(load_scenario("walking", "friction: 0.1\nduration: 4.0"))
+    assert log.ending == FELL and not log.complete
+    assert 2.0 < log.time[-1] < 4.0
+    np.testing.assert_allclose(np.diff(log.time), 0.01, atol=1e-9)
+    assert all(np.all(np.isfinite(table)) for table in log.signals.values())
+    assert log.element("com_z", "z")[-1] < 0.5 < log.element("com_z", "z")[-60]
+    assert Reason.RECOVERING in reasons(log)  # it was noticed, and something was tried
+
+
+@pytest.mark.parametrize("fault", ["model_error: {torso_mass: 1.2}", "measurement: {delay_ticks: 3}"])
+def test_a_heavy_torso_and_a_late_measurement_cost_speed_and_no_fall(fault: str) -> None:
+    # Limits that are known: the template is corrected at every tick for what it does not model, and falls behind.
+    log = simulate(load_scenario("walking", f"{fault}\nduration: 3.2"))
+    assert log.ending == FINISHED
+    assert np.all(log.element("solver_status", "fallbacks") == 0)
+    assert log.element("com_z", "z").min() > 0.55
+    gait = log.time > 2.4 - 1e-9
+    commanded, speed = 0.15 / 0.4, log.element("lip_state", "vx")[gait].mean()
+    assert 0.4 * commanded < speed < 0.9 * commanded
+    assert log["h"].min() > 0.0
