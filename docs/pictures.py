@@ -1,6 +1,6 @@
 """Draws the pictures of the README: `python docs/pictures.py` writes the diagram beside this file (needs graphviz).
 
-It is Drake's own Graphviz string of the diagram, less the log sinks, which hang on every vector port, and less the
+It is Drake's own Graphviz string of the diagram, less the log, which every vector port goes to, and less the
 ports that nothing uses, not even a log.
 """
 
@@ -29,8 +29,7 @@ def main() -> None:
         parts += part.get_subgraphs()
     nodes = {node.get_name(): node for part in parts for node in part.get_nodes()}
     edges = [(part, edge) for part in parts for edge in part.get_edges()]
-    sinks = {f"name={sink.get_name()}\n" for sink in logged.sinks.values()}
-    gone = {name for name, node in nodes.items() if any(sink in str(node.get_label()) for sink in sinks)}
+    gone = {name for name, node in nodes.items() if re.search(r"name=(log|signals)\n", str(node.get_label()))}
     used = set()
     for part, edge in edges:
         ends = [str(end) for end in (edge.get_source(), edge.get_destination())]

@@ -43,8 +43,8 @@ def measured(config: dict, seed: int = 0, ticks: int = 400) -> tuple[np.ndarray,
     for adjust in logged.adjust:
         adjust(simulator.get_mutable_context())
     simulator.AdvanceTo((ticks - 0.5) * TICK)
-    logs = [logged.sinks[name].FindLog(simulator.get_context()) for name in ("lip_state", "lip_state_seen")]
-    return logs[0].data().T, logs[1].data().T
+    log = logged.recorded(simulator.get_context())
+    return log["lip_state"], log["lip_state_seen"]
 
 
 def test_a_delay_tells_the_state_of_that_many_ticks_ago() -> None:

@@ -44,8 +44,7 @@ def resident_growth(scenario: Scenario, duration: float, settle: float) -> float
     before = 0
     for second in range(1, round(duration) + 1):
         simulator.AdvanceTo(float(second))
-        for sink in logged.sinks.values():
-            sink.FindMutableLog(simulator.get_mutable_context()).Clear()
+        logged.forget(simulator.get_mutable_context())
         if second == round(settle):
             before = _resident()
     return float(_resident() - before)

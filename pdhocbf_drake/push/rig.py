@@ -71,8 +71,7 @@ class PushRig:
             status = simulator.AdvanceTo((self._first + phase) * self.scenario.gait.tick)
             if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
                 raise InputError(f"scenario {self.scenario.name}: the robot falls before it is pushed")
-            for sink in self._logged.sinks.values():
-                sink.FindMutableLog(simulator.get_mutable_context()).Clear()
+            self._logged.forget(simulator.get_mutable_context())
             saved[phase] = simulator.get_context().Clone()
         return saved
 
@@ -98,13 +97,7 @@ class PushRig:
                     break
         except RuntimeError:  # Drake's plant gives up on numbers that are none
             ending = GAVE_UP
-        log = self._log(simulator.get_context())
+        log = self._logged.recorded(simulator.get_context())
         if ending == SURVIVED and not walks_on(self.scenario.gait, log):
             ending = ASTRAY
         return Trial(ending, log)
-
-    def _log(self, context: Context) -> RunLog:
-        logs = {name: sink.FindLog(context) for name, sink in self._logged.sinks.items()}
-        count = min(log.num_samples() for log in logs.values())
-        time = next(iter(logs.values())).sample_times()[:count]
-        return RunLog({name: np.array(log.data().T[:count]) for name, log in logs.items()}, time)

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort, System
-from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
+from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
 
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.disturbance import SEEN, add_measurement
 from pdhocbf_drake.simulation.pushes import timed_forces
+from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.gait_reference import GaitReference
@@ -25,25 +26,40 @@ from pdhocbf_drake.templates.van_der_pol_tube import VanDerPolTube
 
 @dataclass
 class LoggedDiagram:
-    """A diagram with the sinks of its logged signals, by name (`simulation.signals`).
+    """A diagram whose logged signals (`simulation.signals`) all go into one sink.
 
-    `adjust` holds what is to be done to a new context of it: seeds and parameters.
+    Attributes:
+        sink: takes one sample a tick. Every sink costs 1 µs at each step of the plant, so there is one.
+        columns: where each signal stands in a sample.
+        adjust: what is to be done to a new context of the diagram: seeds and parameters.
     """
 
     diagram: Diagram
-    sinks: dict[str, VectorLogSink]
+    sink: VectorLogSink
+    columns: dict[str, slice]
     adjust: list[Callable[[Context], None]] = field(default_factory=list)
+
+    def recorded(self, context: Context, ending: str = FINISHED) -> RunLog:
+        """What has been logged in a context of the diagram, as a copy."""
+        log = self.sink.FindLog(context)
+        samples = log.data().T
+        signals = {name: np.ascontiguousarray(samples[:, place]) for name, place in self.columns.items()}
+        return RunLog(signals, log.sample_times().copy(), ending)
+
+    def forget(self, context: Context) -> None:
+        """Empties the log of a context."""
+        self.sink.FindMutableLog(context).Clear()
 
 
 @dataclass
 class Wiring:
-    """A diagram being built: blocks by name, ports by name, and one sink a signal."""
+    """A diagram being built: blocks by name, ports by name, and the names of those that are logged."""
 
     tick: float
     builder: DiagramBuilder = field(default_factory=DiagramBuilder)
-    sinks: dict[str, VectorLogSink] = field(default_factory=dict)
     adjust: list[Callable[[Context], None]] = field(default_factory=list)
     _ports: dict[str, OutputPort] = field(default_factory=dict)
+    _logged: list[str] = field(default_factory=list)
 
     def add(self, name: str, system: System) -> System:
         """Adds a block; its vector outputs are known by their port's name from then on."""
@@ -72,15 +88,20 @@ class Wiring:
 
     def log(self, *names: str) -> None:
         """Logs output ports at every tick."""
-        for name in names:
-            sink = LogVectorOutput(self._ports[name], self.builder, self.tick)
-            sink.set_name(f"log_{name}")
-            self.sinks[name] = sink
+        self._logged += names
 
     def build(self, name: str) -> LoggedDiagram:
+        ports = [self._ports[signal] for signal in self._logged]
+        signals = self.builder.AddNamedSystem("signals", Multiplexer([port.size() for port in ports]))
+        for i, port in enumerate(ports):
+            self.builder.Connect(port, signals.get_input_port(i))
+        sink = LogVectorOutput(signals.get_output_port(), self.builder, self.tick)
+        sink.set_name("log")
+        ends = np.cumsum([port.size() for port in ports]).tolist()
+        columns = {s: slice(end - port.size(), end) for s, port, end in zip(self._logged, ports, ends, strict=True)}
         diagram = self.builder.Build()
         diagram.set_name(name)
-        return LoggedDiagram(diagram, self.sinks, self.adjust)
+        return LoggedDiagram(diagram, sink, columns, self.adjust)
 
 
 def add_controller(wiring: Wiring, walk: Walk, initial: np.ndarray, feet: np.ndarray) -> MpcController:

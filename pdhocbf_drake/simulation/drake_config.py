@@ -22,8 +22,11 @@ T = TypeVar("T")
 
 def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
     """Drake's config from scenario data; raises ValueError with one sentence."""
-    # SAP, because TAMSI ignores the joints' implicit PD gains; points, because hydroelastic soles take twice the time.
-    defaults = MultibodyPlantConfig(discrete_contact_approximation="sap", contact_model="point")
+    # SAP, because TAMSI ignores the joints' implicit PD gains; points, because hydroelastic soles take twice the time;
+    # no sampled outputs, because with them the plant steps before the blocks that measure it at the same instant.
+    defaults = MultibodyPlantConfig(
+        discrete_contact_approximation="sap", contact_model="point", use_sampled_output_ports=False
+    )
     config = _load(MultibodyPlantConfig, data, defaults)
     _try(lambda: AddMultibodyPlant(config, DiagramBuilder()), "plant")
     return config

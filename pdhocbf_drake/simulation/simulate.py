@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
@@ -22,7 +21,7 @@ _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 
 def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
-    """The scenario's diagram with its sinks, drawing to `meshcat`; raises `InputError` or `ModelError`."""
+    """The scenario's diagram with its log, drawing to `meshcat`; raises `InputError` or `ModelError`."""
     if meshcat is not None and scenario.system != "biped":
         raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
     if scenario.system == "van_der_pol":
@@ -82,13 +81,4 @@ def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Mesh
     except RuntimeError as error:
         # Drake's plant gives up on numbers that are none; what led there is in the log.
         ending = f"{FAILED}: {str(error).splitlines()[0]}"
-    return _collect(logged, simulator, ending)
-
-
-def _collect(logged: LoggedDiagram, simulator: Simulator, ending: str) -> RunLog:
-    context = simulator.get_context()
-    logs = {name: sink.FindLog(context) for name, sink in logged.sinks.items()}
-    count = min(log.num_samples() for log in logs.values())
-    time = next(iter(logs.values())).sample_times()[:count]
-    signals = {name: np.array(log.data().T[:count]) for name, log in logs.items()}
-    return RunLog(signals, time, ending)
+    return logged.recorded(simulator.get_context(), ending)
