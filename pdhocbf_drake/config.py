@@ -6,11 +6,17 @@ Every room keeps its own `Config` beside the object made from it; `simulation.sc
 from __future__ import annotations
 
 import json
-from typing import Any, TypeVar
+import re
+import reprlib
+from collections.abc import Callable, Iterator
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
 from pdhocbf_drake.errors import InputError
+
+_NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
+_SHOWN = 100  # characters of a given value that a message repeats
 
 
 class Config(BaseModel):
@@ -20,6 +26,50 @@ class Config(BaseModel):
 
 
 C = TypeVar("C", bound=Config)
+
+
+def limited(low: float, high: float, unit: str, *, above: bool = False) -> Callable[[float], float]:
+    """A function that refuses numbers not from `low` (or only above it) to `high`, and says the unit."""
+
+    def check(value: float) -> float:
+        if not low <= value <= high or (above and value == low):
+            raise ValueError(f"must be {'above' if above else 'from'} {low:g} {'and up ' * above}to {high:g} {unit}")
+        return value
+
+    return check
+
+
+def within(low: float, high: float, unit: str, *, above: bool = False) -> AfterValidator:
+    """The same for `Annotated[float, within(…)]`."""
+    return AfterValidator(limited(low, high, unit, above=above))
+
+
+def _named(text: str) -> str:
+    if not _NAME.fullmatch(text):
+        raise ValueError("must be 1 to 100 letters, digits, '_', '-' or '.', the first one no '-' or '.'")
+    return text
+
+
+Name = Annotated[str, AfterValidator(_named)]
+"""What may become part of a file's name, a plot's label and a line on a terminal."""
+
+Length = Annotated[float, within(0.0, 10.0, "m", above=True)]
+"""A length of something that walks [m]: what is given in millimetres is refused."""
+
+
+def as_name(text: str) -> str:
+    """A `Name` made of any text, such as the stem of a file."""
+    return re.sub(r"[^A-Za-z0-9_.-]+", "-", text).lstrip("-.")[:100] or "scenario"
+
+
+def shown(value: Any) -> str:
+    """A given value as a message repeats it: on one line, and cut where it is long."""
+    short = reprlib.Repr()
+    short.maxlevel, short.maxlist, short.maxtuple, short.maxdict, short.maxset = 3, 8, 8, 6, 6
+    short.maxstring = short.maxother = _SHOWN
+    text = short.repr(value)
+    text = {"None": "null", "True": "true", "False": "false"}.get(text, text)
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
 def parse_config(kind: type[C], data: Any, where: str) -> C:
@@ -32,20 +82,60 @@ def parse_config(kind: type[C], data: Any, where: str) -> C:
         # Through JSON, because pydantic's strict mode then still takes a list for a tuple.
         return kind.model_validate_json(json.dumps(data))
     except ValidationError as error:
-        raise InputError("; ".join(_sentence(kind, item, where) for item in error.errors())) from None
-    except TypeError:
-        raise InputError(f"{where}: only plain YAML values are allowed, given {data!r}") from None
+        raise InputError("; ".join(_sentences(kind, error.errors(), where))) from None
+    except (TypeError, ValueError, RecursionError):
+        raise InputError(f"{where}: only plain YAML values are allowed, given {shown(data)}") from None
 
 
-def _sentence(kind: type[BaseModel], item: Any, where: str) -> str:
-    location = tuple(item["loc"])
-    path = ".".join([where, *(str(part) for part in location)])
-    if item["type"] == "extra_forbidden":
-        keys = _keys_beside(kind, location)
-        return f"{path}: unknown key; allowed here: {', '.join(keys)}" if keys else f"{path}: unknown key"
+def _sentences(kind: type[BaseModel], items: list[Any], where: str) -> Iterator[str]:
+    places = [tuple(item["loc"]) for item in items]
+    for item, place in zip(items, places, strict=True):
+        if item["type"] == "missing" and isinstance(place[-1], int):
+            # Each entry that a list lacks is an item of its own; the last one says how many are needed.
+            if (*place[:-1], place[-1] + 1) not in places:
+                yield _sentence(where, place[:-1], f"must have {place[-1] + 1} entries", item["input"])
+        elif item["type"] == "too_short" and any(p[:-1] == place for p in places):
+            continue  # pydantic counts the good entries, and what is wrong with the others has been said
+        elif item["type"] == "extra_forbidden":
+            keys = ", ".join(_keys_beside(kind, place))
+            yield _sentence(where, place, f"unknown key; allowed here: {keys}" if keys else "unknown key")
+        elif item["type"] == "missing":
+            yield _sentence(where, place, "is needed, but missing")
+        else:
+            yield _sentence(where, place, _in_plain_words(item), item["input"])
+
+
+def _sentence(where: str, place: tuple[Any, ...], message: str, *given: Any) -> str:
+    # A whole map says nothing that the message doesn't.
+    told = "".join(f" (given: {shown(value)})" for value in given if not isinstance(value, dict))
+    return f"{'.'.join([where, *map(str, place)])}: {message}{told}"
+
+
+def _in_plain_words(item: Any) -> str:
+    """What is allowed, for someone who writes YAML and knows neither Python nor pydantic."""
+    limits = item.get("ctx") or {}
+    words = {
+        "float_type": "must be a number",
+        "int_type": "must be a whole number",
+        "int_from_float": "must be a whole number",
+        "bool_type": "must be true or false",
+        "string_type": "must be text",
+        "tuple_type": "must be a list",
+        "dict_type": "must be a map of keys and values",
+        "model_type": "must be a map of keys and values",
+        "finite_number": "must be a finite number",
+        "literal_error": f"must be {limits.get('expected')}",
+        "greater_than": f"must be above {limits.get('gt', 0):g}",
+        "greater_than_equal": f"must be at least {limits.get('ge', 0):g}",
+        "less_than": f"must be below {limits.get('lt', 0):g}",
+        "less_than_equal": f"must be at most {limits.get('le', 0):g}",
+        "too_short": f"must have at least {limits.get('min_length')} entries",
+        "too_long": f"must have at most {limits.get('max_length')} entries",
+    }
+    if item["type"] in words:
+        return words[item["type"]]
     message = item["msg"].removeprefix("Value error, ")
-    given = "" if item["type"] == "missing" else f" (given: {item['input']!r})"
-    return f"{path}: {message[0].lower()}{message[1:]}{given}"
+    return f"{message[0].lower()}{message[1:]}"
 
 
 def _keys_beside(kind: Any, location: tuple[Any, ...]) -> list[str]:

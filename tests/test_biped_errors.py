@@ -131,6 +131,55 @@ def test_unknown_key_in_the_robot_file(tmp_path: Path) -> None:
         Biped.load(str(path))
 
 
+@pytest.mark.parametrize(
+    ("update", "says"),
+    [
+        ({"kp": -600.0}, "robot.kp: must be above 0 and up to 1e+06 N m/rad (given: -600.0)"),
+        ({"kp": 1e12}, "robot.kp: must be above 0 and up to 1e+06 N m/rad"),
+        ({"kp": [1.0] * 5}, "robot.kp: must be one number for all joints, or six: hip_yaw, hip_roll, hip_pitch, "),
+        ({"kd": [1.0] * 5 + [-1.0]}, "robot.kd: must be from 0 to 100000 N m s/rad"),
+        ({"effort_limits": 0}, "robot.effort_limits: must be above 0"),
+        ({"reflected_inertia": -1}, "robot.reflected_inertia: must be from 0 to 1000 kg m²"),
+        ({"left__bent_knee__knee_pitch": 45.0}, "left.bent_knee.knee_pitch: must be from -3.14159 to 3.14159 rad"),
+        ({"left__sole__half_size": [100.0, 60.0]}, "left.sole.half_size.0: must be above 0 and up to 1 m (given: 100"),
+        ({"left__sole__half_size": [-0.1, 0.06]}, "left.sole.half_size.0: must be above 0 and up to 1 m (given: -0.1)"),
+        ({"com_height": 580.0}, "robot.com_height: must be above 0 and up to 10 m (given: 580.0)"),
+        ({"stance_width": 160.0}, "robot.stance_width: must be above 0 and up to 10 m (given: 160.0)"),
+    ],
+)
+def test_numbers_that_no_robot_has(update: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError) as caught:
+        changed(**update)
+    assert says in str(caught.value)
+
+
+def test_legs_that_are_swapped() -> None:
+    config = load_robot_config("biped")
+    told = text_of(config.model_copy(update={"left": config.right, "right": config.left}))
+    assert told.startswith("robot 'biped': left and right are swapped: with the knees bent the left sole is at y = -")
+
+
+def test_a_package_folder_that_is_not_there() -> None:
+    assert text_of(changed(packages={"pdhocbf_models": "/nope"})) == (
+        "robot 'biped': packages.pdhocbf_models: there is no folder /nope"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", r"robot\.yaml holds nothing; see models/biped/biped\.yaml"),
+        ("kp: 1\nkp: 2\n", r"robot\.yaml is not valid YAML at line 2, column 1: key 'kp' is given twice"),
+        ("a: {b", r"robot\.yaml is not valid YAML at line 1, column 6"),
+    ],
+)
+def test_a_robot_file_is_read_like_a_scenario(text: str, says: str, tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text(text)
+    with pytest.raises(InputError, match=says) as caught:
+        Biped.load(str(tmp_path / "robot.yaml"))
+    assert "\n" not in str(caught.value)
+
+
 def refused(**update: Any) -> str:
     with pytest.raises(ModelError) as caught:
         check_walk(biped(), **{**WALK, **update})

@@ -103,7 +103,7 @@ WRONG = [
     ({"factors": {"friction": {"low": 0.1, "high": 0.5, "points": 3}}}, "points belongs to a grid"),
     ({"factors": {"friction": {"low": 0.0, "high": 0.5, "scale": "log"}}}, "needs low above 0, given 0"),
     ({"factors": {}}, "factors"),
-    ({"factors": {"friction": {"values": [-1.0]}}}, "run 0 (none).friction: input should be greater than 0"),
+    ({"factors": {"friction": {"values": [-1.0]}}}, "run 0 (none).friction: must be above 0"),
     ({"sample": "grid"}, "runs belongs to a random sample"),
     ({"sample": "grid", "runs": None}, "on a grid, factor 'pushes.0.force.0' needs points, or values"),
     ({"runs": None}, "a random sample needs runs"),

@@ -70,7 +70,6 @@ def test_swing_velocity_and_acceleration_are_derivatives() -> None:
     ("values", "message"),
     [
         ({"double_support_ticks": 20}, "gait.double_support_ticks: must be below half a step, 20 ticks (given: 20)"),
-        ({"zmp_box": (0.1, 0.0)}, "gait.zmp_box: side lengths must be positive (given: [0.1, 0.0])"),
         ({"com_height_amplitude": 0.6}, "gait.com_height_amplitude: must be below the CoM height 0.58 m (given: 0.6)"),
         (
             {"com_height_amplitude": 0.05},

@@ -8,7 +8,7 @@ import yaml
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario import Push, Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
-from pdhocbf_drake.simulation.yaml_text import merge, write_yaml
+from pdhocbf_drake.yaml_text import merge, read_yaml, write_yaml
 
 NAMES = [
     "paper_vhip",
@@ -67,6 +67,34 @@ def test_a_number_without_a_point_is_a_number():
     assert load_scenario("walking", "mpc: {foothold_weight: 1e3}").mpc.foothold_weight == 1000.0
 
 
+def test_numbers_are_those_of_yaml_1_2_and_are_written_so(tmp_path):
+    assert load_scenario("walking", "seed: 010").seed == 10
+    words = {"a": "1e4", "b": "1:30", "c": "009", "d": "0o17", "e": 1e4, "f": 1e-9, "g": 10}
+    write_yaml(words, tmp_path / "w.yaml")
+    assert read_yaml(tmp_path / "w.yaml") == words == yaml.safe_load((tmp_path / "w.yaml").read_text())
+
+
+@pytest.mark.parametrize("text", ["", "# nothing\n", "{}", "mine: {}", "mine:"])
+def test_a_file_without_a_scenario_walks_nothing(text, tmp_path):
+    (tmp_path / "empty.yaml").write_text(text)
+    entry = ":mine" if "mine" in text else ""
+    with pytest.raises(InputError, match=r"empty\.yaml(:mine)? holds no scenario: at least `extends: NAME`"):
+        load_scenario(f"{tmp_path}/empty.yaml{entry}")
+
+
+def test_the_stem_of_a_file_makes_a_name(tmp_path):
+    (tmp_path / "my walk (2).yaml").write_text("extends: vhip\n")
+    assert load_scenario(str(tmp_path / "my walk (2).yaml")).name == "my-walk-2-"
+
+
+def test_what_cannot_be_extended_is_told_with_the_file(tmp_path):
+    (tmp_path / "mine.yaml").write_text("extends: other.yaml\n")
+    with pytest.raises(InputError, match=r"mine\.yaml\.extends: there is no scenario 'other\.yaml' in that file or"):
+        load_scenario(str(tmp_path / "mine.yaml"))
+    with pytest.raises(InputError, match=r"is a folder; a YAML file is needed, such as the scenario\.yaml of a run"):
+        load_scenario(f"{tmp_path}/")
+
+
 def test_one_of_several_scenarios_in_a_file(tmp_path):
     path = tmp_path / "mine.yaml"
     path.write_text("slow: {extends: walking, gait: {stride: 0.05}}\nslower: {extends: slow, gait: {stride: 0.02}}\n")
@@ -90,6 +118,10 @@ def test_a_map_of_another_kind_replaces_the_old_one():
     assert merge(old, {"bound": {"margin": 0.2}})["bound"] == {"kind": "orbit", "margin": 0.2}
 
 
+# Each anchor stands for nine of the one before: 9⁹ numbers, were they written out.
+_BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 10))
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
@@ -97,17 +129,18 @@ def test_a_map_of_another_kind_replaces_the_old_one():
         ("gait: {stridee: 1}", r"walking\.gait\.stridee: unknown key; allowed here: .*stride, swing_height"),
         ("barriers: {forward_speed: {bound: {marginn: 1}}}", r"bound\.marginn: unknown key; allowed here: .*margin"),
         ("pushes: [{force: [1, 2, 3], time: 1.0, fource: 2}]", r"fource: unknown key; allowed here: body, duration"),
-        ("gait: {stride: abc}", r"walking\.gait\.stride: .*valid number \(given: 'abc'\)"),
-        ("gait: {stride: [1.0]}", r"walking\.gait\.stride: .*valid number \(given: \[1\.0\]\)"),
+        ("gait: {stride: abc}", r"walking\.gait\.stride: must be a number \(given: 'abc'\)"),
+        ("gait: {stride: [1.0]}", r"walking\.gait\.stride: must be a number \(given: \[1\.0\]\)"),
         ("gait: {stride: .nan}", r"walking\.gait\.stride: .*finite number"),
         ("gait: {stride: .inf}", r"walking\.gait\.stride: .*finite number"),
-        ("gait: {zmp_box: [0.1, 0.1, 0.1]}", r"walking\.gait\.zmp_box: .*at most 2 items"),
-        ("gait: {zmp_box: 0.1}", r"walking\.gait\.zmp_box: .*valid array"),
-        ("gait: {tick: -0.01}", r"walking\.gait\.tick: .*greater than 0 \(given: -0\.01\)"),
-        ("gait: {ticks_per_step: 40.5}", r"walking\.gait\.ticks_per_step: .*integer"),
-        ("gait: 2020-01-01", r"walking\.gait: .*object \(given: '2020-01-01'\)"),
+        ("gait: {zmp_box: [0.1, 0.1, 0.1]}", r"walking\.gait\.zmp_box: must have at most 2 entries"),
+        ("gait: {zmp_box: [0.1, 0.0]}", r"walking\.gait\.zmp_box\.1: must be above 0 and up to 10 m \(given: 0\.0\)"),
+        ("gait: {zmp_box: 0.1}", r"walking\.gait\.zmp_box: must be a list \(given: 0\.1\)"),
+        ("gait: {tick: -0.01}", r"walking\.gait\.tick: must be from 0\.0001 to 0\.1 s \(given: -0\.01\)"),
+        ("gait: {ticks_per_step: 40.5}", r"walking\.gait\.ticks_per_step: must be a whole number"),
+        ("gait: 2020-01-01", r"walking\.gait: must be a map of keys and values \(given: '2020-01-01'\)"),
         ("duration: true", r"walking\.duration: .*number"),
-        ("duration: 0", r"walking\.duration: .*greater than 0"),
+        ("duration: 0", r"walking\.duration: must be above 0 and up to 36000 s \(given: 0\)"),
         ("system: quadruped", r"walking\.system: .*'biped', 'vhip' or 'van_der_pol' \(given: 'quadruped'\)"),
         ("barriers: {forward_speed: {gamma: [1.5, 0.5]}}", r"gamma"),
         ("barriers: {forward_speed: {gamma: [0.0, 0.5]}}", r"gamma"),
@@ -120,6 +153,30 @@ def test_a_map_of_another_kind_replaces_the_old_one():
         ("gait: {stride: 0.1, stride: 0.2}", r"key 'stride' is given twice"),
         ("0.1", r"--text must hold a YAML map such as"),
         ("extends: vhip", r"--text overrides a scenario and cannot extend"),
+        ("gait: &a {gait: *a}", r"--text is not valid YAML at line 1, column 7: a value holds itself"),
+        ("? [a, b]\n: 1", r"at line 1, column 3: a key must be a word"),
+        ("[" * 5000, r"nested too deeply"),
+        ("pushes: !!set {a}", r"at line 1, column 9: !!set is no plain value"),
+        ("name: !!binary aGVsbG8=", r"!!binary is no plain value"),
+        ("name: a\0b", r"--text is not valid YAML: unacceptable character"),
+        (_BOMB, r"more than 1000000 values"),
+        ("duration: 1:30", r"walking\.duration: must be a number \(given: '1:30'\)"),
+        ("name: ../evil", r"\.name: must be 1 to 100 letters"),
+        ("barriers: {nope: null}", r"barriers\.nope: null removes a barrier, but there is forward_speed to remove"),
+        ("gait: {start_steps: 1000000}", r"gait\.start_steps: must be at most 1000 \(given: 1000000\)"),
+        ("gait: {ticks_per_step: 1000000}", r"gait\.ticks_per_step: must be at most 10000"),
+        ("gait: {com_height: 1e6}", r"gait\.com_height: must be above 0 and up to 10 m"),
+        ("gait: {tick: 1e-9}", r"gait\.tick: must be from 0\.0001 to 0\.1 s \(given: 1e-09\)"),
+        ("gait: {stride: 1e9}", r"gait\.stride: must be from -10 to 10 m"),
+        ("mpc: {horizon: 800000}", r"mpc\.horizon: must be at most 20000"),
+        ("mpc: {slack_weight: [-1, 1]}", r"mpc\.slack_weight\.0: must be above 0"),
+        ("mpc: {slack_weight: [0, 0]}", r"mpc\.slack_weight\.0: must be above 0"),
+        ("mpc: {foothold_weight: 1e300}", r"mpc\.foothold_weight: must be above 0 and up to 1e\+12"),
+        ("mpc: {path_correction: [-0.1, 0.05]}", r"mpc\.path_correction\.0: must be from 0 to 10 m"),
+        ("mpc: {step_tolerance: [-0.1, 0.05]}", r"mpc\.step_tolerance\.0: must be from 0 to 10 m"),
+        ("measurement: {delay_ticks: 1000000000}", r"measurement\.delay_ticks: must be at most 1000"),
+        ("pushes: [{time: 1, force: [1.0e+308, 0, 0]}]", r"pushes\.0\.force\.0: must be from -1e\+06 to 1e\+06 N"),
+        ("vhip: {mass: 1e-300}", r"vhip\.mass: must be from 0\.001 to 1e\+06 kg"),
     ],
 )
 def test_bad_overrides_are_told_in_one_sentence(text, says):

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Literal
+import math
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationError, WrapValidator
 
-from pdhocbf_drake.config import Config
+from pdhocbf_drake.config import Config, Length, limited, within
 
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
+Angle = Annotated[float, within(-math.pi, math.pi, "rad")]
+Place = Annotated[float, within(-10.0, 10.0, "m")]
+HalfSide = Annotated[float, within(0.0, 1.0, "m", above=True)]
 ROLES = ("hip_yaw", "hip_roll", "hip_pitch", "knee_pitch", "ankle_pitch", "ankle_roll")
 
 
@@ -24,9 +29,9 @@ class SoleConfig(Config):
     """
 
     link: str
-    xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    half_size: tuple[float, float]
+    xyz: tuple[Place, Place, Place] = (0.0, 0.0, 0.0)
+    rpy: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
+    half_size: tuple[HalfSide, HalfSide]
 
 
 class LegJoints(Config):
@@ -43,12 +48,12 @@ class LegJoints(Config):
 class LegAngles(Config):
     """Joint angles of a leg [rad], in the signs of the model."""
 
-    hip_yaw: float = 0.0
-    hip_roll: float = 0.0
-    hip_pitch: float = 0.0
-    knee_pitch: float = 0.0
-    ankle_pitch: float = 0.0
-    ankle_roll: float = 0.0
+    hip_yaw: Angle = 0.0
+    hip_roll: Angle = 0.0
+    hip_pitch: Angle = 0.0
+    knee_pitch: Angle = 0.0
+    ankle_pitch: Angle = 0.0
+    ankle_roll: Angle = 0.0
 
 
 class LegConfig(Config):
@@ -65,7 +70,24 @@ class LegConfig(Config):
     bent_knee: LegAngles
 
 
-PerRole = float | tuple[float, float, float, float, float, float]
+def _one_or_six(low: float, high: float, unit: str, *, above: bool = False) -> WrapValidator:
+    """What each number of a per-joint value may be, told in one sentence."""
+    allowed = limited(low, high, unit, above=above)
+
+    def check(value: Any, parse: Callable[[Any], Any]) -> Any:
+        try:
+            parsed = parse(tuple(value) if isinstance(value, list) else value)
+        except ValidationError:
+            raise ValueError("must be one number for all joints, or six: " + ", ".join(ROLES)) from None
+        for number in parsed if isinstance(parsed, tuple) else (parsed,):
+            if number is not None:
+                allowed(number)
+        return parsed
+
+    return WrapValidator(check)
+
+
+_PerRole = float | tuple[float, float, float, float, float, float]
 
 
 class RobotConfig(Config):
@@ -99,12 +121,12 @@ class RobotConfig(Config):
     left: LegConfig
     right: LegConfig
     fixed_joints: dict[str, float] = Field(default_factory=dict)
-    com_height: float = Field(gt=0)
-    stance_width: float = Field(gt=0)
-    kp: PerRole = 600.0
-    kd: PerRole = 20.0
-    effort_limits: PerRole | None = None
-    reflected_inertia: PerRole | None = None
+    com_height: Length
+    stance_width: Length
+    kp: Annotated[_PerRole, _one_or_six(0.0, 1e6, "N m/rad", above=True)] = 600.0
+    kd: Annotated[_PerRole, _one_or_six(0.0, 1e5, "N m s/rad")] = 20.0
+    effort_limits: Annotated[_PerRole | None, _one_or_six(0.0, 1e6, "N m", above=True)] = None
+    reflected_inertia: Annotated[_PerRole | None, _one_or_six(0.0, 1e3, "kg m²")] = None
 
     def leg(self, side: Side) -> LegConfig:
         """The leg of that side."""

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import yaml
-
 import pdhocbf_drake
 from pdhocbf_drake.biped.config import RobotConfig
 from pdhocbf_drake.config import parse_config
-from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.errors import InputError, ModelError
+from pdhocbf_drake.yaml_text import read_yaml
 
 
 def models_folder() -> Path:
@@ -44,14 +43,13 @@ def load_robot_config(robot: str) -> RobotConfig:
     """Reads a robot; file names in it become absolute.
 
     Raises:
-        ModelError: no such robot, or its file is not YAML.
-        InputError: an entry is unknown, missing or of the wrong type.
+        ModelError: no such robot.
+        InputError: its file is not YAML, or an entry is unknown, missing or wrong.
     """
     path = robot_file(robot)
-    try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
-        raise ModelError(f"robot file {path} is not YAML: {' '.join(str(error).split())}") from None
+    data = read_yaml(path)
+    if data is None:
+        raise InputError(f"robot file {path} holds nothing; see models/biped/biped.yaml for what a robot needs")
     config = parse_config(RobotConfig, data, str(path))
     folder = path.resolve().parent
     packages = {name: str(folder / place) for name, place in config.packages.items()}

@@ -76,7 +76,7 @@ def find_joint(plant: MultibodyPlant, instance: ModelInstanceIndex, name: str, r
 
 
 def per_joint(value: object) -> np.ndarray:
-    """A `PerRole` value as twelve numbers, left leg then right."""
+    """A per-joint value of a `RobotConfig` as twelve numbers, left leg then right."""
     return np.tile(np.broadcast_to(np.asarray(value, dtype=float), len(ROLES)), len(SIDES))
 
 
@@ -90,6 +90,8 @@ def _parse(plant: MultibodyPlant, config: RobotConfig) -> ModelInstanceIndex:
     parser = Parser(plant)
     parser.SetAutoRenaming(True)
     for name, folder in config.packages.items():
+        if not Path(folder).is_dir():
+            raise ModelError(f"robot {config.name!r}: packages.{name}: there is no folder {folder}")
         parser.package_map().Add(name, folder)
     try:
         instances = parser.AddModels(path)

@@ -72,6 +72,7 @@ class Biped:
         self.torso_frame = find_frame(plant, instance, config.torso_link or config.base_link, name)
         self.mass = float(plant.CalcTotalMass(plant.CreateDefaultContext()))
         self.bent_knee = self._bent_knee()
+        self._check_sides()
 
     @classmethod
     def load(cls, robot: str) -> Biped:
@@ -134,6 +135,17 @@ class Biped:
             )
         self.base_q_index = floating[0].floating_positions_start() + np.arange(7)
         self.base_v_index = floating[0].floating_velocities_start_in_v() + np.arange(6)
+
+    def _check_sides(self) -> None:
+        """Forward is x and up is z, so the left sole is where y is greater."""
+        context = self.plant.CreateDefaultContext()
+        self.plant.SetPositions(context, self.bent_knee)
+        left, right = (self.soles[side].frame.CalcPoseInWorld(context).translation()[1] for side in SIDES)
+        if left <= right:
+            raise ModelError(
+                f"robot {self.config.name!r}: left and right are swapped: with the knees bent the left sole is at "
+                f"y = {left:.3g} m and the right one at {right:.3g} m, but left is where y is greater (x is forward)"
+            )
 
     def _actuators(self) -> dict[str, JointActuator]:
         actuators = (self.plant.get_joint_actuator(index) for index in self.plant.GetJointActuatorIndices())

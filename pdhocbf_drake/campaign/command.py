@@ -16,7 +16,7 @@ from pdhocbf_drake.campaign.plan import PlannedRun, check_buildable, load_campai
 from pdhocbf_drake.campaign.progress import Tell, run_progress
 from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError
 from pdhocbf_drake.simulation.run_folder import REPORT, replaced_file
-from pdhocbf_drake.simulation.yaml_text import write_yaml
+from pdhocbf_drake.yaml_text import write_yaml
 
 SUMMARY: Final = "campaign.json"
 CAMPAIGN: Final = "campaign.yaml"

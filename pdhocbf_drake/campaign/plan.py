@@ -16,7 +16,7 @@ from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
-from pdhocbf_drake.simulation.yaml_text import merge, read_yaml
+from pdhocbf_drake.yaml_text import merge, read_yaml
 
 _PACKAGED = Path(__file__).resolve().parent.parent / "campaigns"
 

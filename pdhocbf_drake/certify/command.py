@@ -22,7 +22,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import limits_of, save_terminal_sets
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.yaml_text import read_yaml, write_yaml
+from pdhocbf_drake.yaml_text import read_yaml, write_yaml
 
 CERTIFICATE, TERMINAL = "certify.json", "terminal_set.npz"
 _ENTRIES = {CERTIFICATE, TERMINAL, SCENARIO, FIGURES}

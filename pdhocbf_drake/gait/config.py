@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pdhocbf_drake.config import Config
+from pdhocbf_drake.config import Config, Length, within
 
 
 class GaitConfig(Config):
@@ -29,17 +29,17 @@ class GaitConfig(Config):
         first_stance: the foot that stands during the first step.
     """
 
-    tick: float = Field(0.01, gt=0)
-    ticks_per_step: int = Field(40, ge=4)
+    tick: Annotated[float, within(1e-4, 0.1, "s")] = 0.01
+    ticks_per_step: int = Field(40, ge=4, le=10_000)
     double_support_ticks: int = Field(4, ge=0)
-    stride: float = 0.15
-    stance_width: float = Field(0.16, gt=0)
-    zmp_box: tuple[float, float] = (0.1, 0.1)
-    com_height: float = Field(0.58, gt=0)
+    stride: Annotated[float, within(-10.0, 10.0, "m")] = 0.15
+    stance_width: Length = 0.16
+    zmp_box: tuple[Length, Length] = (0.1, 0.1)
+    com_height: Length = 0.58
     com_height_amplitude: float = Field(0.01, ge=0)
     com_height_phase: int = 0
-    swing_height: float = Field(0.05, gt=0)
-    start_steps: int = Field(2, ge=0)
+    swing_height: Annotated[float, within(0.0, 1.0, "m", above=True)] = 0.05
+    start_steps: int = Field(2, ge=0, le=1000)
     walk_steps: int | None = Field(None, ge=1)
     first_stance: Literal["left", "right"] = "right"
 

@@ -55,8 +55,6 @@ class Gait:
                 f"gait.double_support_ticks: must be below half a step, {self.period // 2} ticks "
                 f"(given: {config.double_support_ticks})"
             )
-        if min(config.zmp_box) <= 0:
-            raise InputError(f"gait.zmp_box: side lengths must be positive (given: {list(config.zmp_box)})")
         ramp = (np.arange(self.period) + 1.0) / (config.double_support_ticks + 1.0)
         self.box_weight = np.minimum(1.0, ramp)
         self._first = LEFT if config.first_stance == "left" else RIGHT

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from pdhocbf_drake.config import Config
+from pdhocbf_drake.config import Config, Length, within
 
 Tail = Literal["periodic", "truncated", "anticipative"]
+Price = Annotated[float, within(0.0, 1e12, "", above=True)]
+Shift = Annotated[float, within(0.0, 10.0, "m")]
 
 
 class RecoveryConfig(Config):
@@ -36,14 +38,14 @@ class RecoveryConfig(Config):
     noticed: float = Field(0.015, gt=0)
     calm: float = Field(0.03, gt=0)
     calm_ticks: int = Field(40, ge=1)
-    foothold_weight: float = Field(1e3, gt=0)
-    tail_weight: float = Field(1e8, gt=0)
-    zmp_box: tuple[float, float] | None = None
-    step_reach: tuple[float, float] = (0.45, 0.5)
-    stance_width_min: float = Field(0.145, ge=0)
-    path_correction: tuple[float, float] = (0.02, 0.02)
+    foothold_weight: Price = 1e3
+    tail_weight: Price = 1e8
+    zmp_box: tuple[Length, Length] | None = None
+    step_reach: tuple[Length, Length] = (0.45, 0.5)
+    stance_width_min: Shift = 0.145
+    path_correction: tuple[Shift, Shift] = (0.02, 0.02)
     swing_acceleration: float = Field(60.0, gt=0)
-    slack_weight: tuple[float, float] = (1e2, 1e3)
+    slack_weight: tuple[Price, Price] = (1e2, 1e3)
     freeze_ticks: int = Field(6, ge=0)
 
 
@@ -77,23 +79,23 @@ class MpcConfig(Config):
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
     """
 
-    horizon: int = Field(80, ge=1)
+    horizon: int = Field(80, ge=1, le=20_000)
     tail: Tail = "periodic"
-    foothold_weight: float = Field(1e5, gt=0)
-    zmp_centre_weight: float = Field(0.0, ge=0)
-    path_correction: tuple[float, float] = (0.02, 0.05)
-    step_tolerance: tuple[float, float] = (0.1, 0.05)
-    stance_width_min: float = Field(0.12, ge=0)
+    foothold_weight: Price = 1e5
+    zmp_centre_weight: float = Field(0.0, ge=0, le=1e12)
+    path_correction: tuple[Shift, Shift] = (0.02, 0.05)
+    step_tolerance: tuple[Shift, Shift] = (0.1, 0.05)
+    stance_width_min: Shift = 0.12
     barrier: Literal["soft", "hard"] = "soft"
-    slack_weight: tuple[float, float] = (1e5, 1e6)
-    zmp_margin: float = Field(0.0, ge=0)
+    slack_weight: tuple[Price, Price] = (1e5, 1e6)
+    zmp_margin: Shift = 0.0
     freeze_ticks: int = Field(8, ge=0)
     stop_ticks: int = Field(20, ge=1)
     zmp_state: Literal["planned", "measured"] = "planned"
     terminal_set: str | None = None
     stability: Literal["demanded", "paid"] = "demanded"
-    step_reach: tuple[float, float] | None = None
+    step_reach: tuple[Length, Length] | None = None
     swing_acceleration: float | None = Field(None, gt=0)
     recovery: RecoveryConfig | None = None
-    tail_weight: float = Field(1e6, gt=0)
+    tail_weight: Price = 1e6
     solver: Literal["daqp", "clarabel"] = "daqp"

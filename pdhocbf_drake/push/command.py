@@ -17,7 +17,7 @@ from pdhocbf_drake.push.worker import Settings, search_all
 from pdhocbf_drake.simulation.run_folder import SCENARIO, replaced_file
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.yaml_text import write_yaml
+from pdhocbf_drake.yaml_text import write_yaml
 
 RESULT = "push.json"
 

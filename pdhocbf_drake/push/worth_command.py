@@ -22,7 +22,7 @@ from pdhocbf_drake.push.worth_robot import RobotWorth
 from pdhocbf_drake.push.worth_template import TemplateWorth
 from pdhocbf_drake.simulation.run_folder import SCENARIO, replaced_file
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.yaml_text import write_yaml
+from pdhocbf_drake.yaml_text import write_yaml
 
 RESULT = "worth.json"
 _DRAWN = {

@@ -14,7 +14,7 @@ class ModelErrorConfig(Config):
         torso_mass: mass and inertia of the simulated torso over those the controller knows [1].
     """
 
-    torso_mass: float = Field(1.0, gt=0)
+    torso_mass: float = Field(1.0, gt=0, le=100)
 
 
 class MeasurementNoise(Config):
@@ -45,4 +45,4 @@ class MeasurementConfig(Config):
     """
 
     noise: MeasurementNoise = MeasurementNoise()
-    delay_ticks: int = Field(0, ge=0)
+    delay_ticks: int = Field(0, ge=0, le=1000)

@@ -14,7 +14,7 @@ from pdhocbf_drake.errors import InputError, RunFolderError
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.yaml_text import read_yaml, write_yaml
+from pdhocbf_drake.yaml_text import read_yaml, write_yaml
 
 SCENARIO: Final = "scenario.yaml"
 PROVENANCE: Final = "provenance.json"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from pdhocbf_drake.barriers.config import BarrierConfig
-from pdhocbf_drake.config import Config, parse_config
+from pdhocbf_drake.config import Config, Name, parse_config, within
 from pdhocbf_drake.gait.config import GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, ModelErrorConfig
@@ -17,6 +17,7 @@ from pdhocbf_drake.templates.config import VanDerPolConfig, VhipConfig
 
 DEFAULT_ROBOT = "biped"
 System = Literal["biped", "vhip", "van_der_pol"]
+_Force = Annotated[float, within(-1e6, 1e6, "N")]
 
 
 class Push(Config):
@@ -36,7 +37,7 @@ class Push(Config):
     step: int | None = Field(None, ge=0)
     phase: int = Field(0, ge=0)
     duration: float = Field(0.1, gt=0)
-    force: tuple[float, float, float]
+    force: tuple[_Force, _Force, _Force]
 
     @model_validator(mode="after")
     def _one_start(self) -> Push:
@@ -74,17 +75,17 @@ class Scenario(Config):
             Drake's default, except that contact is solved by SAP on points.
     """
 
-    name: str = "scenario"
+    name: Name = "scenario"
     description: str = ""
     system: System = "biped"
-    duration: float = Field(10.0, gt=0)
+    duration: Annotated[float, within(0.0, 36000.0, "s", above=True)] = 10.0
     seed: int = Field(0, ge=0)
     from_time: float = Field(2.0, ge=0)
     robot: str = DEFAULT_ROBOT
-    friction: float = Field(0.8, gt=0)
+    friction: float = Field(0.8, gt=0, le=10)
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
-    barriers: dict[str, BarrierConfig] = Field({})
+    barriers: dict[Name, BarrierConfig] = Field({})
     pushes: tuple[Push, ...] = ()
     model_error: ModelErrorConfig = ModelErrorConfig()
     measurement: MeasurementConfig = MeasurementConfig()

@@ -6,14 +6,16 @@ scenario, of the same file or of the package, and merges what follows into it in
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from pdhocbf_drake.biped.locate import load_robot_config
+from pdhocbf_drake.config import as_name, shown
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario import DEFAULT_ROBOT, Scenario
-from pdhocbf_drake.simulation.yaml_text import merge, parse_yaml, read_yaml
+from pdhocbf_drake.yaml_text import merge, parse_yaml, read_yaml
 
 _PACKAGED = Path(__file__).resolve().parent.parent / "scenarios"
 
@@ -34,10 +36,10 @@ def load_scenario(scenario: str, text: str = "") -> Scenario:
     if text:
         overrides = parse_yaml(text, "--text")
         if not isinstance(overrides, dict):
-            raise InputError(f"--text must hold a YAML map such as 'gait: {{stride: 0.1}}', given {text!r}")
+            raise InputError(f"--text must hold a YAML map such as 'gait: {{stride: 0.1}}', given {shown(text)}")
         if "extends" in overrides:
             raise InputError("--text overrides a scenario and cannot extend another one; name that one as SCENARIO")
-        data = merge(data, _anchored(overrides, Path.cwd()))
+        data = _merged(data, _anchored(overrides, Path.cwd()), "--text")
     return Scenario.from_dict(_completed(data), data["name"] if isinstance(data["name"], str) else name)
 
 
@@ -55,19 +57,19 @@ def _completed(data: dict[str, Any]) -> dict[str, Any]:
 def _find(scenario: str) -> tuple[dict[str, Any], str, Path]:
     file, entry = _split(scenario)
     if file is None:
-        return _packaged(scenario, ()), scenario, _PACKAGED
+        return _packaged(scenario), scenario, _PACKAGED
     content = read_yaml(file)
     if entry is None:
         data = _map(content, str(file))
         if data and not set(data) & {*Scenario.model_fields, "extends"} and all(map(_is_map, data.values())):
             raise InputError(f"{file} holds several scenarios; choose one as {file}:NAME from {_listed(data)}")
         # A run folder's scenario.yaml carries its own name; any other file lends its stem.
-        return _extended(data, {}, str(file), ()), file.stem, file.resolve().parent
+        return _extended(data, {}, str(file), ()), as_name(file.stem), file.resolve().parent
     siblings = _map(content, str(file))
     if entry not in siblings:
-        raise InputError(f"{file} has no scenario '{entry}'; it has {_listed(siblings)}")
+        raise InputError(f"{file} has no scenario {shown(entry)}; it has {_listed(siblings)}")
     where = f"{file}:{entry}"
-    return _extended(_map(siblings[entry], where), siblings, where, (entry,)), entry, file.resolve().parent
+    return _extended(_map(siblings[entry], where), siblings, where, (entry,)), as_name(entry), file.resolve().parent
 
 
 def _split(scenario: str) -> tuple[Path | None, str | None]:
@@ -84,30 +86,50 @@ def _is_file(text: str) -> bool:
     return "/" in text or text.endswith((".yaml", ".yml"))
 
 
-def _packaged(name: str, seen: tuple[str, ...]) -> dict[str, Any]:
+def _packaged(name: str, seen: tuple[str, ...] = (), siblings: Iterable[str] = (), where: str = "") -> dict[str, Any]:
+    """A scenario of the package; `where` is what extends it, nothing for the SCENARIO of a command line."""
     names = scenario_names()
+    if name not in names and where:
+        there = ", ".join([*siblings, *names])
+        raise InputError(f"{where}.extends: there is no scenario {shown(name)} in that file or the package: {there}")
     if name not in names:
-        raise InputError(f"unknown scenario '{name}'; there are {', '.join(names)}, or give a YAML file")
+        folder = f"; {name} is a folder, give a YAML file in it" if os.path.isdir(name) else ", or give a YAML file"
+        raise InputError(f"unknown scenario {shown(name)}; there are {', '.join(names)}{folder}")
     return _extended(_map(read_yaml(_PACKAGED / f"{name}.yaml"), name), {}, name, (*seen, name))
 
 
 def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, seen: tuple[str, ...]) -> dict[str, Any]:
     """`data` merged onto what it extends, all the way down."""
     data = dict(data)
+    if not data:
+        raise InputError(f"{where} holds no scenario: at least `extends: NAME` or `system: NAME` is needed")
     if "extends" not in data:
+        _merged({}, data, where)
         return data
     base = data.pop("extends")
     if not isinstance(base, str):
-        raise InputError(f"{where}.extends must be the name of a scenario, given {base!r}")
+        raise InputError(f"{where}.extends must be the name of a scenario, given {shown(base)}")
     if base in seen:
         raise InputError(f"{where} extends itself: {' -> '.join((*seen, base))}")
     if base in siblings:
-        parent = _extended(_map(siblings[base], base), siblings, base, (*seen, base))
+        place = f"{where.rpartition(':')[0]}:{base}"
+        parent = _extended(_map(siblings[base], place), siblings, place, (*seen, base))
     else:
-        parent = _packaged(base, seen)
+        parent = _packaged(base, seen, siblings, where)
     # A scenario's own name and description are not inherited.
     inherited = {key: value for key, value in parent.items() if key not in ("name", "description")}
-    merged: dict[str, Any] = merge(inherited, data)
+    return _merged(inherited, data, where)
+
+
+def _merged(base: dict[str, Any], over: dict[str, Any], where: str) -> dict[str, Any]:
+    """`over` laid on `base`; a null that is to remove a barrier must name one."""
+    here, changes = base.get("barriers"), over.get("barriers")
+    names = [name for name, barrier in here.items() if barrier is not None] if isinstance(here, dict) else []
+    for name, barrier in changes.items() if isinstance(changes, dict) else ():
+        if barrier is None and name not in names:
+            there = _listed(names) or "none"
+            raise InputError(f"{where}: barriers.{name}: null removes a barrier, but there is {there} to remove")
+    merged: dict[str, Any] = merge(base, over)
     return merged
 
 
@@ -123,7 +145,7 @@ def _map(data: Any, where: str) -> dict[str, Any]:
     if data is None:
         return {}
     if not isinstance(data, dict):
-        raise InputError(f"{where} must be a YAML map of scenario keys, given {data!r}")
+        raise InputError(f"{where} must be a YAML map of scenario keys, given {shown(data)}")
     return data
 
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import Field
 
-from pdhocbf_drake.config import Config
+from pdhocbf_drake.config import Config, within
 
 
 class VhipConfig(Config):
@@ -14,7 +16,7 @@ class VhipConfig(Config):
         mass: turns the force of a push into an acceleration; nothing else depends on it [kg].
     """
 
-    mass: float = Field(30.0, gt=0)
+    mass: Annotated[float, within(1e-3, 1e6, "kg")] = 30.0
 
 
 class VanDerPolConfig(Config):
@@ -32,8 +34,8 @@ class VanDerPolConfig(Config):
     """
 
     beta: float = Field(0.0, ge=0)
-    tick: float = Field(0.01, gt=0)
-    ticks_per_period: int = Field(628, ge=2)
+    tick: Annotated[float, within(1e-4, 1.0, "s")] = 0.01
+    ticks_per_period: int = Field(628, ge=2, le=10_000)
     initial_state: tuple[float, float] = (1.0, 0.0)
     amplitude: float = Field(1.0, gt=0)
     tube: tuple[float, float] = (0.1, 0.1)

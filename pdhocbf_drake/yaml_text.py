@@ -1,0 +1,135 @@
+"""YAML as users write it: 1e4 is a number, a key given twice is an error, and maps merge in depth."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+from yaml.constructor import ConstructorError
+
+from pdhocbf_drake.config import shown
+from pdhocbf_drake.errors import InputError
+
+# YAML 1.2's numbers. Version 1.1, which PyYAML reads, takes 1e4 for a word, 010 for 8 and 1:30 for 90.
+_INT = re.compile(r"^(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)$")
+_FLOAT = re.compile(
+    r"^(?:[-+]?(?:\.[0-9]+|[0-9]+\.[0-9]*)(?:[eE][-+]?[0-9]+)?|[-+]?[0-9]+[eE][-+]?[0-9]+"
+    r"|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$"
+)
+_NUMBERS = {"tag:yaml.org,2002:int": _INT, "tag:yaml.org,2002:float": _FLOAT}
+_PLAIN = {f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "seq", "map", "merge")}
+_MOST_VALUES = 1_000_000  # that the aliases of a file may stand for
+
+
+class _Loader(yaml.SafeLoader):
+    """PyYAML's safe loader with YAML 1.2 numbers, plain values only and no silent duplicates."""
+
+    def get_single_data(self) -> Any:
+        node = self.get_single_node()
+        if node is None:
+            return None
+        _check(node, {})
+        return self.construct_document(node)
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen = set()
+        for key_node, _ in node.value:
+            key = key_node.value
+            if key in seen:
+                raise ConstructorError(None, None, f"key '{key}' is given twice", key_node.start_mark)
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def _check(node: yaml.Node, counts: dict[int, int | None]) -> int:
+    """How many values a node stands for; refuses what is no tree of plain values, or a tree beyond all measure."""
+    if id(node) in counts:
+        known = counts[id(node)]
+        if known is None:
+            raise ConstructorError(None, None, "a value holds itself", node.start_mark)
+        return known
+    counts[id(node)] = None
+    if node.tag not in _PLAIN:
+        tag = node.tag.replace("tag:yaml.org,2002:", "!!")
+        raise ConstructorError(None, None, f"{tag} is no plain value", node.start_mark)
+    total = 1
+    if isinstance(node, yaml.MappingNode):
+        for key, value in node.value:
+            if not isinstance(key, yaml.ScalarNode):
+                raise ConstructorError(None, None, "a key must be a word", key.start_mark)
+            total += _check(key, counts) + _check(value, counts)
+    elif isinstance(node, yaml.SequenceNode):
+        total += sum(_check(value, counts) for value in node.value)
+    if total > _MOST_VALUES:
+        raise ConstructorError(None, None, f"more than {_MOST_VALUES} values", node.start_mark)
+    counts[id(node)] = total
+    return total
+
+
+def _integer(loader: _Loader, node: yaml.ScalarNode) -> int:
+    return int(node.value, 0 if node.value[:2] in ("0x", "0o") else 10)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Quotes a word that is a number to either version."""
+
+
+_Loader.yaml_implicit_resolvers = {
+    # A date is a word here: no key wants one, and a word gets the clearer message.
+    first: [(tag, pattern) for tag, pattern in pairs if tag not in _NUMBERS and not tag.endswith(":timestamp")]
+    for first, pairs in _Loader.yaml_implicit_resolvers.items()
+}
+_Loader.add_constructor("tag:yaml.org,2002:int", _integer)
+for _tag, _pattern in _NUMBERS.items():
+    for _class in (_Loader, _Dumper):
+        _class.add_implicit_resolver(_tag, _pattern, list("-+.0123456789"))
+
+
+def parse_yaml(text: str, where: str) -> Any:
+    """Plain data from YAML text; raises `InputError` that says where the text is wrong."""
+    try:
+        return yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+        problem = " ".join(str(getattr(error, "problem", error)).split())
+        raise InputError(f"{where} is not valid YAML{place}: {problem}") from None
+    except RecursionError:
+        raise InputError(f"{where} is not valid YAML: lists or maps are nested too deeply") from None
+
+
+def read_yaml(path: Path) -> Any:
+    """Plain data from a YAML file; raises `InputError`."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        raise InputError(f"file {path} does not exist") from None
+    except IsADirectoryError:
+        raise InputError(f"{path} is a folder; a YAML file is needed, such as the scenario.yaml of a run") from None
+    except OSError as error:
+        raise InputError(f"file {shown(str(path))} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise InputError(f"file {path} cannot be read: it is no UTF-8 text") from None
+    except ValueError:  # a NUL byte
+        raise InputError(f"no file can be called {shown(str(path))}") from None
+    return parse_yaml(text, str(path))
+
+
+def merge(base: Any, over: Any) -> Any:
+    """`over` laid on `base`: maps merge key by key, anything else replaces.
+
+    A map that names another `kind` replaces the old one whole, since the old one's keys belong to the old kind.
+    """
+    if not (isinstance(base, dict) and isinstance(over, dict)):
+        return over
+    if "kind" in over and over["kind"] != base.get("kind"):
+        return over
+    return {**base, **{key: merge(base[key], value) if key in base else value for key, value in over.items()}}
+
+
+def write_yaml(data: Any, path: Path) -> None:
+    """Writes plain data, keys in their given order."""
+    text = yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
+    path.write_text(text, encoding="utf-8")
