@@ -4,7 +4,7 @@ import re
 import runpy
 from pathlib import Path
 
-from pdhocbf_drake.simulation.scenario_file import scenario_names
+from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -14,6 +14,20 @@ def test_tables_are_those_of_the_code() -> None:
     tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
     assert tables["with_tables"](README) == README, "run python docs/tables.py"
     assert tables["signals_table"]() in README and tables["metrics_table"]() in README
+
+
+def test_the_page_of_scenario_keys_is_that_of_the_code() -> None:
+    keys = runpy.run_path(str(ROOT / "docs" / "keys.py"))
+    page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    assert keys["with_table"](page) == page, "run python docs/keys.py"
+    assert keys["keys_table"]() in page
+
+
+def test_the_page_s_example_is_a_scenario(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")
+    (tmp_path / "mine.yaml").write_text(re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)[0], encoding="utf-8")
+    scenario = load_scenario(str(tmp_path / "mine.yaml"))
+    assert (scenario.gait.stride, set(scenario.barriers)) == (0.1, {"forward_speed", "sideways"})
 
 
 def test_pictures_and_files_that_it_links_exist() -> None:

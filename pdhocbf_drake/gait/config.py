@@ -16,7 +16,7 @@ class GaitConfig(Config):
         tick: sampling interval δ of the controller [s].
         ticks_per_step: N, the period of forward velocity and CoM height [ticks]; a gait is two steps.
         double_support_ticks: ticks at the start of each step in which the ZMP box moves from the old
-            stance foot to the new one; 0 is the paper's literal gait (usable on the template only).
+            stance foot to the new one; 0 is the paper's literal gait, in which the planned ZMP jumps.
         stride: commanded step length along x [m].
         stance_width: commanded lateral distance between the feet [m].
         zmp_box: side lengths of the ZMP box in x and y, eq. (27) [m].

@@ -21,18 +21,18 @@ class RecoveryConfig(Config):
 
     Attributes:
         noticed: prediction errors of the divergent component that add up to this within a step are a disturbance [m].
-        calm: it is over when footholds are planned this close to the commanded ones ... [m]
-        calm_ticks: ... for this long, and nothing new was noticed [ticks].
+        calm: it is over when footholds have been planned this close to the commanded ones for `calm_ticks` [m].
+        calm_ticks: how long that must have been so, with nothing new noticed [ticks].
         foothold_weight: ε of eq. (36) [1/s²].
         tail_weight: price of a missed tail, squared [1/s²].
         zmp_box: side lengths of the ZMP box in x and y; null keeps the gait's [m].
         step_reach: farthest that a foothold may lie from the stance foot in x and y [m].
         stance_width_min: least lateral distance of a foothold from the stance foot, so that the legs never cross [m].
         path_correction: how much of the distance from the commanded path one step may ask back, x and y [m].
-        swing_acceleration: see `MpcConfig` [m/s²].
+        swing_acceleration: as `mpc.swing_acceleration` [m/s²].
         slack_weight: price of each barrier row's slack, linear [m/s] and quadratic [1]: low, since a robot that is to
             stay on its feet must be allowed to be fast for a step.
-        freeze_ticks: as in `MpcConfig`, but later, since a late push must still move the foot [ticks].
+        freeze_ticks: as `mpc.freeze_ticks`, but later, since a late push must still move the foot [ticks].
     """
 
     noticed: float = Field(0.015, gt=0)

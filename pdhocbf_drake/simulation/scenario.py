@@ -25,8 +25,8 @@ class Push(Config):
 
     Attributes:
         body: the body pushed at its centre of mass; null is the robot's torso.
-        time: when it starts [s]; or null, and then it starts in a step of the gait:
-        step: index of the step, 0 is the first one that moves a foot.
+        time: when it starts [s]; null where `step` and `phase` say it.
+        step: the step in which it starts; 0 is the first one that moves a foot.
         phase: tick of that step [ticks].
         duration: how long it lasts [s].
         force: in world axes [N].

@@ -1,0 +1,68 @@
+"""Writes the tables of scenario.md from the configs' docstrings: `python docs/keys.py`."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+from pathlib import Path
+
+from pydantic import BaseModel
+
+from pdhocbf_drake.barriers.config import BarrierConfig, BoundConfig
+from pdhocbf_drake.gait.config import GaitConfig
+from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
+from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, MeasurementNoise, ModelErrorConfig
+from pdhocbf_drake.simulation.scenario import Push, Scenario
+from pdhocbf_drake.templates.config import VanDerPolConfig, VhipConfig
+
+PAGE = Path(__file__).parent / "scenario.md"
+CONFIGS: dict[str, type[BaseModel]] = {
+    "": Scenario,
+    "gait.": GaitConfig,
+    "barriers.NAME.": BarrierConfig,
+    "barriers.NAME.bound.": BoundConfig,
+    "mpc.": MpcConfig,
+    "mpc.recovery.": RecoveryConfig,
+    "pushes.0.": Push,
+    "measurement.": MeasurementConfig,
+    "measurement.noise.": MeasurementNoise,
+    "model_error.": ModelErrorConfig,
+    "vhip.": VhipConfig,
+    "van_der_pol.": VanDerPolConfig,
+}
+
+
+def keys_table() -> str:
+    """One row a key that holds a value; what groups keys has their rows instead."""
+    rows = ["| key | default | meaning |", "|---|---|---|"]
+    for prefix, model in CONFIGS.items():
+        said = meanings(model)
+        for name, field in model.model_fields.items():
+            if f"{prefix}{name}." in CONFIGS or any(p.startswith(f"{prefix}{name}.") for p in CONFIGS):
+                continue
+            default = "" if field.is_required() else _shown(field.get_default(call_default_factory=True))
+            rows.append(f"| `{prefix}{name}` | {default} | {said[name]} |")
+    return "\n".join(rows)
+
+
+def meanings(model: type[BaseModel]) -> dict[str, str]:
+    """What the docstring's "Attributes" say of each field; a line may speak of several."""
+    text = (inspect.getdoc(model) or "").partition("Attributes:\n")[2]
+    entries = re.findall(r"^ {4}(\w[\w, ]*): (.*(?:\n {8}.*)*)", text, re.MULTILINE)
+    return {name: re.sub(r"\s*\n\s*", " ", said) for names, said in entries for name in names.split(", ")}
+
+
+def _shown(default: object) -> str:
+    plain = default.model_dump() if isinstance(default, BaseModel) else default
+    return f"`{json.dumps(plain)}`".replace(".0`", "`") if plain not in ((), {}, "") else ""
+
+
+def with_table(text: str) -> str:
+    """The page with its table renewed between the marks."""
+    mark = re.compile("(<!-- keys -->\n).*?(<!-- end of keys -->)", re.DOTALL)
+    return mark.sub(lambda m: f"{m[1]}\n{keys_table()}\n\n{m[2]}", text)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
