@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
@@ -11,7 +12,7 @@ from pdhocbf_drake.certify.closed_loop import walk_from
 from pdhocbf_drake.certify.report import certificate_data, certificate_lines
 from pdhocbf_drake.certify.scenario_certificate import certify_scenario
 from pdhocbf_drake.certify.starts import Start, zmp_range
-from pdhocbf_drake.certify.terminal import terminal_set
+from pdhocbf_drake.certify.terminal import psi_terminal_set, terminal_set, terminal_sets
 from pdhocbf_drake.certify.trial import try_sets
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.errors import InputError
@@ -22,6 +23,7 @@ from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 
 COARSE = "gait: {tick: 0.04, ticks_per_step: 10, double_support_ticks: 1}\nmpc: {horizon: 20, freeze_ticks: 2}\n"
+HARD = COARSE.replace("freeze_ticks: 2", "freeze_ticks: 2, barrier: hard")
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +40,57 @@ def test_the_trial_finds_no_tick_without_a_plan_and_no_start_outside_that_can_be
     trial = try_sets(found, 4, seed=1)
     assert trial.infeasible_ticks == 0
     assert trial.unsavable == trial.outside == 4 and trial.excess_min > 1e-6
+
+
+@pytest.fixture(scope="module")
+def hard():
+    return certify_scenario(load_scenario("vhip", HARD))
+
+
+def test_a_hard_barrier_keeps_its_rows_from_the_set_that_was_made_for_them(hard):
+    trial = try_sets(hard, 4, seed=1)
+    assert trial.infeasible_ticks == 0 and trial.slack_max == 0.0 and trial.h_min > -1e-9
+    assert trial.unsavable == trial.outside == 4
+
+
+def test_a_hard_barrier_outlives_the_set_of_h_alone_and_that_counts(hard):
+    # From a corner with h ≥ 0, but on the way to the bound faster than gamma allows.
+    walk, certificate = hard.walk, hard.axes[0]
+    terminal = {0: terminal_set(certificate.template, certificate.kept)}
+    mpc = PeriodicMpc(walk.gait, walk.vhip, hard.scenario.mpc, walk.mpc.barriers, terminal)
+    part = certificate.kept.sets[5]
+    fastest = part.vertices[part.vertices[:, 1].argmax()]
+    starts = [Start(5, fastest + 1e-3 * (part.centre - fastest)), Start(5, np.append(hard.orbit[1, 5, :2], 0.16))]
+    zmp = min(zmp_range(certificate.template, certificate.kept, starts[0]))
+    assert walk_from(mpc, starts, [zmp, hard.orbit[1, 5, 2]], 10).infeasible_ticks > 0
+
+
+def test_the_hard_set_holds_on_the_orbit_one_tick_before_a_plan_ends(hard):
+    rows, template = terminal_sets(hard)[0], hard.axes[0].template
+    assert (rows.early, terminal_sets(hard)[1].early) == (1, 0)  # nothing hard along y
+    speeds = hard.orbit[0, :, 1]
+    for phase in range(rows.period):
+        com, following = hard.orbit[0, phase, 0], speeds[(phase + 1) % rows.period]
+        assert rows.violation(phase, com, speeds[phase], template.held[phase], following) < 1e-9
+        bound = hard.walk.barriers[0].bound(phase + 1)
+        assert rows.violation(phase, com, speeds[phase], template.held[phase], bound + 1e-3) > 0.0
+
+
+def test_a_hard_set_is_for_one_barrier_and_its_gamma(hard, tmp_path):
+    axis, file = hard.axes[0], tmp_path / "set.npz"
+    with pytest.raises(InputError, match="one hard barrier an axis, not for 2"):
+        psi_terminal_set(axis.template, axis.bounds * 2)
+    with pytest.raises(InputError, match='psi rows, and that of "forward_speed" is not known'):
+        psi_terminal_set(axis.template, [dataclasses.replace(axis.bounds[0], rows=None)])
+    scenario = hard.scenario
+    limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
+    save_terminal_sets(file, terminal_sets(hard), limits)
+    assert load_terminal_sets(file, limits)[0].early == 1
+    for change in ("barriers: {forward_speed: {gamma: [0.4, 0.5]}}", "mpc: {barrier: soft}"):
+        other = load_scenario("vhip", change)
+        wanted = {**limits, "hard barriers": limits_of(other.gait, other.mpc, other.barriers)["hard barriers"]}
+        with pytest.raises(InputError, match="was made for hard barriers = "):
+            load_terminal_sets(file, wanted)
 
 
 def test_from_corners_of_the_set_there_is_a_plan_at_every_tick(found, terminal):
@@ -79,7 +132,7 @@ def test_the_rows_hold_on_the_nominal_orbit_and_name_themselves(found, terminal)
 def test_the_walk_is_nearly_the_same_with_a_terminal_set(found, terminal, tmp_path):
     scenario = found.scenario
     file = tmp_path / "set.npz"
-    save_terminal_sets(file, terminal, limits_of(scenario.gait, scenario.mpc))
+    save_terminal_sets(file, terminal, limits_of(scenario.gait, scenario.mpc, scenario.barriers))
     text = COARSE.replace("freeze_ticks: 2", f"freeze_ticks: 2, terminal_set: {file}")
     mpc = build_walk(load_scenario("vhip", text)).mpc
     starts = [Start(0, found.orbit[axis, 0, :2]) for axis in (0, 1)]
@@ -89,7 +142,7 @@ def test_the_walk_is_nearly_the_same_with_a_terminal_set(found, terminal, tmp_pa
 
 def test_a_set_survives_its_file_and_refuses_another_walk(found, terminal, tmp_path):
     scenario, file = found.scenario, tmp_path / "set.npz"
-    limits = limits_of(scenario.gait, scenario.mpc)
+    limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
     save_terminal_sets(file, terminal, limits)
     loaded = load_terminal_sets(file, limits)
     assert set(loaded) == {0, 1}
@@ -108,7 +161,8 @@ def test_a_set_survives_its_file_and_refuses_another_walk(found, terminal, tmp_p
 def test_a_guess_of_dependent_rows_changes_no_answer(found):
     # Three rows in (c, v) can't all be active; the solver must notice by itself.
     mpc = found.walk.mpc
-    rows = TerminalSet(0, ((np.array([[1.0, 0.0, 0.0], [1.0, 1e-9, 0.0], [0.0, 1.0, 0.0]])),) * 10, (np.ones(3),) * 10)
+    dependent = np.array([[1.0, 0.0, 0.0, 0.0], [1.0, 1e-9, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]])
+    rows = TerminalSet(0, (dependent,) * 10, (np.ones(3),) * 10)
     mpc = PeriodicMpc(mpc.gait, mpc.vhip, mpc.config, ([], []), {0: rows})
     state = np.array([found.orbit[axis, 3] for axis in (0, 1)])
     stance = np.array([[-0.15, 0.0], [0.16, 0.0]])

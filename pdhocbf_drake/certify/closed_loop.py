@@ -13,7 +13,11 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.solution import Reason
 
-_PLANNED = (Reason.SOLVED, Reason.SOFTENED, Reason.CROSS_SOLVED)
+# A soft barrier's slack is part of the plan; a hard one that had to be softened left none.
+_PLANNED = {
+    "soft": (Reason.SOLVED, Reason.SOFTENED, Reason.CROSS_SOLVED),
+    "hard": (Reason.SOLVED, Reason.CROSS_SOLVED),
+}
 _SIDES = {1: 0, -1: 1}  # rows of Memory.feet
 
 
@@ -21,7 +25,7 @@ class Walked(NamedTuple):
     """One closed loop.
 
     Attributes:
-        infeasible_ticks: ticks for which no plan was found.
+        infeasible_ticks: ticks for which no plan met the scenario's own constraints.
         ticks: ticks walked.
         h_min: least h of any barrier; inf without barriers [m/s].
         slack: largest slack of any barrier row [m/s].
@@ -49,7 +53,7 @@ def walk_from(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float], 
         for axis, group in enumerate(mpc.barriers):
             h_min = min(h_min, *(float(b.h(k, memory.state[axis])) for b in group)) if group else h_min
         plan = mpc.solve(k, memory.state, memory.stance, bounds, None, memory.plan)
-        infeasible += plan.reason not in _PLANNED
+        infeasible += plan.reason not in _PLANNED[mpc.config.barrier]
         slack = max(slack, plan.slack)
         memory.advance(mpc, memory.state, plan)
         if not np.all(np.abs(memory.state - memory.stance[:, 1:] * [1.0, 0.0, 1.0]) < 1e2):

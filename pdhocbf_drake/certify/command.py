@@ -15,11 +15,11 @@ from tqdm import tqdm
 
 from pdhocbf_drake.certify.report import certificate_data, certificate_lines
 from pdhocbf_drake.certify.scenario_certificate import ScenarioCertificate, certify_scenario
-from pdhocbf_drake.certify.terminal import terminal_set
+from pdhocbf_drake.certify.terminal import terminal_sets
 from pdhocbf_drake.certify.trial import Trial, try_sets
 from pdhocbf_drake.certify.user_system import LinearSystemConfig, system_data
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.terminal_set import limits_of, save_terminal_sets
+from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.yaml_text import read_yaml, write_yaml
@@ -97,23 +97,32 @@ def _certify_walk(options: argparse.Namespace) -> int:
             found = certify_scenario(scenario, options.reach, not options.no_rows, lambda _: done(None))
             done(None)
             seconds = time.perf_counter() - started
-            trial = None
-            if options.starts and all(axis.kept.enforceable for axis in found.axes):
-                trial = _trial(found, options.starts)
+            sets, problem = _terminal(found)
+            trial = _trial(found, options.starts) if options.starts and sets else None
             data = certificate_data(found, seconds, trial)
             done(None)
             _write_json(data, folder / CERTIFICATE)
             write_yaml(scenario.to_dict(), folder / SCENARIO)
             lines = certificate_lines(data)
-            if data["enforceable"]:
-                sets = {axis: terminal_set(c.template, c.kept) for axis, c in enumerate(found.axes)}
-                save_terminal_sets(folder / TERMINAL, sets, limits_of(scenario.gait, scenario.mpc))
+            if sets:
+                made_for = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
+                save_terminal_sets(folder / TERMINAL, sets, made_for)
                 lines.append(("terminal set", f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"))
+            else:
+                lines.append(("terminal set", f"none: {problem}"))
             write_certificate_figures(found, data, folder / FIGURES)
     if trial is not None:
         lines += _trial_lines(trial)
     _tell([*lines, ("certificate", str(place / CERTIFICATE)), ("figures", str(place / FIGURES))])
     return 0
+
+
+def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str]:
+    """The terminal sets, or none and why."""
+    try:
+        return terminal_sets(found), ""
+    except InputError as error:
+        return {}, str(error)
 
 
 def _trial(found: ScenarioCertificate, count: int) -> Trial:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem
-from pdhocbf_drake.barriers.polytope import Polytope
+from pdhocbf_drake.barriers.polytope import Array, Polytope
 from pdhocbf_drake.barriers.recursion import linear_rates
 from pdhocbf_drake.certify.stepping_template import FASTEST, SteppingTemplate
 from pdhocbf_drake.errors import InputError
@@ -72,6 +72,16 @@ def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | 
         low, high = template.inputs[k].vertices.min(axis=0), template.inputs[k].vertices.max(axis=0)
         inputs.append(Polytope.box([0.0, *low[1:]], [largest, *high[1:]]))
     return PeriodicAffineSystem(A, B, c), tuple(states), tuple(inputs)
+
+
+def zmp_of_psi(template: SteppingTemplate, barrier: AffineBarrier, phase: int, state: Array) -> float:
+    """The ZMP from the stance foot that a state [c, v, ψ_1, …] of `psi_system` stands for [m]."""
+    com, velocity, psi = state[:3]
+    normal = float(barrier.normal[1])
+    h = barrier.sign * (barrier.bound(phase) - normal * velocity)
+    after = psi + (1.0 - linear_rates(barrier)[0]) * h
+    following = (barrier.bound(phase + 1) - barrier.sign * after) / normal
+    return float(com - (following - velocity) / (template.tick * template.eta[phase % template.period]))
 
 
 def _largest_psi(template: SteppingTemplate, barrier: AffineBarrier, gamma: float) -> float:

@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.barriers.polytope import Array
 from pdhocbf_drake.certify.closed_loop import walk_from
+from pdhocbf_drake.certify.psi_rows import zmp_of_psi
 from pdhocbf_drake.certify.rescue import SAVED, Rescue
 from pdhocbf_drake.certify.scenario_certificate import ScenarioCertificate
 from pdhocbf_drake.certify.starts import Start, inside_starts, outside_starts, zmp_range
-from pdhocbf_drake.certify.terminal import terminal_set
+from pdhocbf_drake.certify.terminal import hard_rows, terminal_sets
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 
@@ -25,7 +27,7 @@ class Trial(NamedTuple):
     Attributes:
         inside: starts inside, drawn for both axes at a common phase.
         ticks: of closed loop from each of them.
-        infeasible_ticks: ticks without a plan, over all of them.
+        infeasible_ticks: ticks without a plan that meets the scenario's constraints, over all of them.
         h_min: least h on the way [m/s]; None without barriers.
         slack_max: largest slack of a barrier row on the way [m/s].
         outside: starts outside, along the main axis, that meet all limits now.
@@ -51,9 +53,8 @@ def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, done: Done |
     """
     report = done or (lambda _: None)
     random = np.random.default_rng(seed)
-    terminal = {axis: terminal_set(c.template, c.kept) for axis, c in enumerate(found.axes)}
     walk = found.walk
-    mpc = PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, walk.mpc.barriers, terminal)
+    mpc = PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, walk.mpc.barriers, terminal_sets(found))
     infeasible, h_min, slack = 0, np.inf, 0.0
     for index in range(count):
         starts, zmps = _drawn(found, random)
@@ -70,11 +71,25 @@ def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, done: Done |
 
 def _drawn(found: ScenarioCertificate, random: np.random.Generator) -> tuple[list[Start], list[float]]:
     """Starts of both axes at a common phase of the gait, and ZMPs that lead on into the sets."""
-    long = inside_starts(found.axes[1].kept, 1, random)[0]
-    phase = long.phase % found.axes[0].template.period
-    starts = [inside_starts(found.axes[0].kept, 1, random, phase)[0], long]
-    ranges = [zmp_range(c.template, c.kept, start) for c, start in zip(found.axes, starts, strict=True)]
-    return starts, [float(random.uniform(low, high)) for low, high in ranges]
+    long, zmp = _drawn_on(found, 1, random, None)
+    short, first = _drawn_on(found, 0, random, long.phase % found.axes[0].template.period)
+    return [short, long], [first, zmp]
+
+
+def _drawn_on(
+    found: ScenarioCertificate, axis: int, random: np.random.Generator, phase: int | None
+) -> tuple[Start, float]:
+    """A start on one axis; under a hard barrier from the set of its ψ rows, whose ψ_1 tells the ZMP."""
+    certificate = found.axes[axis]
+    if found.scenario.mpc.barrier == "hard" and certificate.bounds:
+        barrier, rows = hard_rows(certificate.bounds)
+        start = inside_starts(rows, 1, random, phase)[0]
+        zmp = zmp_of_psi(certificate.template, barrier, start.phase, start.state)
+        without_psi: Array = np.delete(start.state, 2)
+        return Start(start.phase, without_psi), zmp
+    start = inside_starts(certificate.kept, 1, random, phase)[0]
+    low, high = zmp_range(certificate.template, certificate.kept, start)
+    return start, float(random.uniform(low, high))
 
 
 def _outside(found: ScenarioCertificate, count: int, random: np.random.Generator, report: Done) -> np.ndarray:

@@ -160,7 +160,7 @@ def axis_program(
             _at_least_zero(prog, np.eye(count), slack, "slack")
     if terminal is not None and not elastic:
         for step in range(steps_in_period):
-            _add_terminal_rows(prog, terminal, step, gait.period, phase, (gamma[-1], phi[-1]), (u, part, feet))
+            _add_terminal_rows(prog, terminal, step, gait.period, phase, (gamma[-2:], phi[-2:]), (u, part, feet))
     return AxisProgram(prog, np.concatenate([u, f, *slacks]), theta, horizon, n_f)
 
 
@@ -169,11 +169,13 @@ def _add_terminal_rows(
     last: tuple[np.ndarray, np.ndarray], variables: tuple[np.ndarray, dict[str, np.ndarray], np.ndarray],
 ) -> None:  # fmt: skip
     """(20f) for plans that end in the given step of the set's period; others relax it by a parameter."""
-    rows, bounds = terminal.rows[step * period + phase], terminal.bounds[step * period + phase]
-    (gamma, phi), (u, part, feet) = last, variables
-    com, velocity, length = rows.T[:, :, None]
-    on_feet = length * [-1.0, 1.0] - com * [0.0, 1.0]
-    lhs = np.hstack([com * gamma[0] + velocity * gamma[1], com * phi[0] + velocity * phi[1], on_feet])
+    rows, bounds = terminal.at_end_of(step * period + phase)
+    (u, part, feet), at = variables, 1 - terminal.early
+    com, velocity, length, following = rows.T[:, :, None]
+    on_inputs, on_state = (com * m[at, 0] + velocity * m[at, 1] + following * m[1, 1] for m in last)
+    # One tick before a step begins, the CoM is still counted from the foot before.
+    stands_on = [1.0, 0.0] if phase < terminal.early else [0.0, 1.0]
+    lhs = np.hstack([on_inputs, on_state, length * [-1.0, 1.0] - com * stands_on])
     relaxed = part["terminal"][step : step + 1]
     vector = np.concatenate([u, part["state"], feet[-2:], relaxed])
     _at_least_zero(prog, np.hstack([-lhs, np.ones((len(rows), 1))]), vector, "terminal set", -bounds)

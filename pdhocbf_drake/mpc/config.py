@@ -69,7 +69,8 @@ class MpcConfig(Config):
         stop_ticks: ticks in a row without a solution or a measurement after which the walk comes to a stand.
         zmp_state: "planned" takes the ZMP of the last plan as the ZMP now; "measured" is Remark 8 to the letter.
         terminal_set: a file that `pdhocbf certify` wrote: the plan must end in that set, eq. (20f), and the tail's
-            stability condition is paid for instead of demanded; null demands the latter.
+            stability condition is paid for instead of demanded; null demands the latter. With a hard barrier it must be
+            the set that was certified for that barrier's rows.
         stability: whether the stability row is demanded, or a missed tail is paid for.
         tail_weight: price of a tail that is missed, squared, where it is paid for or there is a terminal set [1/s²].
         step_reach: farthest that a foothold may lie from the stance foot in x and y, in place of `step_tolerance` [m].

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.gait.config import GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig
@@ -20,42 +21,55 @@ RELAXED = 1e3
 
 @dataclass(frozen=True)
 class TerminalSet:
-    """com·(c − f) + velocity·v + step·(f − f₋) ≤ bound for the CoM c, its velocity v, and the stance foot f after f₋.
+    """com·(c − f) + velocity·v + step·s + following·v⁺ ≤ bound at the end of a plan.
+
+    c is the CoM, v its velocity, f the stance foot, s the last step of the plan. Most sets hold at the plan's last
+    tick k + H and ask nothing of v⁺. That of a hard barrier holds one tick earlier, where v⁺, the velocity at k + H,
+    is planned too, because its rows compare the barrier at successive ticks.
 
     Why a set in (c, v) makes a program with state (c, v, p) recursively feasible: the ZMP p(k + H) acts on the CoM
     only after tick k + H, and its velocity is not limited. So of the plan made at k the last ZMP may still be chosen
     anew at k + 1, and the set promises that some ZMP in the box leads on into the set one tick later. Everything
     else of the old plan stays as it is, footholds included, and is feasible again, provided that the state is where
     it was predicted, that the limits (box, footholds, margin) are those the set was made with, that the barrier is
-    soft or part of the set's own limits, and that nothing else is asked of the plan's end: therefore the stability
+    soft or the set was made for its rows, and that nothing else is asked of the plan's end: therefore the stability
     condition, which a shifted plan need not meet, is then paid for instead of demanded.
 
     Attributes:
         axis: 0 (x) or 1 (y).
         period: ticks after which the set repeats, counted from an even step: N along x, 2N along y.
-        rows: com, velocity, step [1, s, 1] for each phase, shapes (r, 3).
+        rows: com, velocity, step, following [1, s, 1, s] for each phase, shapes (r, 4).
         bounds: [m] for each phase, shapes (r,).
+        early: ticks before the plan's end at which the set holds, 0 or 1.
     """
 
     axis: int
     rows: tuple[np.ndarray, ...]
     bounds: tuple[np.ndarray, ...]
+    early: int = 0
 
     @property
     def period(self) -> int:
         """Ticks after which the set repeats."""
         return len(self.rows)
 
-    def violation(self, tick: int, com: float, velocity: float, step: float) -> float:
+    def at_end_of(self, tick: int) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and bounds for plans whose last tick is, after whole periods, the given one."""
+        phase = (tick - self.early) % self.period
+        return self.rows[phase], self.bounds[phase]
+
+    def violation(self, tick: int, com: float, velocity: float, step: float, following: float = 0.0) -> float:
         """By how much the worst row is broken, ≤ 0 inside [m]; the CoM is taken from the stance foot."""
         phase = tick % self.period
-        return float((self.rows[phase] @ [com, velocity, step] - self.bounds[phase]).max())
+        return float((self.rows[phase] @ [com, velocity, step, following] - self.bounds[phase]).max())
 
 
-def limits_of(gait: GaitConfig, mpc: MpcConfig) -> dict[str, Any]:
-    """The numbers that a terminal set stands and falls with."""
+def limits_of(gait: GaitConfig, mpc: MpcConfig, barriers: Mapping[str, BarrierConfig]) -> dict[str, Any]:
+    """What a terminal set stands and falls with; barriers do not count where they may be broken at a price."""
     walk = gait.model_dump(exclude={"swing_height", "start_steps", "walk_steps"})
-    return {**walk, **mpc.model_dump(include={"step_tolerance", "stance_width_min", "zmp_margin"})}
+    hard = {name: barrier.model_dump() for name, barrier in barriers.items()} if mpc.barrier == "hard" else None
+    plan = mpc.model_dump(include={"step_tolerance", "stance_width_min", "zmp_margin"})
+    return {**walk, **plan, "hard barriers": hard}
 
 
 def save_terminal_sets(path: Path, sets: Mapping[int, TerminalSet], made_for: Mapping[str, Any]) -> None:
@@ -65,6 +79,7 @@ def save_terminal_sets(path: Path, sets: Mapping[int, TerminalSet], made_for: Ma
         counts = [len(bounds) for bounds in terminal.bounds]
         columns[f"{'xy'[axis]}_phase"] = np.repeat(np.arange(terminal.period), counts)
         columns[f"{'xy'[axis]}_rows"] = np.column_stack([np.vstack(terminal.rows), np.concatenate(terminal.bounds)])
+        columns[f"{'xy'[axis]}_early"] = np.array(terminal.early)
     with path.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **columns)
 
@@ -98,6 +113,7 @@ def _unpacked(axis: int, data: Any) -> TerminalSet:
     count = int(phases.max()) + 1
     return TerminalSet(
         axis,
-        tuple(rows[phases == phase, :3] for phase in range(count)),
-        tuple(rows[phases == phase, 3] for phase in range(count)),
+        tuple(rows[phases == phase, :4] for phase in range(count)),
+        tuple(rows[phases == phase, 4] for phase in range(count)),
+        int(data[f"{'xy'[axis]}_early"]),
     )

@@ -79,7 +79,8 @@ def build_walk(scenario: Scenario) -> Walk:
     groups = tuple([b for a, b in zip(axes, barriers, strict=True) if a == axis] for axis in (0, 1))
     terminal = None
     if scenario.mpc.terminal_set is not None:
-        terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits_of(scenario.gait, scenario.mpc))
+        limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
+        terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits)
     mpc = PeriodicMpc(gait, vhip, scenario.mpc, (groups[0], groups[1]), terminal, cache)
     return Walk(gait, vhip, mpc, tuple(axes), tuple(barriers))
 
