@@ -34,15 +34,29 @@ def test_twice_s_is_refused_and_would_break_invariance():
     )
 
 
-@pytest.mark.parametrize("gamma", [0.0, -0.5, 1.0001, np.nan, np.inf, "0.5", None])
+@pytest.mark.parametrize("gamma", [0.0, -0.5, 1.0001, np.nan, np.inf, np.int64(2)])
 def test_rates_outside_are_refused(gamma):
     assert f"gamma = {gamma} is outside (0, 1]" in message(lambda: Linear(gamma))
     assert f"gamma = {gamma} is outside (0, 1]" in message(lambda: Saturating(gamma, 1.0))
 
 
-@pytest.mark.parametrize("scale", [0.0, -1.0, np.nan, np.inf])
+@pytest.mark.parametrize("gamma", ["0.5", None, True, [0.5]])
+def test_rates_that_are_no_numbers_are_refused(gamma):
+    assert message(lambda: Linear(gamma)) == f"class-K rate gamma must be a number in (0, 1], given {gamma!r}"
+
+
+def test_whole_numbers_of_numpy_are_rates():
+    assert Linear(np.int64(1))(0.3) == 0.3
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0])
 def test_scales_outside_are_refused(scale):
-    assert message(lambda: Saturating(0.5, scale)) == f"class-K scale = {scale} must be positive and finite"
+    assert message(lambda: Saturating(0.5, scale)) == f"class-K scale = {scale} must be positive"
+
+
+@pytest.mark.parametrize("scale", [np.nan, np.inf, "a", True])
+def test_scales_that_are_not_finite_are_refused(scale):
+    assert message(lambda: Saturating(0.5, scale)) == f"class-K scale must be a finite number, given {scale!r}"
 
 
 @pytest.mark.parametrize(

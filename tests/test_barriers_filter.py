@@ -107,6 +107,15 @@ def test_infeasible_barriers_give_way_and_say_so():
     assert BarrierFilter(system, opposed(-1.0))(0, [-0.5], [3.0]).status == "solved"
 
 
+def test_a_row_without_input_at_this_state_is_not_called_solved():
+    """h = 1 − x_1 x_2 has no gradient in u at x_1 = 0 but is violated there by its bound's fall alone."""
+    system = PeriodicAffineSystem([[1.0, 0.0], [0.0, 1.0]], [[0.0], [1.0]])
+    barrier = Barrier("product", lambda k, x: (-0.5 if k else 1.0) - x[0] * x[1], 2, (0.5,))
+    result = BarrierFilter(system, [barrier])(0, [0.0, 2.0], [1.0])
+    assert result.status == "softened" and result.psi[0] == -1.0 and result.slack[0] == 1.0
+    assert BarrierFilter(system, [barrier])(0, [1.0, 0.0], [1.0]).status == "solved"
+
+
 def test_limits_of_the_input_hold_even_when_the_barrier_gives_way():
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     barrier_filter = BarrierFilter(system, opposed(-9.0), lower=[-0.1], upper=[0.1])
@@ -165,7 +174,7 @@ def test_what_the_filter_refuses():
          'barrier "square": psi_1 is not affine in the input, which the filter needs; '
          "add_nonlinear_barrier_rows takes any"),
         (lambda: BarrierFilter(Pendulum(), [AffineBarrier("a", [1, 0], constant(1), 1, (0.5,))]),
-         'barrier "a": relative degree 1 is declared, but the dynamics give 2 (at every phase)'),
+         'barrier "a": relative degree 1 is declared by 1 class-K function, but the dynamics give 2 (at every phase)'),
         (lambda: BarrierFilter(system, [], lower=[1.0], upper=[0.0]),
          "input limits must be two vectors of 1, lower <= upper, given [1.0] and [0.0]"),
         (lambda: input_interval(PeriodicAffineSystem(np.eye(2), np.eye(2)), [], 0, [0, 0]),

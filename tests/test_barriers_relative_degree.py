@@ -67,7 +67,7 @@ def test_a_wrong_declaration_names_the_declared_and_the_computed_one(as_nonlinea
     with pytest.raises(InputError) as caught:
         check_relative_degree(velocity_barrier(3, (0.5,)), Stepping(system) if as_nonlinear else system)
     assert str(caught.value) == (
-        'barrier "vx": relative degree 1 is declared, but the dynamics give 2 (at every phase)'
+        'barrier "vx": relative degree 1 is declared by 1 class-K function, but the dynamics give 2 (at every phase)'
     )
     # ψ_1 with the true degree declared is the usable form: enforced from the second tick on
     check_relative_degree(velocity_barrier(3, (0.5,), relative_degree=2), system)
@@ -80,7 +80,9 @@ def test_degree_per_phase():
     assert [relative_degree(barrier, system, phase) for phase in range(4)] == [2, 1, None, 2]
     with pytest.raises(InputError) as caught:
         check_relative_degree(barrier, system)
-    assert str(caught.value) == 'barrier "x1": relative degree 2 is declared, but the dynamics give 1 (at phase 1)'
+    assert str(caught.value) == (
+        'barrier "x1": relative degree 2 is declared by 2 class-K functions, but the dynamics give 1 (at phase 1)'
+    )
 
 
 @pytest.mark.parametrize("as_nonlinear", [False, True])
@@ -99,7 +101,8 @@ def test_input_that_never_shows():
     with pytest.raises(InputError) as caught:
         check_relative_degree(barrier, system)
     assert str(caught.value) == (
-        'barrier "x1": relative degree 1 is declared, but the input never shows in h (at every phase)'
+        'barrier "x1": relative degree 1 is declared by 1 class-K function, but the input never shows in h '
+        "(at every phase)"
     )
     assert relative_degree(barrier, Stepping(system), 0) is None
 

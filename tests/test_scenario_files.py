@@ -53,6 +53,15 @@ def test_the_three_walks_differ_in_their_barriers_only():
         assert variants[0] == variants[1] == variants[2]
 
 
+def test_a_saturating_barrier_is_refused_because_the_mpc_is_quadratic():
+    with pytest.raises(InputError) as caught:
+        load_scenario("vhip", "barriers: {forward_speed: {class_k: saturating, class_k_scale: 0.1}}")
+    assert str(caught.value).startswith(
+        'vhip.barriers.forward_speed: class_k is "linear" in a scenario, because its MPC is a quadratic program, '
+        'given "saturating"; from Python, BarrierFilter and add_nonlinear_barrier_rows take any'
+    )
+
+
 def test_overrides_change_what_they_name_and_nothing_else():
     base, changed = load_scenario("walking"), load_scenario("walking", "gait: {stride: 0.05}")
     assert changed.gait.stride == 0.05

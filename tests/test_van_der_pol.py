@@ -136,7 +136,8 @@ def test_what_a_tube_refuses():
         'barrier "x1_upper": the state at tick 0 is outside the safe set: psi_0 is -0.1, but at least 0 is needed'
     )
     assert message(gamma_1=(0.5,)) == (
-        'barrier "x1_upper": relative degree 1 is declared, but the dynamics give 2 (at every phase)'
+        'barrier "x1_upper": relative degree 1 is declared by 1 class-K function, but the dynamics give 2 '
+        "(at every phase)"
     )
     assert message(gamma_2=(1.5,)).startswith("class-K rate gamma = 1.5 is outside (0, 1]")
     assert message(tube=(0.0, 0.1)) == "van_der_pol.tube: half widths must be positive, given 0.0"

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from pdhocbf_drake.barriers.bounds import Bound
-from pdhocbf_drake.barriers.class_k import ClassK, Linear, check_class_k
+from pdhocbf_drake.barriers.checks import finite_array, shown, whole_ticks
+from pdhocbf_drake.barriers.class_k import ClassK, as_class_k, check_class_k
 from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.barriers.dynamics import Array
 from pdhocbf_drake.errors import InputError
@@ -28,8 +29,8 @@ class Barrier:
         unit: unit of h.
 
     Raises:
-        InputError: no class-K functions or one that Lemma 1 does not hold for; a period or a relative degree
-            that is not possible.
+        InputError: h can't be called; no class-K functions or one that Lemma 1 does not hold for; a period or a
+            relative degree that is not possible.
     """
 
     def __init__(
@@ -41,17 +42,20 @@ class Barrier:
         unit: str = "",
         relative_degree: int | None = None,
     ) -> None:
-        if not isinstance(period, (int, np.integer)) or period < 1:
-            raise InputError(f'barrier "{name}": the period is a whole number of ticks, at least 1, given {period}')
+        if not callable(h):
+            raise InputError(f'barrier "{name}": h is a function of the tick k and the state x, given {shown(h)}')
+        if not np.iterable(class_k):
+            raise InputError(f'barrier "{name}": the class-K functions are a list, given {shown(class_k)}')
         if len(class_k) == 0:
             raise InputError(f'barrier "{name}": at least one class-K function is needed, given none')
         self.name = name
-        self.period = int(period)
-        self.class_k = tuple(alpha if callable(alpha) else Linear(alpha) for alpha in class_k)
+        self.period = whole_ticks(f'barrier "{name}": the period', period, 1)
+        self.class_k = tuple(as_class_k(alpha) for alpha in class_k)
         for i, alpha in enumerate(self.class_k, start=1):
             check_class_k(alpha, f'barrier "{name}", class-K function {i}')
         self.order = len(self.class_k)
-        self.relative_degree = self.order if relative_degree is None else int(relative_degree)
+        declared = self.order if relative_degree is None else relative_degree
+        self.relative_degree = whole_ticks(f'barrier "{name}": the declared relative degree', declared, 1)
         if self.relative_degree < self.order:
             raise InputError(
                 f'barrier "{name}": {self.order} class-K functions are given for a declared relative degree of '
@@ -77,7 +81,8 @@ class AffineBarrier(Barrier):
         sign: s = +1 keeps n·x under the bound, −1 above it.
 
     Raises:
-        InputError: as `Barrier`; or a normal that is zero or not finite, or a sign other than ±1.
+        InputError: as `Barrier`; a normal that is zero or not finite; a bound that is no `Bound`; or a sign other
+            than ±1.
     """
 
     def __init__(
@@ -90,17 +95,36 @@ class AffineBarrier(Barrier):
         unit: str = "",
         relative_degree: int | None = None,
     ) -> None:
-        self.normal = np.array(normal, dtype=float)
+        self.normal = finite_array(f'barrier "{name}": the normal', normal).copy()
         self.bound = bound
         self.sign = sign
-        if self.normal.ndim != 1 or not np.all(np.isfinite(self.normal)) or not np.any(self.normal):
-            raise InputError(f'barrier "{name}": the normal must be a finite vector other than zero, given {normal!r}')
+        if self.normal.ndim != 1 or not np.any(self.normal):
+            raise InputError(f'barrier "{name}": the normal must be a vector other than zero, given {shown(normal)}')
+        if not isinstance(bound, Bound):
+            raise InputError(
+                f'barrier "{name}": the bound is made by constant, harmonic or tabulated, given {shown(bound)}'
+            )
         if sign not in (1, -1):
             raise InputError(f'barrier "{name}": the sign is +1 (upper bound) or -1 (lower bound), given {sign}')
         super().__init__(name, self._affine, bound.period, class_k, unit, relative_degree)
 
+    def check_fits(self, states: int) -> None:
+        """Refuses a system with another number of states than the normal has entries.
+
+        Raises:
+            InputError: it names both.
+        """
+        if len(self.normal) != states:
+            raise InputError(
+                f'barrier "{self.name}": the normal has {len(self.normal)} entries, but the system {states} states'
+            )
+
     def _affine(self, k: int, x: Array) -> Any:
-        return self.sign * (self.bound(k) - self.normal @ x)
+        try:
+            return self.sign * (self.bound(k) - self.normal @ x)
+        except ValueError:  # looked into only now, because h is taken at every tick
+            self.check_fits(np.size(x))
+            raise
 
 
 def make_barrier(name: str, config: BarrierConfig, normal: ArrayLike, bound: Bound) -> AffineBarrier:

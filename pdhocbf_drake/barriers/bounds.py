@@ -9,8 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, whole_ticks
 from pdhocbf_drake.barriers.config import BoundConfig, Side
 from pdhocbf_drake.errors import InputError
+
+_LONGEST_PERIOD = 1_000_000  # [ticks]; a bound keeps one period of itself as a table
 
 
 @dataclass(frozen=True)
@@ -23,17 +26,21 @@ class Bound:
         values: V̄(0), …, V̄(N−1) [unit of the bounded quantity].
 
     Raises:
-        InputError: no values, or one that is not finite.
+        InputError: no row of numbers, no values, or one that is not finite.
     """
 
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        if not self.values:
+        array = number_array("a bound", self.values)
+        if array.ndim != 1 or array.dtype.kind not in "iuf":
+            raise InputError(f"a bound is a list of numbers, one per tick, given {shown(self.values)}")
+        if not array.size:
             raise InputError("a bound needs at least one value, given none")
-        if not np.all(np.isfinite(self.values)):
-            tick = int(np.flatnonzero(~np.isfinite(self.values))[0])
-            raise InputError(f"a bound must be finite at every tick, given {self.values[tick]} at tick {tick}")
+        if not np.all(np.isfinite(array)):
+            tick = int(np.flatnonzero(~np.isfinite(array))[0])
+            raise InputError(f"a bound must be finite at every tick, given {array[tick]} at tick {tick}")
+        object.__setattr__(self, "values", tuple(array.astype(float).tolist()))  # a list could still change
 
     @property
     def period(self) -> int:
@@ -41,7 +48,11 @@ class Bound:
         return len(self.values)
 
     def __call__(self, k: int) -> float:
-        return self.values[k % len(self.values)]
+        try:
+            return self.values[k % len(self.values)]
+        except TypeError:
+            whole_ticks("the tick k of a bound", k)
+            raise
 
     def samples(self, k: int, n: int) -> NDArray[np.float64]:
         """V̄(k), …, V̄(k+n−1), shape (n,)."""
@@ -50,24 +61,24 @@ class Bound:
 
 def constant(value: float) -> Bound:
     """V̄(k) = value: the plain DCBF's bound."""
-    return Bound((float(value),))
+    return Bound((value,))
 
 
 def harmonic(mean: float, cosine: float, sine: float, period: int) -> Bound:
     """V̄(k) = mean + cosine·cos(2πk/N) + sine·sin(2πk/N), with N = `period` ticks.
 
     Raises:
-        InputError: the period is not a positive integer.
+        InputError: a coefficient is not finite, or the period is not a whole number from 1 to a million.
     """
-    if not isinstance(period, (int, np.integer)) or period < 1:
-        raise InputError(f"the period of a bound is a whole number of ticks, at least 1, given {period}")
+    period = whole_ticks("the period of a bound", period, 1, _LONGEST_PERIOD)
+    mean, cosine, sine = (finite_number("a coefficient of a harmonic bound", part) for part in (mean, cosine, sine))
     angle = 2 * np.pi * np.arange(period) / period
     return tabulated(mean + cosine * np.cos(angle) + sine * np.sin(angle))
 
 
 def tabulated(values: ArrayLike) -> Bound:
     """V̄(k) = values[k mod N]: for instance one period of a recorded orbit plus a margin."""
-    array = np.asarray(values, dtype=float)
+    array = number_array("a tabulated bound", values)
     if array.ndim != 1:
         raise InputError(f"a tabulated bound is a list of numbers, one per tick, given shape {array.shape}")
     return Bound(tuple(array.tolist()))
@@ -85,8 +96,10 @@ def make_bound(
         side: the margin goes above the orbit for an upper bound, below it for a lower one.
 
     Raises:
-        InputError: a table or an orbit does not repeat within the period, or the orbit is not known.
+        InputError: a table or an orbit does not repeat within the period, the orbit is not known, or the period is not
+            a whole number of ticks.
     """
+    period = whole_ticks("the period of a bound", period, 1)
     if config.kind == "constant":
         return constant(_given(config.value))
     if config.kind == "harmonic":

@@ -11,6 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
+from pdhocbf_drake.barriers.checks import finite_number, is_number, shown
 from pdhocbf_drake.errors import InputError
 
 # Where a class-K function of unknown form is tried: from far under to far over any unit in use.
@@ -46,7 +47,9 @@ class Linear:
     gamma: float
 
     def __post_init__(self) -> None:
-        if not (isinstance(self.gamma, (int, float, np.floating)) and 0 < self.gamma <= 1):
+        if not is_number(self.gamma):
+            raise InputError(f"class-K rate gamma must be a number in (0, 1], given {shown(self.gamma)}")
+        if not 0 < self.gamma <= 1:  # NaN too
             raise InputError(
                 f"class-K rate gamma = {self.gamma} is outside (0, 1]: alpha(s) = gamma*s must rise, and not above s"
             )
@@ -75,11 +78,20 @@ class Saturating:
 
     def __post_init__(self) -> None:
         Linear(self.gamma)  # the same range, the same sentence
-        if not (np.isfinite(self.scale) and self.scale > 0):
-            raise InputError(f"class-K scale = {self.scale} must be positive and finite")
+        if not finite_number("class-K scale", self.scale) > 0:
+            raise InputError(f"class-K scale = {self.scale} must be positive")
 
     def __call__(self, s: Any) -> Any:
         return self.gamma * self.scale * np.tanh(s / self.scale)
+
+
+def as_class_k(alpha: ClassK | float) -> ClassK:
+    """α itself, or α(s) = γ·s for a plain number γ.
+
+    Raises:
+        InputError: it is neither, or γ is outside (0, 1].
+    """
+    return alpha if callable(alpha) else Linear(alpha)
 
 
 def check_class_k(alpha: ClassK, where: str) -> None:

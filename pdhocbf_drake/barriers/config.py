@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from pdhocbf_drake.barriers.class_k import ClassK, Linear, Saturating
 from pdhocbf_drake.config import Config
@@ -66,7 +66,8 @@ class BarrierConfig(Config):
         side: which side of the bound is safe: below an "upper" one, above a "lower" one.
         bound: V̄(k).
         gamma: γ_1, …, γ_m in (0, 1], one per class-K function [1]; their number is the order m of ψ_m.
-        class_k: "linear" α(s) = γ·s, or "saturating" α(s) = γ·σ·tanh(s/σ).
+        class_k: "linear" α(s) = γ·s, or "saturating" α(s) = γ·σ·tanh(s/σ), which is for `BarrierFilter` and
+            `add_nonlinear_barrier_rows`: a scenario's MPC is a quadratic program and takes linear ones only.
         class_k_scale: σ of the saturating one [unit of h].
         relative_degree: declared by the user, checked against the dynamics; null declares the order m.
         unit: unit of h, for tables and axis labels.
@@ -102,3 +103,16 @@ class BarrierConfig(Config):
         if self.class_k_scale is None:
             raise InputError('class_k "saturating" needs class_k_scale')
         return tuple(Saturating(rate, self.class_k_scale) for rate in self.gamma)
+
+
+def _linear(config: BarrierConfig) -> BarrierConfig:
+    if config.class_k != "linear":
+        raise ValueError(
+            f'class_k is "linear" in a scenario, because its MPC is a quadratic program, given "{config.class_k}"; '
+            "from Python, BarrierFilter and add_nonlinear_barrier_rows take any"
+        )
+    return config
+
+
+LinearBarrierConfig = Annotated[BarrierConfig, AfterValidator(_linear)]
+"""A barrier that has linear rows, as a quadratic program needs them."""

@@ -8,6 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pdhocbf_drake.barriers.checks import finite_array, number_array, shown, vector, whole_ticks
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[Any]  # of floats, or of Drake's AutoDiffXd
@@ -44,28 +45,27 @@ class PeriodicAffineSystem:
         c: (N, n), or (n,), or None for zero.
 
     Raises:
-        InputError: shapes that do not fit together, different periods, or an entry that is not finite.
+        InputError: shapes that do not fit together, no state or no input, different periods, or an entry that is not
+            a finite number.
     """
 
     def __init__(self, A: ArrayLike, B: ArrayLike, c: ArrayLike | None = None) -> None:
-        a, b = np.asarray(A, dtype=float), np.asarray(B, dtype=float)
+        a, b = finite_array("A", A), finite_array("B", B)
         a = a[np.newaxis] if a.ndim == 2 else a
         b = b[np.newaxis] if b.ndim == 2 else b
-        if a.ndim != 3 or a.shape[1] != a.shape[2]:
+        if a.ndim != 3 or a.shape[1] != a.shape[2] or not a.size:
             raise InputError(f"A must have shape (period, n, n) or (n, n), given {np.shape(A)}")
         n = a.shape[1]
-        if b.ndim != 3 or b.shape[1] != n:
+        if b.ndim != 3 or b.shape[1] != n or not b.size:
             raise InputError(f"B must have shape (period, {n}, m) or ({n}, m), given {np.shape(B)}")
-        offset = np.zeros((1, n)) if c is None else np.asarray(c, dtype=float)
+        offset = np.zeros((1, n)) if c is None else finite_array("c", c)
         offset = offset[np.newaxis] if offset.ndim == 1 else offset
-        if offset.ndim != 2 or offset.shape[1] != n:
+        if offset.ndim != 2 or offset.shape[1] != n or not offset.size:
             raise InputError(f"c must have shape (period, {n}) or ({n},), given {offset.shape}")
         period = max(len(a), len(b), len(offset))
         for name, part in (("A", a), ("B", b), ("c", offset)):
             if len(part) not in (1, period):
                 raise InputError(f"A, B and c share one period, or are constant: {name} has {len(part)}, not {period}")
-            if not np.all(np.isfinite(part)):
-                raise InputError(f"{name} must be finite")
         self._A, self._B, self._c = (np.repeat(p, period // len(p), axis=0) for p in (a, b, offset))
 
     @classmethod
@@ -73,8 +73,10 @@ class PeriodicAffineSystem:
         """The dynamics of a discrete-time pydrake `LinearSystem` or `AffineSystem`.
 
         Raises:
-            InputError: the system is a continuous-time one.
+            InputError: it is another thing, or a continuous-time system.
         """
+        if not all(hasattr(system, part) for part in ("time_period", "A", "B")):
+            raise InputError(f"a pydrake LinearSystem or AffineSystem is needed, given {shown(system)}")
         if system.time_period() <= 0:
             raise InputError("the system has continuous time (time_period 0): discretise it first")
         return cls(system.A(), system.B(), system.f0() if hasattr(system, "f0") else None)
@@ -112,8 +114,30 @@ class PeriodicAffineSystem:
 
 
 def rollout(system: PeriodicSystem, k: int, x: ArrayLike, inputs: Sequence[Any] | Array) -> Array:
-    """x(k), …, x(k+T), shape (T+1, n), under the T inputs u(k), …, u(k+T−1)."""
-    states = [np.asarray(x)]
-    for i, u in enumerate(np.asarray(inputs).reshape(-1, system.m)):
+    """x(k), …, x(k+T), shape (T+1, n), from x(k) (n,) under the T inputs u(k), …, u(k+T−1).
+
+    Args:
+        inputs: as `input_rows` takes them; like x they may be AutoDiffXd.
+
+    Raises:
+        InputError: shapes that do not fit the system, or a tick that is not a whole number.
+    """
+    k = whole_ticks("the tick k", k)
+    states = [vector("the state x", x, system.n)]
+    for i, u in enumerate(input_rows(system, inputs)):
         states.append(np.asarray(system.step(k + i, states[-1], u)))
     return np.array(states)
+
+
+def input_rows(system: PeriodicSystem, inputs: ArrayLike | Sequence[Any]) -> Array:
+    """Inputs of T ticks as an array (T, m), from one of that shape or from its entries in a row, (T·m,).
+
+    Raises:
+        InputError: another shape, or no numbers.
+    """
+    given = number_array("the inputs", inputs)
+    if not given.size:
+        return np.zeros((0, system.m))
+    if (given.ndim == 2 and given.shape[1] == system.m) or (given.ndim == 1 and given.size % system.m == 0):
+        return given.reshape(-1, system.m)
+    raise InputError(f"the inputs must have shape (T, {system.m}), given {given.shape}")

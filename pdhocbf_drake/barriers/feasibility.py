@@ -10,8 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.solvers import ClpSolver, MathematicalProgram
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
+from pdhocbf_drake.barriers.checks import finite_vector
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
 from pdhocbf_drake.barriers.membership import initial_psi
+from pdhocbf_drake.barriers.recursion import linear_rates
+from pdhocbf_drake.barriers.rows import check_affine
 from pdhocbf_drake.barriers.sensitivity import enforced_psi
 from pdhocbf_drake.errors import InputError
 
@@ -34,16 +37,20 @@ class WorstCase(NamedTuple):
 def input_interval(system: PeriodicSystem, barriers: Sequence[Barrier], k: int, x: ArrayLike) -> tuple[float, float]:
     """The inputs u(k) with ψ_m ≥ 0 for every barrier at x, as [lower, upper]; empty if lower > upper [unit of u].
 
-    For systems with one input and ψ_m affine in it. A barrier that no input can satisfy at x gives (∞, −∞).
+    For systems with one input and ψ_m affine in it. A barrier that no input can satisfy at x, or whose ψ_m is not a
+    number there, gives (∞, −∞).
 
     Raises:
-        InputError: the system has more than one input.
+        InputError: the system has more than one input; or the state has another size, or is not finite.
     """
     _check_one_input(system)
+    x = finite_vector("the state x", x, system.n)
     lower, upper = -np.inf, np.inf
     for barrier in barriers:
         value, gradient = enforced_psi(barrier, system, k, x, np.zeros(1))
         slope = float(gradient[0])
+        if np.isnan(value) or np.isnan(slope):
+            return np.inf, -np.inf
         if slope > 0:
             lower = max(lower, -value / slope)
         elif slope < 0:
@@ -61,9 +68,15 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
     ever (without limits on u): from the safe set, some input leads into the next one.
 
     Raises:
-        InputError: more than one input, nonlinear class-K functions, or no state in the common safe set.
+        InputError: more than one input, nonlinear class-K functions, no state in the common safe set, or limits that
+            overflow.
     """
     _check_one_input(system)
+    if not barriers:
+        return WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
+    for barrier in barriers:
+        check_affine(barrier, system)
+        linear_rates(barrier)
     inside_offset, inside_slope = _affine_in_state(system, barriers, k)
     # (name, offset, slope): u ≥ offset + slope·x for the lower limits, ≤ for the upper ones
     lower: list[tuple[str, float, NDArray[np.float64]]] = []
@@ -74,6 +87,10 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
     worst = WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
     for low_name, low, low_slope in lower:
         for high_name, high, high_slope in upper:
+            limits = np.array([high - low, *(high_slope - low_slope)])
+            if not all(np.all(np.isfinite(part)) for part in (limits, inside_offset, inside_slope)):
+                # Drake would end the process
+                raise InputError(f"the limits of barriers {low_name} and {high_name} are too large for floating point")
             prog = MathematicalProgram()
             x = prog.NewContinuousVariables(system.n, "x")
             prog.AddLinearConstraint(inside_slope, -inside_offset, np.full(len(inside_offset), np.inf), x)

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, MathematicalProgramResult, SolverOptions
 
 from pdhocbf_drake.barriers.barrier import Barrier
+from pdhocbf_drake.barriers.checks import finite_number, number_array, vector
 from pdhocbf_drake.barriers.dynamics import PeriodicSystem
 from pdhocbf_drake.barriers.relative_degree import check_relative_degree
 from pdhocbf_drake.barriers.sensitivity import enforced_psi
@@ -17,6 +18,7 @@ from pdhocbf_drake.errors import InputError
 
 _SLACK_WEIGHT = 1e6  # per squared unit of input; only used once the hard program has no solution
 _TOLERANCE = 1e-11
+_ACCEPTED = 1e-8  # by how much a solution may miss ψ_m ≥ tightening, as a share of 1 + |ψ_m| before it
 
 
 class FilterResult(NamedTuple):
@@ -50,11 +52,11 @@ class BarrierFilter:
         system: the dynamics.
         barriers: any number, with different relative degrees if need be.
         lower, upper: limits of the input, (n_u,); None for none.
-        tightening: d̄ [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
+        tightening: d̄ ≥ 0 [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
 
     Raises:
         InputError: a declared relative degree is not the computed one; ψ_m is not affine in the input; limits that
-            leave no input.
+            leave no input; or a tightening that is negative or not finite.
     """
 
     def __init__(
@@ -67,10 +69,11 @@ class BarrierFilter:
     ) -> None:
         self.system = system
         self.barriers = tuple(barriers)
-        self.lower = np.full(system.m, -np.inf) if lower is None else np.asarray(lower, dtype=float)
-        self.upper = np.full(system.m, np.inf) if upper is None else np.asarray(upper, dtype=float)
-        self.tightening = tightening
-        if self.lower.shape != (system.m,) or self.upper.shape != (system.m,) or not np.all(self.lower <= self.upper):
+        self.lower = np.full(system.m, -np.inf) if lower is None else number_array("the lower limits", lower)
+        self.upper = np.full(system.m, np.inf) if upper is None else number_array("the upper limits", upper)
+        self.tightening = finite_number("the tightening", tightening, 0.0)
+        fit = self.lower.shape == self.upper.shape == (system.m,) and np.all(self.lower <= self.upper)
+        if not (fit and np.all(self.lower < np.inf) and np.all(self.upper > -np.inf)):
             raise InputError(
                 f"input limits must be two vectors of {system.m}, lower <= upper, given {lower!r} and {upper!r}"
             )
@@ -79,8 +82,13 @@ class BarrierFilter:
             _check_affine_in_input(barrier, system)
 
     def __call__(self, k: int, x: ArrayLike, wanted: ArrayLike) -> FilterResult:
-        """The filtered input at tick k and state x (n,), for the wanted input (n_u,)."""
-        state, target = np.asarray(x, dtype=float), np.asarray(wanted, dtype=float)
+        """The filtered input at tick k and state x (n,), for the wanted input (n_u,).
+
+        Raises:
+            InputError: shapes that do not fit the system. Numbers that are not finite are answered, not refused.
+        """
+        state, target = vector("the state x", x, self.system.n), vector("the wanted input", wanted, self.system.m)
+        state, target = state.astype(float), target.astype(float)
         clipped = np.clip(np.nan_to_num(target), self.lower, self.upper)
         unknown = np.full(len(self.barriers), np.nan)
         if not (np.all(np.isfinite(state)) and np.all(np.isfinite(target))):
@@ -96,6 +104,8 @@ class BarrierFilter:
             delta, result = self._solve(clipped, target, psi, gradient, soft)
             if delta is not None:
                 after = psi + gradient @ delta
+                if not soft and np.any(self.tightening - after > _ACCEPTED * (1 + np.abs(psi))):
+                    continue  # a row without input here, or numbers too large for the solver
                 slack = np.maximum(self.tightening - after, 0.0) if soft else np.zeros(len(psi))
                 reason = "no input satisfies every barrier at once" if soft else ""
                 return FilterResult(clipped + delta, status, after, slack, reason)  # type: ignore[arg-type]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.barriers.barrier import Barrier
+from pdhocbf_drake.barriers.checks import finite_array, number_array, whole_ticks
 from pdhocbf_drake.barriers.class_k import ClassK
 from pdhocbf_drake.barriers.recursion import psi_along
 from pdhocbf_drake.errors import InputError
@@ -36,7 +37,7 @@ class BarrierRecord(NamedTuple):
         return self.psi[0]
 
 
-def record_from_h(h: ArrayLike, class_k: Sequence[ClassK]) -> BarrierRecord:
+def record_from_h(h: ArrayLike, class_k: Sequence[ClassK | float]) -> BarrierRecord:
     """The record of a barrier whose h was logged, shape (T,).
 
     Raises:
@@ -58,36 +59,42 @@ def record(barrier: Barrier, states: ArrayLike, k: int = 0) -> BarrierRecord:
     """The record of a barrier on logged states (T, n), the first one at tick k.
 
     Raises:
-        InputError: as `record_from_h`.
+        InputError: as `record_from_h`; or the states are not that array, or have another size than the barrier takes.
     """
-    return record_from_h([float(barrier.h(k + i, x)) for i, x in enumerate(np.asarray(states))], barrier.class_k)
+    k, points = whole_ticks("the tick k", k), number_array("the recorded states", states)
+    if points.ndim != 2:
+        raise InputError(f"the recorded states must have shape (T, n), given {points.shape}")
+    return record_from_h([float(barrier.h(k + i, x)) for i, x in enumerate(points)], barrier.class_k)
 
 
 def safety_margin(h: ArrayLike) -> float:
     """h̄ = (1/N_0) Σ_k h(k), eq. (5) [unit of h].
 
     Raises:
-        InputError: the log is empty or holds a value that is not finite.
+        InputError: the log is empty, holds a value that is not finite, or is too large for its mean to be finite.
     """
-    return float(_recorded(h).mean())
+    values = _recorded(h)
+    with np.errstate(over="ignore"):
+        mean = float(values.mean())
+    if not np.isfinite(mean):
+        raise InputError(f"the mean of the recorded h is not finite; its largest is {np.abs(values).max():g}")
+    return mean
 
 
 def margin_ratio(h1: ArrayLike, h2: ArrayLike) -> float:
     """M = h̄_1/h̄_2, eq. (6), as a fraction [1]: M < 1 says that h_1 is the less conservative barrier.
 
     Raises:
-        InputError: as `safety_margin`, or h̄_2 is zero.
+        InputError: as `safety_margin`, or h̄_2 is zero, or so small that M is not finite.
     """
     first, second = safety_margin(h1), safety_margin(h2)
-    if second == 0:
-        raise InputError("the safety margin ratio needs a second margin other than zero, given 0")
+    if second == 0 or not np.isfinite(first / second):
+        raise InputError(f"the safety margin ratio needs a second margin other than zero, given {second:g}")
     return first / second
 
 
 def _recorded(h: ArrayLike) -> NDArray[np.float64]:
-    values = np.asarray(h, dtype=float)
+    values = finite_array("a record of h", h)
     if values.ndim != 1 or values.size == 0:
         raise InputError(f"a record of h is a list of at least one number, given shape {values.shape}")
-    if not np.all(np.isfinite(values)):
-        raise InputError(f"a record of h must be finite, given {values[~np.isfinite(values)][0]} in it")
     return values

@@ -11,6 +11,8 @@ from pydrake.solvers import Binding, Constraint, MathematicalProgram
 from pydrake.symbolic import Variable
 
 from pdhocbf_drake.barriers.barrier import Barrier
+from pdhocbf_drake.barriers.checks import finite_number, whole_ticks
+from pdhocbf_drake.barriers.decisions import decision_variables, numbers_or_variables, slack_variables
 from pdhocbf_drake.barriers.dynamics import Array, PeriodicSystem, rollout
 from pdhocbf_drake.barriers.recursion import psi_from_h
 from pdhocbf_drake.errors import InputError
@@ -28,8 +30,10 @@ def add_nonlinear_barrier_rows(
 ) -> list[Binding[Constraint]]:
     """Adds ψ_m(k+i) + slack ≥ tightening for i = r−m, …, H−m, r the relative degree; solve with SNOPT or IPOPT.
 
+    r is taken as declared: computing it for any dynamics is dear, so call `check_relative_degree` once, beforehand.
+
     Args:
-        states: x(k), (n,), numbers or decision variables: shooting, one vector constraint in the inputs; or
+        states: x(k), (n,), finite numbers or decision variables: shooting, one vector constraint in the inputs; or
             decision variables (H+1, n): one constraint a tick in x(k+i), …, x(k+i+m), the dynamics being
             constrained apart (`add_dynamics`).
         inputs: decision variables (H, n_u).
@@ -38,11 +42,14 @@ def add_nonlinear_barrier_rows(
         tightening: as in `add_barrier_rows` [unit of h].
 
     Raises:
-        InputError: shapes that do not fit, or a horizon shorter than the relative degree.
+        InputError: shapes that do not fit, a number that is not finite, or a horizon shorter than the relative degree.
     """
-    horizon, points = len(inputs), np.asarray(states)
-    rows = range(barrier.relative_degree - barrier.order, horizon - barrier.order + 1)
     where = f'barrier "{barrier.name}"'
+    k, tightening = whole_ticks(f"{where}: the tick k", k), finite_number(f"{where}: the tightening", tightening, 0.0)
+    inputs = decision_variables(f"{where}: the inputs", inputs)
+    points = numbers_or_variables(f"{where}: the states", states)
+    horizon = len(inputs)
+    rows = range(barrier.relative_degree - barrier.order, horizon - barrier.order + 1)
     if inputs.shape != (horizon, system.m):
         raise InputError(f"{where}: the inputs must have shape (H, {system.m}), given {inputs.shape}")
     if points.shape not in ((system.n,), (horizon + 1, system.n)):
@@ -50,7 +57,10 @@ def add_nonlinear_barrier_rows(
         raise InputError(f"{where}: the states must have shape {allowed}, given {points.shape}")
     if len(rows) == 0:
         raise InputError(f"{where}: a horizon of {barrier.relative_degree} ticks is needed, given {horizon}")
-    slacks = _slack_per_row(prog, barrier, slack, horizon - barrier.order + 1)
+    slacks: list[Any] = []
+    if slack is not None:
+        count = horizon - barrier.order + 1
+        slacks = list(np.broadcast_to(slack_variables(prog, barrier.name, slack, count), count))
     if points.ndim == 2:
         return [
             _add(prog, barrier, _along_states(barrier, system.n, k, i), [points[i : i + barrier.order + 1]],
@@ -68,7 +78,18 @@ def add_nonlinear_barrier_rows(
 def add_dynamics(
     prog: MathematicalProgram, system: PeriodicSystem, k: int, states: NDArray[Any], inputs: NDArray[Any]
 ) -> list[Binding[Constraint]]:
-    """Adds x(k+i+1) = f(k+i, x(k+i), u(k+i)) for decision variables `states` (H+1, n) and `inputs` (H, n_u)."""
+    """Adds x(k+i+1) = f(k+i, x(k+i), u(k+i)) for decision variables `states` (H+1, n) and `inputs` (H, n_u).
+
+    Raises:
+        InputError: other shapes, or no decision variables.
+    """
+    k = whole_ticks("the tick k", k)
+    states, inputs = decision_variables("the states", states), decision_variables("the inputs", inputs)
+    if inputs.ndim != 2 or inputs.shape[1] != system.m or states.shape != (len(inputs) + 1, system.n):
+        raise InputError(
+            f"dynamics over H ticks need states (H+1, {system.n}) and inputs (H, {system.m}), given {states.shape} and "
+            f"{inputs.shape}"
+        )
     bindings = []
     for i in range(len(inputs)):
 
@@ -117,16 +138,3 @@ def _add(
     variables = np.concatenate([*(block.ravel() for block in blocks), np.array(names, dtype=object)])
     lower, upper = np.full(count, tightening), np.full(count, np.inf)
     return prog.AddConstraint(with_slack, lb=lower, ub=upper, vars=variables, description=description)
-
-
-def _slack_per_row(
-    prog: MathematicalProgram, barrier: Barrier, slack: Variable | NDArray[Any] | None, count: int
-) -> list[Any]:
-    if slack is None:
-        return []
-    given = np.atleast_1d(np.asarray(slack))
-    if len(given) not in (1, count):
-        raise InputError(f'barrier "{barrier.name}": 1 slack, or one per row ({count}), is allowed, given {len(given)}')
-    positive = prog.AddBoundingBoxConstraint(0.0, np.inf, given)
-    positive.evaluator().set_description(f"barrier {barrier.name}: slack")
-    return list(given) * (count if len(given) == 1 else 1)

@@ -15,25 +15,39 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.barriers.barrier import Barrier
-from pdhocbf_drake.barriers.class_k import ClassK, Linear
-from pdhocbf_drake.barriers.dynamics import Array, PeriodicSystem, rollout
+from pdhocbf_drake.barriers.checks import number_array
+from pdhocbf_drake.barriers.class_k import ClassK, Linear, as_class_k
+from pdhocbf_drake.barriers.dynamics import Array, PeriodicSystem, input_rows, rollout
 from pdhocbf_drake.errors import InputError
 
 
-def psi_from_h(h: Sequence[Any] | Array, class_k: Sequence[ClassK]) -> Array:
-    """ψ_0(k), …, ψ_r(k) from h(k), …, h(k+r), eq. (11); r ≤ m. Floats or AutoDiffXd, shape (r+1,)."""
+def psi_from_h(h: Sequence[Any] | Array, class_k: Sequence[ClassK | float]) -> Array:
+    """ψ_0(k), …, ψ_r(k) from h(k), …, h(k+r), eq. (11); r ≤ m. Floats or AutoDiffXd, shape (r+1,).
+
+    Raises:
+        InputError: no h at all.
+    """
     level = list(h)
+    if not level:
+        raise InputError("the recursion needs at least one value of h, given none")
     values = [level[0]]
-    for alpha in class_k[: len(level) - 1]:
+    for alpha in map(as_class_k, class_k[: len(level) - 1]):
         level = [after - now + alpha(now) for now, after in pairwise(level)]
         values.append(level[0])
     return np.array(values)
 
 
-def psi_along(h: ArrayLike, class_k: Sequence[ClassK]) -> list[NDArray[np.float64]]:
-    """ψ_0, …, ψ_m along a recorded h of shape (T,); ψ_i has shape (T−i,)."""
-    levels = [np.asarray(h, dtype=float)]
-    for alpha in class_k:
+def psi_along(h: ArrayLike, class_k: Sequence[ClassK | float]) -> list[NDArray[np.float64]]:
+    """ψ_0, …, ψ_m along a recorded h of shape (T,); ψ_i has shape (T−i,).
+
+    Raises:
+        InputError: h is not a list of numbers.
+    """
+    values = number_array("a record of h", h)
+    if values.ndim != 1:
+        raise InputError(f"a record of h is a list of numbers, given shape {values.shape}")
+    levels = [values.astype(float)]
+    for alpha in map(as_class_k, class_k):
         now = levels[-1]
         # Element by element, because a user's class-K function need not take an array.
         levels.append(now[1:] - now[:-1] + np.array([float(alpha(s)) for s in now[:-1]]))
@@ -46,8 +60,16 @@ def psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, inputs: 
     Args:
         inputs: (j, system.m) with j ≤ m; inputs that are left out are zero, which does not matter where the
             relative degree is m: then only u(k) shows, and only in ψ_m.
+
+    Raises:
+        InputError: shapes that do not fit, or more than m inputs.
     """
-    given = np.asarray(inputs).reshape(-1, system.m)[: barrier.order]
+    given = input_rows(system, inputs)
+    if len(given) > barrier.order:
+        raise InputError(
+            f'barrier "{barrier.name}": psi_{barrier.order} takes the inputs of {barrier.order} ticks at most, '
+            f"given {len(given)}"
+        )
     padding = np.zeros((barrier.order - len(given), system.m), dtype=given.dtype)
     states = rollout(system, k, x, np.concatenate([given, padding]))
     return psi_from_h([barrier.h(k + j, state) for j, state in enumerate(states)], barrier.class_k)

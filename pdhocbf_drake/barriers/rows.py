@@ -9,9 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.solvers import Binding, LinearConstraint, MathematicalProgram
 from pydrake.symbolic import Variable
 
-from pdhocbf_drake.barriers.barrier import AffineBarrier
-from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
+from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
+from pdhocbf_drake.barriers.checks import finite_number, shown, vector, whole_ticks
+from pdhocbf_drake.barriers.decisions import decision_variables, numbers_or_variables, slack_variables
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
+from pdhocbf_drake.barriers.relative_degree import check_relative_degree
 from pdhocbf_drake.errors import InputError
 
 
@@ -48,16 +51,15 @@ def affine_rows(barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, ho
     """The rows of ψ_m(k), …, ψ_m(k+H−m); they depend on k only through its phase.
 
     Raises:
-        InputError: the horizon is shorter than m, the class-K functions are not linear, or the barrier's
-            normal has another size than the state.
+        InputError: the horizon is shorter than m, the class-K functions are not linear, the barrier's normal has
+            another size than the state, barrier or system are not affine, or the rows overflow.
     """
-    order = barrier.order
+    check_affine(barrier, system)
+    where, order = f'barrier "{barrier.name}"', barrier.order
+    k, horizon = whole_ticks(f"{where}: the tick k", k), whole_ticks(f"{where}: the horizon", horizon)
     if horizon < order:
-        raise InputError(f'barrier "{barrier.name}": psi_{order} needs a horizon of {order} ticks, given {horizon}')
-    if len(barrier.normal) != system.n:
-        raise InputError(
-            f'barrier "{barrier.name}": the normal has {len(barrier.normal)} entries, but the system {system.n} states'
-        )
+        raise InputError(f"{where}: psi_{order} needs a horizon of {order} ticks, given {horizon}")
+    barrier.check_fits(system.n)
     # n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H
     on_state = np.zeros((horizon + 1, system.n))
     on_inputs = np.zeros((horizon + 1, horizon * system.m))
@@ -75,7 +77,23 @@ def affine_rows(barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, ho
     for i, row in enumerate(shifts):
         row[i : i + order + 1] = coefficients
     shifts *= barrier.sign
-    return Rows(-shifts @ on_state, -shifts @ on_inputs, shifts, -shifts @ offset)
+    rows = Rows(-shifts @ on_state, -shifts @ on_inputs, shifts, -shifts @ offset)
+    if not all(np.all(np.isfinite(part)) for part in rows):  # Drake would end the process
+        raise InputError(f"{where}: the rows over {horizon} ticks are too large for floating point")
+    return rows
+
+
+def check_affine(barrier: Barrier, system: PeriodicSystem) -> None:
+    """Refuses what has no linear rows, whatever its class-K functions.
+
+    Raises:
+        InputError: the barrier is no `AffineBarrier`, or the system no `PeriodicAffineSystem`.
+    """
+    if not (isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem)):
+        raise InputError(
+            f"linear rows need an AffineBarrier on a PeriodicAffineSystem, given {shown(barrier)} on "
+            f"a {type(system).__name__}; add_nonlinear_barrier_rows takes any"
+        )
 
 
 def add_barrier_rows(
@@ -94,25 +112,28 @@ def add_barrier_rows(
     left out: they would make the program infeasible without making anything safer.
 
     Args:
-        x0: x(k), (n,): numbers, or decision variables.
+        x0: x(k), (n,): finite numbers, or decision variables.
         inputs: decision variables (H, n_u).
         slack: one decision variable for all rows, or one for each of the H−m+1 rows; kept ≥ 0 here, paid for
             by the caller's cost. None makes the barrier hard.
-        tightening: d̄ [unit of h]; ψ_m ≥ d̄ keeps h ≥ 0 although the last h of each ψ_m errs by up to d̄.
+        tightening: d̄ ≥ 0 [unit of h]; ψ_m ≥ d̄ keeps h ≥ 0 although the last h of each ψ_m errs by up to d̄.
 
     Raises:
-        InputError: as `affine_rows`; or shapes that do not fit; or no row that an input shows in.
+        InputError: as `affine_rows`; a declared relative degree that is not the computed one; shapes that do not fit; a
+            number that is not finite; or no row that an input shows in.
     """
-    start = np.asarray(x0)
-    if start.shape != (system.n,):
-        raise InputError(f'barrier "{barrier.name}": x0 must have shape ({system.n},), given {start.shape}')
+    where = f'barrier "{barrier.name}"'
+    inputs = decision_variables(f"{where}: the inputs", inputs)
+    start = vector(f"{where}: x0", numbers_or_variables(f"{where}: x0", x0), system.n)
+    tightening = finite_number(f"{where}: the tightening", tightening, 0.0)
     if inputs.ndim != 2 or inputs.shape[1] != system.m:
-        raise InputError(f'barrier "{barrier.name}": the inputs must have shape (H, {system.m}), given {inputs.shape}')
+        raise InputError(f"{where}: the inputs must have shape (H, {system.m}), given {inputs.shape}")
     horizon = len(inputs)
     rows = affine_rows(barrier, system, k, horizon)
+    check_relative_degree(barrier, system)
     chosen = rows.reachable
     if not np.any(chosen):
-        raise InputError(f'barrier "{barrier.name}": no input within the horizon of {horizon} ticks shows in it')
+        raise InputError(f"{where}: no input within the horizon of {horizon} ticks shows in it")
     lower = tightening - rows.constant - rows.bounds @ barrier.bound.samples(k, horizon + 1)
     matrix, variables = [rows.inputs], [inputs.ravel()]
     if start.dtype == object:
@@ -120,16 +141,12 @@ def add_barrier_rows(
         variables.append(start)
     else:
         lower -= rows.state @ start
+    if not np.all(np.isfinite(lower)):
+        raise InputError(f"{where}: the rows are too large for floating point at this x0")
     if slack is not None:
-        slacks = np.atleast_1d(np.asarray(slack))
-        if len(slacks) not in (1, len(chosen)):
-            raise InputError(
-                f'barrier "{barrier.name}": 1 slack, or one per row ({len(chosen)}), is allowed, given {len(slacks)}'
-            )
+        slacks = slack_variables(prog, barrier.name, slack, len(chosen))
         matrix.append(np.ones((len(chosen), 1)) if len(slacks) == 1 else np.eye(len(chosen)))
         variables.append(slacks)
-        positive = prog.AddBoundingBoxConstraint(0.0, np.inf, slacks)
-        positive.evaluator().set_description(f"barrier {barrier.name}: slack")
     binding = prog.AddLinearConstraint(
         np.hstack(matrix)[chosen], lower[chosen], np.full(int(chosen.sum()), np.inf), np.concatenate(variables)
     )

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.autodiffutils import InitializeAutoDiff
 
 from pdhocbf_drake.barriers.barrier import Barrier
+from pdhocbf_drake.barriers.checks import vector
 from pdhocbf_drake.barriers.dynamics import Array, PeriodicSystem, rollout
 from pdhocbf_drake.barriers.recursion import psi_from_h
 from pdhocbf_drake.errors import InputError
@@ -60,11 +61,11 @@ def enforced_psi(
 def _differentiated_h(
     barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike, ticks: int
 ) -> list[Any]:
-    first = InitializeAutoDiff(np.asarray(u, dtype=float)).ravel()
+    first = InitializeAutoDiff(vector("the input u", u, system.m).astype(float)).ravel()
     later = np.zeros((ticks - 1, system.m), dtype=object)
     inputs: Array = np.concatenate([first[np.newaxis], later])
     try:
-        states = rollout(system, k, np.asarray(x, dtype=float), inputs)
+        states = rollout(system, k, x, inputs)
         return [barrier.h(k + j, state) for j, state in enumerate(states)]
     except (TypeError, AttributeError) as error:
         raise InputError(

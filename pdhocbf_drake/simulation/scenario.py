@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from pdhocbf_drake.barriers.config import BarrierConfig
+from pdhocbf_drake.barriers.config import LinearBarrierConfig
 from pdhocbf_drake.config import Config, Name, parse_config, within
 from pdhocbf_drake.gait.config import GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig
@@ -85,7 +85,7 @@ class Scenario(Config):
     friction: float = Field(0.8, gt=0, le=10)
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
-    barriers: dict[Name, BarrierConfig] = Field({})
+    barriers: dict[Name, LinearBarrierConfig] = Field({})
     pushes: tuple[Push, ...] = ()
     model_error: ModelErrorConfig = ModelErrorConfig()
     measurement: MeasurementConfig = MeasurementConfig()

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.trajectories import PiecewisePolynomial
 
+from pdhocbf_drake.barriers.checks import finite_number, finite_vector, whole_ticks
 from pdhocbf_drake.errors import InputError
 
 
@@ -31,12 +32,8 @@ class VanDerPol:
     m = 1
 
     def __init__(self, beta: float, tick: float) -> None:
-        if not (np.isfinite(beta) and beta >= 0):
-            raise InputError(f"Van der Pol: beta must be at least 0, given {beta}")
-        if not (np.isfinite(tick) and tick > 0):
-            raise InputError(f"Van der Pol: the tick must be positive, given {tick}")
-        self.beta = float(beta)
-        self.tick = float(tick)
+        self.beta = finite_number("Van der Pol: beta", beta, 0.0)
+        self.tick = _positive_tick(tick)
 
     def drift(self, x: NDArray[Any]) -> Any:
         """β x₂ − x₁ − β x₁² x₂ [1/s²], the acceleration without input."""
@@ -52,9 +49,12 @@ def orbit_through(positions: ArrayLike, tick: float) -> NDArray[np.float64]:
 
     With these x₂ the first row of eq. (16) holds exactly, and some input makes the second one hold. The paper's
     pair of sampled harmonics misses the first row by δ²/2, so that tubes around x₁ and x₂ drift apart.
+
+    Raises:
+        InputError: the positions are not a list of finite numbers, or δ is not positive and finite.
     """
-    x1 = np.asarray(positions, dtype=float)
-    return np.stack([x1, (np.roll(x1, -1) - x1) / tick], axis=1)
+    x1 = finite_vector("Van der Pol: the positions of an orbit", positions, np.size(positions))
+    return np.stack([x1, (np.roll(x1, -1) - x1) / _positive_tick(tick)], axis=1)
 
 
 def orbit_input(system: VanDerPol, orbit: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -64,7 +64,13 @@ def orbit_input(system: VanDerPol, orbit: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def harmonic_orbit(amplitude: float, period: int, tick: float) -> NDArray[np.float64]:
-    """x₁(k) = amplitude·cos(2πk/N), eq. (17), (N, 2); N = `period` must be whole, and 2π/δ is not."""
+    """x₁(k) = amplitude·cos(2πk/N), eq. (17), (N, 2); N = `period` must be whole, and 2π/δ is not.
+
+    Raises:
+        InputError: as `orbit_through`; or N is not a whole number from 2 on.
+    """
+    period = whole_ticks("Van der Pol: the period of an orbit", period, 2)
+    amplitude = finite_number("Van der Pol: the amplitude", amplitude)
     return orbit_through(amplitude * np.cos(2 * np.pi * np.arange(period) / period), tick)
 
 
@@ -72,8 +78,9 @@ def limit_cycle(system: VanDerPol, period: int) -> NDArray[np.float64]:
     """The oscillator's own orbit for β > 0, from its greatest x₁ on, stretched to N = `period` ticks, (N, 2).
 
     Raises:
-        InputError: β = 0, which has no limit cycle, or Euler diverges at this tick.
+        InputError: β = 0, which has no limit cycle; Euler diverges at this tick; or N is not a whole number from 2 on.
     """
+    period = whole_ticks("Van der Pol: the period of an orbit", period, 2)
     if system.beta == 0:
         raise InputError("Van der Pol: beta = 0 has no limit cycle; a tube then follows the harmonic orbit")
     # A disturbance of the cycle decays like e^{-βt} or faster: 30/β seconds leave nothing of the start.
@@ -93,3 +100,9 @@ def limit_cycle(system: VanDerPol, period: int) -> NDArray[np.float64]:
     curve = PiecewisePolynomial.CubicWithContinuousSecondDerivatives(span.astype(float), x1[np.newaxis, span])
     ticks = np.linspace(begin, end, period, endpoint=False)
     return orbit_through([curve.value(t).item() for t in ticks], system.tick)
+
+
+def _positive_tick(tick: float) -> float:
+    if not finite_number("Van der Pol: the tick", tick) > 0:
+        raise InputError(f"Van der Pol: the tick must be positive, given {tick}")
+    return float(tick)

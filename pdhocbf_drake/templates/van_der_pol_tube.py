@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from pdhocbf_drake.barriers import (
     AffineBarrier,
@@ -17,6 +17,7 @@ from pdhocbf_drake.barriers import (
     feasible_width,
     tabulated,
 )
+from pdhocbf_drake.barriers.checks import finite_number, whole_ticks
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.templates.config import VanDerPolConfig
 from pdhocbf_drake.templates.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle
@@ -78,11 +79,18 @@ class VanDerPolTube:
         for barrier in self.barriers:
             check_in_safe_set(barrier, self.system, 0, config.initial_state)
 
-    def run(self, ticks: int, filtered: bool = True, wanted: ArrayLike = 0.0) -> Run:
-        """The closed loop from the initial state, or the free oscillation if not `filtered`; `wanted` input [1/s²]."""
-        target = np.array([wanted], dtype=float)
+    def run(self, ticks: int, filtered: bool = True, wanted: float = 0.0) -> Run:
+        """The closed loop from the initial state, or the free oscillation if not `filtered`.
+
+        Args:
+            wanted: input that the filter starts from [1/s²].
+
+        Raises:
+            InputError: the length is not a whole number of ticks, at least 0, or the wanted input is not finite.
+        """
+        target = np.array([finite_number("the wanted input", wanted)])
         states, inputs, results = [np.array(self.config.initial_state)], [], []
-        for k in range(ticks):
+        for k in range(whole_ticks("the length of a run", ticks, 0)):
             u = target
             if filtered:
                 results.append(self.filter(k, states[-1], target))
@@ -102,7 +110,7 @@ def tube_barriers(
     """
     barriers = []
     for i, (unit, gamma) in enumerate((("1", gamma_1), ("1/s", gamma_2))):
-        if not (np.isfinite(tube[i]) and tube[i] > 0):
+        if not finite_number("van_der_pol.tube", tube[i]) > 0:
             raise InputError(f"van_der_pol.tube: half widths must be positive, given {tube[i]}")
         for side, sign in (("upper", 1), ("lower", -1)):
             bound = tabulated(orbit[:, i] + sign * tube[i])

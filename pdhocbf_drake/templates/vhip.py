@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
+from pdhocbf_drake.barriers.checks import finite_array, finite_number, shown
 from pdhocbf_drake.errors import InputError
 
 Flow = Literal["euler", "exact"]
@@ -22,12 +23,19 @@ class Vhip:
         B: input columns, shape (N, 3).
         eta: (z̈ + g)/z over one period, shape (N,) [1/s²].
         tick: δ [s].
+
+    Raises:
+        InputError: eta is not a row of positive numbers, δ is not positive and finite, or the flow is another one.
     """
 
     def __init__(self, eta: np.ndarray, tick: float, flow: Flow = "euler") -> None:
-        self.eta = np.array(eta, dtype=float)
-        if self.eta.ndim != 1 or not np.all(np.isfinite(self.eta)) or np.any(self.eta <= 0):
-            raise InputError(f"eta: a row of positive numbers over one period is needed (given: {eta!r})")
+        self.eta = finite_array("eta", eta).copy()
+        if self.eta.ndim != 1 or not self.eta.size or np.any(self.eta <= 0):
+            raise InputError(f"eta: a row of positive numbers over one period is needed, given {shown(eta)}")
+        if not finite_number("the tick of the pendulum", tick) > 0:
+            raise InputError(f"the tick of the pendulum must be positive, given {tick}")
+        if flow not in get_args(Flow):
+            raise InputError(f"the flow of the pendulum is one of {', '.join(get_args(Flow))}, given {shown(flow)}")
         self.tick = tick
         self.flow = flow
         self.period = len(self.eta)

@@ -1,0 +1,107 @@
+"""What the public functions take: numbers, ticks and vectors, or else one sentence on what was given.
+
+Called where a value comes in and not in between, so that a control loop does not pay for it again at every step.
+"""
+
+from __future__ import annotations
+
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pdhocbf_drake.errors import InputError
+
+_SHOWN = 100  # characters of a given value that a message repeats
+
+
+def is_number(value: Any) -> bool:
+    """Whether it is one real number, of Python's types or NumPy's; True and False are not."""
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def finite_number(what: str, value: Any, least: float | None = None) -> float:
+    """A finite number, `least` or more.
+
+    Raises:
+        InputError: it is anything else; the message begins with `what`.
+    """
+    if is_number(value) and np.isfinite(value) and (least is None or value >= least):
+        return float(value)
+    raise InputError(f"{what} must be a finite number{_at_least(least)}, given {shown(value)}")
+
+
+def whole_ticks(what: str, value: Any, least: int | None = None, most: int | None = None) -> int:
+    """A whole number of ticks from `least` to `most`.
+
+    Raises:
+        InputError: it is anything else; the message begins with `what`.
+    """
+    whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+    if whole and (least is None or value >= least) and (most is None or value <= most):
+        return int(value)
+    limit = _at_least(least) + (f" and at most {most}" if most is not None else "")
+    raise InputError(f"{what} is a whole number of ticks{limit}, given {shown(value)}")
+
+
+def number_array(what: str, value: Any) -> NDArray[Any]:
+    """An array of any shape, of numbers or of objects such as AutoDiffXd and decision variables.
+
+    Raises:
+        InputError: text, a ragged list, or what else is no array of numbers.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError:  # ragged
+        array = np.asarray("")
+    if array.dtype.kind not in "biufO" or (array.ndim == 0 and array.item() is None):
+        raise InputError(f"{what} must be an array of numbers, given {shown(value)}")
+    return array
+
+
+def finite_array(what: str, value: Any) -> NDArray[np.float64]:
+    """An array of floats of any shape.
+
+    Raises:
+        InputError: as `number_array`; or an entry is not finite.
+    """
+    array = number_array(what, value)
+    try:
+        floats = np.asarray(array, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"{what} must be an array of numbers, given {shown(value)}") from None
+    if not np.all(np.isfinite(floats)):
+        raise InputError(f"{what} must be finite, given {floats[~np.isfinite(floats)][0]} in it")
+    return floats
+
+
+def vector(what: str, value: Any, size: int) -> NDArray[Any]:
+    """A vector of numbers or objects, (size,), finite or not.
+
+    Raises:
+        InputError: as `number_array`; or the shape is another one.
+    """
+    array = number_array(what, value)
+    if array.shape != (size,):
+        raise InputError(f"{what} must have shape ({size},), given {array.shape}")
+    return array
+
+
+def finite_vector(what: str, value: Any, size: int) -> NDArray[np.float64]:
+    """A vector of floats, (size,).
+
+    Raises:
+        InputError: as `vector`; or an entry is not finite.
+    """
+    return finite_array(what, vector(what, value, size))
+
+
+def shown(value: Any) -> str:
+    """A value as Python writes it, on one line and cut where it is long (`config.shown` speaks YAML)."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
+
+
+def _at_least(least: float | None) -> str:
+    return "" if least is None else f", at least {least:g}"
