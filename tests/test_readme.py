@@ -4,6 +4,8 @@ import re
 import runpy
 from pathlib import Path
 
+import pytest
+
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 
 ROOT = Path(__file__).parents[1]
@@ -33,6 +35,14 @@ def test_the_page_s_example_is_a_scenario(tmp_path: Path) -> None:
 def test_pictures_and_files_that_it_links_exist() -> None:
     links = re.findall(r"\]\((?!http|#)([^)#]+)", README)
     assert links and all((ROOT / link).exists() for link in links)
+
+
+def test_its_python_runs_and_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
+    blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", README, re.DOTALL)
+    assert blocks
+    for number, (code, printed) in enumerate(blocks, start=1):
+        exec(compile(code, f"README.md, Python block {number}", "exec"), {})
+        assert capsys.readouterr().out == printed
 
 
 def test_every_packaged_scenario_is_named() -> None:
