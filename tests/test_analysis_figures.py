@@ -100,6 +100,7 @@ def _seen(colour: str, by) -> np.ndarray:
         (palette.MEASURED_COM, palette.MEASURED_ZMP, palette.PLANNED_COM, palette.PLANNED_ZMP),
         (palette.MEASURED_COM, palette.PLANNED_COM, palette.BARRIERS[0], palette.BARRIERS[1]),
         palette.RUNS[:4],
+        (palette.MEASURED_COM, *palette.CASES.values()),
     ],
 )
 def test_colours_that_meet_stay_apart_for_the_colour_blind(together, by):

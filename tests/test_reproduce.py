@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.reproduce.calibration import PAPER_DCBF, PAPER_PERIODIC, WINDOW, calibrate, measure, statement
+from pdhocbf_drake.reproduce.joints import _legs
 from pdhocbf_drake.reproduce.record import Number, Picture, Section
 from pdhocbf_drake.reproduce.report import value, write_report
 from pdhocbf_drake.reproduce.sections import PARTS, chosen
@@ -103,6 +104,21 @@ def test_the_page_loads_nothing_and_escapes_what_it_is_given(tmp_path):
     assert "calibrated</span>" in page
     with (tmp_path / "figures" / "one.csv").open() as file:
         assert list(csv.reader(file)) == [["x [m]", "y [m]"], ["0", "0"], ["1", "1"]]
+
+
+def test_fig_6_draws_each_joints_limits_and_what_is_used_of_them():
+    time = 0.01 * np.arange(401)
+    values = np.sin(time)[:, None] * np.arange(1.0, 13.0)
+    limits = np.column_stack([-20.0 - np.arange(12), 30.0 + np.arange(12)])
+    picture = _legs("fig6", "angles", time, values, limits, "angle", "deg")
+    curves, bars = picture.figure.axes[:2]
+    assert len(curves.lines) == 6 and len(picture.figure.legends[0].get_texts()) == 6
+    drawn = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in bars.patches]
+    np.testing.assert_allclose(drawn[::2], limits[:6])
+    np.testing.assert_allclose(drawn[1::2], [(v.min(), v.max()) for v in values[:, :6].T])
+    assert bars.get_ylim()[0] < -31.0 and bars.get_ylim()[1] > 41.0  # both legs on one scale
+    header, rows = picture.table()
+    assert len(header) == 1 + 3 * 12 and rows[7][header.index("left_hip_yaw, upper limit [deg]")] == 30.0
 
 
 def test_columns_of_a_picture_have_one_length():

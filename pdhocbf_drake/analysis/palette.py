@@ -18,6 +18,7 @@ BOX: Final = "#C8C8C8"
 LIMIT: Final = "#555555"
 BARRIERS: Final = ("#009E73", "#E69F00", "#0072B2", "#D55E00")
 RUNS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+CASES: Final = {"none": RUNS[3], "DCBF": BARRIERS[1], "P-DHOCBF": BARRIERS[0]}  # what is compared, wherever it is
 JOINTS: Final = ("#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7")
 
 Rgb = tuple[float, float, float]
@@ -25,6 +26,11 @@ Rgb = tuple[float, float, float]
 # Green and red of the same set; blue against orange-red in effect, so that the marker reads without colour vision too.
 SAFE: Final = "#009E73"
 UNSAFE: Final = "#D55E00"
+
+
+def case_colour(name: str, place: int) -> str:
+    """The colour of a compared case: its own where all figures know it, else one by its place in the comparison."""
+    return CASES.get(name, RUNS[place % len(RUNS)])
 
 
 def rgb(colour: str) -> Rgb:

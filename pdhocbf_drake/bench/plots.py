@@ -7,7 +7,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import styled
-from pdhocbf_drake.analysis.palette import RUNS
+from pdhocbf_drake.analysis.palette import LIMIT, RUNS
 
 
 def draw(results: dict[str, Any]) -> dict[str, Figure]:
@@ -48,7 +48,7 @@ def _growth(results: dict[str, Any]) -> Figure:
         axes.plot(*zip(*rows, strict=True), "o-", color=colour, label=f"gait of {gait} ticks")
     first = min((row["horizon"], 1e6 * row["tick_seconds_median"]) for row in results["growth"])
     last = max(row["horizon"] for row in results["growth"])
-    axes.plot([first[0], last], [first[1], first[1] * (last / first[0]) ** 2], ":", color="#555555", label="H²")
+    axes.plot([first[0], last], [first[1], first[1] * (last / first[0]) ** 2], ":", color=LIMIT, label="H²")
     axes.set(xscale="log", yscale="log", xlabel="horizon H [ticks]", ylabel="time of a tick [µs]")
     axes.legend()
     return figure

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import styled
 from pdhocbf_drake.analysis.figures import Drawn
-from pdhocbf_drake.analysis.palette import RUNS, SAFE, UNSAFE
+from pdhocbf_drake.analysis.palette import SAFE, UNSAFE, case_colour
 from pdhocbf_drake.campaign.config import CampaignConfig
 from pdhocbf_drake.campaign.store import FAILED
 from pdhocbf_drake.campaign.survival import Row, survival_rate
@@ -60,7 +60,7 @@ def _intervals(config: CampaignConfig, rows: Sequence[Row]) -> Figure:
         if rate is None or low is None or high is None:
             continue
         error = [[rate - low], [high - rate]]
-        axes.errorbar([rate], [place], xerr=error, fmt="o", color=_colour(place), capsize=4)
+        axes.errorbar([rate], [place], xerr=error, fmt="o", color=case_colour(name, place), capsize=4)
         axes.annotate(f"n = {n}", (1.02, place), va="center", annotation_clip=False)
     axes.set(xlim=(0, 1), ylim=(len(config.barriers) - 0.5, -0.5), xlabel="survival rate [1]")
     axes.set_yticks(range(len(config.barriers)), list(config.barriers))
@@ -84,7 +84,8 @@ def _curves(config: CampaignConfig, rows: Sequence[Row], factors: Sequence[str])
             x = np.array([centre for centre, _ in rates]) + shift
             rate, low, high = np.array([found[:3] for _, found in rates], dtype=float).T
             bars = [rate - low, high - rate]
-            axes.errorbar(x, rate, yerr=bars, fmt="o-", markersize=4, capsize=2, color=_colour(place), label=name)
+            colour = case_colour(name, place)
+            axes.errorbar(x, rate, yerr=bars, fmt="o-", markersize=4, capsize=2, color=colour, label=name)
         axes.set(ylim=(-0.05, 1.05), xlabel=_label(config, path), ylabel="survival rate [1]")
     panels[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     return figure
@@ -154,7 +155,3 @@ def _cells(rows: Sequence[Row], path: str, edges: np.ndarray) -> np.ndarray:
 
 def _label(config: CampaignConfig, path: str) -> str:
     return f"{path} [{config.factors[path].unit}]"
-
-
-def _colour(place: int) -> str:
-    return RUNS[place % len(RUNS)]

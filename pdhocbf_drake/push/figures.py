@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import styled
-from pdhocbf_drake.analysis.palette import RUNS
+from pdhocbf_drake.analysis.palette import LIMIT, case_colour
 from pdhocbf_drake.push.directions import DIRECTIONS
 from pdhocbf_drake.push.results import UNIT, Impulse, medians
 
@@ -22,7 +22,7 @@ def draw_polar(impulses: Sequence[Impulse], path: Path) -> None:
         axes.set_theta_zero_location("N")  # type: ignore[attr-defined]
         middle = medians(impulses)
         for number, (barrier, by_way) in enumerate(middle.items()):
-            colour = RUNS[number % len(RUNS)]
+            colour = case_colour(barrier, number)
             ways = sorted(by_way, key=DIRECTIONS.__getitem__)
             ring = [*ways, ways[0]] if len(ways) > 2 else ways
             angles = np.radians([DIRECTIONS[way] for way in ring])
@@ -47,9 +47,9 @@ def draw_phases(impulses: Sequence[Impulse], path: Path, ticks_per_step: int) ->
             for number, barrier in enumerate(dict.fromkeys(impulse.barrier for impulse in impulses)):
                 points = sorted((i.phase, i.survived) for i in impulses if (i.barrier, i.direction) == (barrier, way))
                 style = ("-", "--", ":")[number % 3]
-                colour = RUNS[number % len(RUNS)]
+                colour = case_colour(barrier, number)
                 axes.plot(*zip(*points, strict=True), marker="o", ls=style, color=colour, label=barrier)
-            axes.axvline(ticks_per_step, color="#888888", lw=0.8)
+            axes.axvline(ticks_per_step, color=LIMIT, lw=0.8)
             axes.set_ylim(0.0, 1.1 * max(1.0, *(i.survived for i in impulses if i.direction == way)))
             axes.set_ylabel(f"{way} [{UNIT}]")
         panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import styled
-from pdhocbf_drake.analysis.palette import RUNS
+from pdhocbf_drake.analysis.palette import CASES
 from pdhocbf_drake.errors import InputError, RunFolderError
 from pdhocbf_drake.push.directions import parse_phases
 from pdhocbf_drake.push.measures import HEADER, Measures, summarised
@@ -97,10 +97,10 @@ def draw(rows: Sequence[Measures], path: Path) -> None:
         for panels, (name, (what, unit, scale)) in zip(grid, _DRAWN.items(), strict=True):
             panels[0].set_ylabel(f"{what} [{unit}]")
             for axes, event in zip(panels, events, strict=True):
-                for number, barrier in enumerate(BARRIERS):
+                for barrier in BARRIERS:
                     here = [row for row in rows if (row.event, row.barrier) == (event, barrier)]
                     values = [(row.gamma, getattr(row, name) * scale) for row in here]
-                    _line(axes, values, barrier, RUNS[number], name != "acts" or barrier != NONE)
+                    _line(axes, values, barrier, CASES[barrier], name != "acts" or barrier != NONE)
                 axes.set_xscale("log")
         for axes, event in zip(grid[0], events, strict=True):
             axes.set_title(event)

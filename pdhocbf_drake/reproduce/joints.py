@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
+from pdhocbf_drake.analysis.drawing import label, time_axis
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.reproduce.record import Number, Picture, Section, Table
 from pdhocbf_drake.reproduce.runs import Runs
 from pdhocbf_drake.reproduce.walk import ROBOT
 from pdhocbf_drake.simulation.signals import JOINTS
+
+Array = NDArray[np.float64]
 
 _SHOWN = slice(0, 401)
 _LEG = [joint.removeprefix("left_").replace("_", " ") for joint in JOINTS[:6]]
@@ -29,10 +32,11 @@ def figure_6(runs: Runs) -> Section:
     state, torque = log["joint_state"], log["actuation"]
     angle, speed = np.degrees(state[:, :12]), state[:, 12:]
     time = log.time[_SHOWN]
+    effort, fastest = np.column_stack([-limits.effort, limits.effort]), np.column_stack([-limits.speed, limits.speed])
     pictures = [
-        _legs("fig6", "Fig. 6: joint angles of both legs.", time, angle[_SHOWN], "angle", "deg"),
-        _legs("fig6_velocities", "Beyond Fig. 6: joint velocities.", time, speed[_SHOWN], "velocity", "rad/s"),
-        _legs("fig6_torques", "Beyond Fig. 6: torques.", time, torque[_SHOWN], "torque", "N m"),
+        _legs("fig6", "Fig. 6: joint angles of both legs", time, angle, np.degrees(limits.position), "angle", "deg"),
+        _legs("fig6_velocities", "Beyond Fig. 6: joint velocities", time, speed, fastest, "velocity", "rad/s"),
+        _legs("fig6_torques", "Beyond Fig. 6: torques", time, torque, effort, "torque", "N m"),
     ]
     rows = []
     for i, joint in enumerate(JOINTS):
@@ -63,18 +67,30 @@ def figure_6(runs: Runs) -> Section:
     )
 
 
-def _legs(
-    name: str, caption: str, time: NDArray[np.float64], values: NDArray[np.float64], quantity: str, unit: str
-) -> Picture:
-    figure, axes = panels(2, height=2.4)
-    data: dict[str, Sequence[float] | NDArray[np.float64]] = {"time [s]": time}
-    for side, axis in enumerate(axes):
+def _legs(name: str, what: str, time: Array, values: Array, limits: Array, quantity: str, unit: str) -> Picture:
+    """Each leg over time, and beside it what each joint may do and what it does in the whole run."""
+    figure = Figure(figsize=(8.5, 5.6))
+    axes = figure.subplots(2, 2, sharex="col", sharey="col", width_ratios=[4.0, 1.0])
+    data: dict[str, Sequence[float] | Array] = {"time [s]": time}
+    for side, (curves, bars) in enumerate(axes):
         for joint, colour in enumerate(palette.JOINTS):
+            index = 6 * side + joint
             style = "-" if joint % 2 == 0 else "--"
-            axis.plot(time, values[:, 6 * side + joint], color=colour, lw=1.2, ls=style, label=_LEG[joint])
-            data[f"{JOINTS[6 * side + joint]} [{unit}]"] = values[:, 6 * side + joint]
-        axis.set_title(("left leg", "right leg")[side], loc="right")
-        label(axis, quantity, unit)
-    legend(axes[0], 6)
-    time_axis(axes)
+            curves.plot(time, values[_SHOWN, index], color=colour, lw=1.2, ls=style, label=_LEG[joint])
+            low, high = limits[index]
+            bars.bar(joint, high - low, 0.9, low, color=colour, alpha=0.3)
+            bars.bar(joint, np.ptp(values[:, index]), 0.5, values[:, index].min(), color=colour)
+            data[f"{JOINTS[index]} [{unit}]"] = values[_SHOWN, index]
+            data[f"{JOINTS[index]}, lower limit [{unit}]"] = np.full(len(time), low)
+            data[f"{JOINTS[index]}, upper limit [{unit}]"] = np.full(len(time), high)
+        curves.set_title(("left leg", "right leg")[side], loc="right")
+        bars.set_title("limits (pale), used")
+        bars.set_xticks([])
+        bars.margins(y=0.05)
+        bars.use_sticky_edges = False
+        label(curves, quantity, unit)
+        label(bars, quantity, unit)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=6)
+    time_axis(list(axes[:, 0]))
+    caption = f"{what}. Right, on a scale of its own: each joint's limits and what the whole run uses of them."
     return Picture(name, caption, figure, data)

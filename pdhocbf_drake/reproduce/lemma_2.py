@@ -145,7 +145,7 @@ def _figure(found: dict[str, Attempt]) -> Picture:
             last = max(0, found[name].planned - 1)
             speed[0] = found[_ONE].speed[0]  # where it begins
             axes.plot(last, speed[last], "X", color=colour, ms=9)
-    axes.set_xlabel("ticks after these rows took over")
+    axes.set_xlabel("time after these rows took over [ticks]")
     label(axes, "CoM velocity in x", "m/s")
     legend(axes, 4)
     caption = (

@@ -6,9 +6,9 @@ from typing import Final
 
 from pdhocbf_drake.analysis import palette
 
-PERIODIC: Final = palette.BARRIERS[0]
-CONSTANT: Final = palette.BARRIERS[1]
-FREE: Final = palette.RUNS[3]
+PERIODIC: Final = palette.CASES["P-DHOCBF"]
+CONSTANT: Final = palette.CASES["DCBF"]
+FREE: Final = palette.CASES["none"]
 NOMINAL: Final = palette.MEASURED_COM
 LIMIT: Final = palette.UNSAFE
 

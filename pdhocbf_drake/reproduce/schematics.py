@@ -40,7 +40,7 @@ def figures_2_and_3(runs: Runs) -> Section:
 def _side(log: RunLog, rows: np.ndarray) -> Picture:
     x, zmp = log.element("lip_state", "x")[rows], log.element("lip_state", "x_zmp")[rows]
     height = log.element("com_height", "z")[rows]
-    figure = Figure(figsize=(5.2, 5.6))
+    figure = Figure(figsize=(6.0, 5.6))
     axes = figure.subplots()
     for i in range(0, len(rows), _EVERY):
         axes.plot(
@@ -54,7 +54,7 @@ def _side(log: RunLog, rows: np.ndarray) -> Picture:
     axes.plot(x, height, color=palette.MEASURED_COM, label="CoM")
     axes.plot(x[::_EVERY], height[::_EVERY], "o", ms=6, color=palette.MEASURED_COM)
     axes.plot(zmp, np.zeros(len(rows)), ".", ms=4, color=palette.MEASURED_ZMP, label="ZMP at each tick")
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", adjustable="datalim")
     axes.set_ylim(-0.03, 0.66)
     axes.set_xlabel("x [m]")
     label(axes, "z", "m")

@@ -169,7 +169,7 @@ def _law(found: dict[str, np.ndarray]) -> Picture:
     axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=look.PERIODIC, label="walks, m = 7.3 mm/s")
     margins = found["margin"]
     axes.plot(1e3 * margins[:, 0], margins[:, 1], "x", color=palette.LIMIT, label="one walk, m from 1 to 60 mm/s")
-    axes.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0)
+    axes.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0, label="the paper's 32.3 %")
     axes.set_ylim(0, 100)
     axes.set_xlabel("ripple r of the CoM velocity [mm/s]")
     label(axes, "M", "%")

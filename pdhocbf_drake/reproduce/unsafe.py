@@ -24,6 +24,7 @@ PUSHES = (0.05, 0.1, 0.2, 0.4)  # [m/s²], for the 0.4 s of one step
 COMMANDS = (0.152, 0.155, 0.16, 0.17, 0.18)  # [m] a step, where 0.15 m is right
 _TICKS = 120
 _SHOWN_COMMAND, _SHOWN_PUSH = 0.16, 0.2
+_MARKERS = {"acts": ("^", 13, "first acts"), "notices": ("X", 8, "first h < 0")}  # the larger shows behind the other
 _COMMAND = "pdhocbf reproduce --only fig7"
 
 
@@ -108,22 +109,23 @@ def _trajectories(
         if case in BARRIERS:
             data[f"bound, {look.CASE_NAMES[case]} [m/s]"] = outcome.bound[:ticks]
             _mark(axes, outcome, case, ticks)
+    for marker, _, meaning in _MARKERS.values():
+        axes.plot([], [], marker, ms=7, color="white", mec="black", label=meaning)
     axes.margins(x=0.02)
     axes.set_ylim(bottom=floor)
     axes.set_xlabel("time after the event began [s]")
     label(axes, "CoM velocity in x", "m/s")
-    legend(axes, 3)
+    legend(axes, 4)
     caption = f"Fig. 7, {event}. Triangle: the barrier first acts; cross: h first < 0 (none: never)."
     return Picture(name, caption, figure, data)
 
 
 def _mark(axes: Axes, outcome: Outcome, case: str, ticks: int) -> None:
-    for tick, marker in ((outcome.acts, "^"), (outcome.notices, "X")):
+    for tick, (marker, size, _) in ((outcome.acts, _MARKERS["acts"]), (outcome.notices, _MARKERS["notices"])):
         if tick < ticks:
             at = round(tick)
-            axes.plot(
-                0.01 * at, outcome.record.speed[at], marker, ms=9, color=look.CASE_COLOURS[case], mec="black", zorder=5
-            )
+            colour = look.CASE_COLOURS[case]
+            axes.plot(0.01 * at, outcome.record.speed[at], marker, ms=size, color=colour, mec="black", zorder=5)
 
 
 def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:

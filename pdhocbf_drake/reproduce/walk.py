@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
+from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along
 from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
 from pdhocbf_drake.barriers import margin_ratio, safety_margin
@@ -155,7 +156,7 @@ def _finish(axis: Axes, name: str, system: str) -> None:
     axis.set_title(system, loc="right")
     if name == "fig4c":
         axis.axhline(0.0, color=look.LIMIT, lw=1.0, ls=":", label="limit of safety")
-        axis.axvspan(0.0, 2.0, color="#C8C8C8", alpha=0.3, linewidth=0)
+        axis.axvspan(0.0, 2.0, color=palette.BOX, alpha=0.3, linewidth=0)
         axis.set_ylim(-0.01, 0.09)
     if name == "fig4b":
         axis.set_ylim(0.30, 0.45)
