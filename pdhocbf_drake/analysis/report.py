@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import yaml
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
-from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.comparison import comparison_figures
-from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.analysis.figures import Drawn
 from pdhocbf_drake.analysis.metrics_schema import Metrics
+from pdhocbf_drake.analysis.page import data_url, page, png
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.simulation.run_folder import Run
 
@@ -30,26 +26,20 @@ class ReportedRun(NamedTuple):
 
 def report_html(runs: Sequence[ReportedRun]) -> str:
     """The page."""
-    environment = Environment(
-        loader=PackageLoader("pdhocbf_drake.analysis", "."),
-        autoescape=select_autoescape(default=True),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
     columns = [dict(summary_rows(reported.metrics)) for reported in runs]
     names = list(dict.fromkeys(name for column in columns for name in column))
     shared = comparison_figures([reported.run for reported in runs]) if len(runs) > 1 else []
-    return environment.get_template("report.html.j2").render(
+    return page(
+        "analysis",
         title=" and ".join(dict.fromkeys(reported.run.scenario.name for reported in runs)),
         labels=_labels(runs),
         rows=[(name, [column.get(name, "–") for column in columns]) for name in names],
-        shared=[(drawn.caption, _data_url(drawn.figure)) for drawn in shared],
+        shared=[(drawn.caption, data_url(png(drawn.figure))) for drawn in shared],
         runs=[
             {
                 "label": label,
                 "description": reported.run.scenario.description,
-                "figures": [(drawn.caption, _data_url(drawn.figure)) for drawn in reported.figures],
+                "figures": [(drawn.caption, data_url(png(drawn.figure))) for drawn in reported.figures],
                 "replay": reported.replay,
                 "scenario": _yaml(reported.run.scenario.to_dict()),
                 "provenance": _yaml(reported.run.provenance.model_dump()),
@@ -63,13 +53,6 @@ def _labels(runs: Sequence[ReportedRun]) -> list[str]:
     """The scenarios' names, numbered where they are the same."""
     names = [reported.run.scenario.name for reported in runs]
     return [name if names.count(name) == 1 else f"{name} ({index + 1})" for index, name in enumerate(names)]
-
-
-def _data_url(figure: Figure) -> str:
-    picture = io.BytesIO()
-    with styled():
-        save(figure, picture)
-    return "data:image/png;base64," + base64.b64encode(picture.getvalue()).decode("ascii")
 
 
 def _yaml(data: object) -> str:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Sequence
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 import yaml
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
-from matplotlib.figure import Figure
 
-from pdhocbf_drake.analysis.drawing import save, styled
+from pdhocbf_drake.analysis.page import data_url, page, png
 from pdhocbf_drake.campaign.config import CampaignConfig
 from pdhocbf_drake.campaign.figures import make_figures
 from pdhocbf_drake.campaign.store import FAILED
@@ -22,21 +18,15 @@ from pdhocbf_drake.campaign.survival import Row, paired, survival_rate
 
 def campaign_report(title: str, config: CampaignConfig, runs: int, rows: Sequence[Row]) -> str:
     """The page, with everything it shows inside."""
-    environment = Environment(
-        loader=PackageLoader("pdhocbf_drake.campaign", "."),
-        autoescape=select_autoescape(default=True),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    return environment.get_template("report.html.j2").render(
+    return page(
+        "campaign",
         title=title,
         description=config.description,
         runs=runs,
         missing=runs - len(rows),
         rates=[_rates(name, rows) for name in config.barriers],
         pairs=[_pair(rows, first, second) for first, second in combinations(config.barriers, 2)],
-        figures=[(drawn.caption, _data_url(drawn.figure)) for drawn in make_figures(config, rows)],
+        figures=[(drawn.caption, data_url(png(drawn.figure))) for drawn in make_figures(config, rows)],
         failed=[row for row in rows if row["status"] == FAILED],
         campaign=yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False, allow_unicode=True, width=100),
     )
@@ -69,10 +59,3 @@ def _percent(rate: float | None) -> str:
 def _median(rows: Sequence[Row], column: str) -> str:
     values = [row[column] for row in rows if row.get(column) is not None]
     return f"{np.median(values):.3g}" if values else "–"
-
-
-def _data_url(figure: Figure) -> str:
-    picture = io.BytesIO()
-    with styled():
-        save(figure, picture)
-    return "data:image/png;base64," + base64.b64encode(picture.getvalue()).decode("ascii")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from pdhocbf_drake.push.variants import DCBF, NONE, PERIODIC
 
 Array = NDArray[np.float64]
 ACTS = 1e-3  # [m/s]: a ZMP velocity that differs by more from the one without a barrier is an action
@@ -44,6 +46,19 @@ class Measures(NamedTuple):
         """Plain data, with null for NaN."""
         plain = self._asdict()
         return {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in plain.items()}
+
+
+def in_every_case(
+    under: Callable[[str, float], list[Measures]], gammas: Sequence[float], tell: Callable[[str], None]
+) -> list[Measures]:
+    """The events without a barrier, then under both kinds of barrier for each γ; `tell` hears what comes next."""
+    tell(NONE)
+    rows = under(NONE, math.nan)
+    for barrier in (DCBF, PERIODIC):
+        for gamma in gammas:
+            tell(f"{barrier}, gamma {gamma:g}")
+            rows += under(barrier, gamma)
+    return rows
 
 
 def first_time(mask: NDArray[np.bool_], tick: float) -> float:

@@ -8,9 +8,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pdhocbf_drake.barriers.config import BarrierConfig
-from pdhocbf_drake.push.measures import ACTS, Array, Measures, first_time, recovery_time
+from pdhocbf_drake.push.measures import ACTS, Array, Measures, first_time, in_every_case, recovery_time
 from pdhocbf_drake.push.rig import PushRig, Trial
-from pdhocbf_drake.push.variants import DCBF, NONE, PERIODIC, variant, with_gamma
+from pdhocbf_drake.push.variants import NONE, PERIODIC, variant, with_gamma
 from pdhocbf_drake.push.worth_template import periodic_margin
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -43,13 +43,7 @@ class RobotWorth:
 
     def run(self, gammas: Sequence[float], tell: Callable[[str], None] = lambda words: None) -> list[Measures]:
         """Every event without a barrier, then under both kinds of barrier for each γ."""
-        tell(NONE)
-        rows = self._under(NONE, math.nan)
-        for barrier in (DCBF, PERIODIC):
-            for gamma in gammas:
-                tell(f"{barrier}, gamma {gamma:g}")
-                rows += self._under(barrier, gamma)
-        return rows
+        return in_every_case(self._under, gammas, tell)
 
     def _under(self, barrier: str, gamma: float) -> list[Measures]:
         scenario = variant(self._scenario, barrier)

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.push.measures import ACTS, Array, Measures, first_time, recovery_time
-from pdhocbf_drake.push.variants import DCBF, NONE, PERIODIC, variant, with_gamma
+from pdhocbf_drake.push.measures import ACTS, Array, Measures, first_time, in_every_case, recovery_time
+from pdhocbf_drake.push.variants import NONE, PERIODIC, variant, with_gamma
 from pdhocbf_drake.reproduce.events import commanded
 from pdhocbf_drake.reproduce.template_walk import TemplateRecord, run_template, standing
 from pdhocbf_drake.simulation.build import Walk, build_walk
@@ -44,12 +44,7 @@ class TemplateWorth:
 
     def run(self, gammas: Sequence[float], tell: Callable[[str], None] = lambda words: None) -> list[Measures]:
         """Every event without a barrier, then under both kinds of barrier for each γ."""
-        rows = self._under(NONE, math.nan)
-        for barrier in (DCBF, PERIODIC):
-            for gamma in gammas:
-                tell(f"{barrier}, gamma {gamma:g}")
-                rows += self._under(barrier, gamma)
-        return rows
+        return in_every_case(self._under, gammas, tell)
 
     def _settle(self, walk: Walk) -> Memory:
         return run_template(walk, standing(walk), 0, self._first)[1]

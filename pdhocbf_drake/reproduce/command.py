@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import shutil
 import sys
-import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from pdhocbf_drake.analysis.drawing import styled
-from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.reproduce.report import FIGURES, REPORT, RESULTS, write_report
 from pdhocbf_drake.reproduce.runs import Runs
 from pdhocbf_drake.reproduce.sections import chosen, make_sections
+from pdhocbf_drake.simulation.run_folder import new_run_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
     def tell(line: str) -> None:
         print(f"[{time.monotonic() - started:5.0f} s] {line}", file=sys.stderr, flush=True)
 
-    with new_folder(place) as folder:
+    with new_run_folder(place, {REPORT, RESULTS, FIGURES}) as folder:
         with Runs(tell) as runs, styled():
             sections = make_sections(keys, runs)
         write_report(sections, folder, time.monotonic() - started)
@@ -43,28 +39,3 @@ def run(options: argparse.Namespace) -> int:
         print(f"{number.name}: paper {number.paper:.4g}, ours {number.ours:.4g} {number.unit} {verdict}{mark}".rstrip())
     print(place / REPORT)
     return 0
-
-
-@contextmanager
-def new_folder(place: Path) -> Iterator[Path]:
-    """A folder to fill, moved to `place` when the block ends well; an older reproduction there is replaced then.
-
-    Raises:
-        RunFolderError: `place` cannot be written, or holds something else.
-    """
-    place = place.absolute()
-    ours = {REPORT, RESULTS, FIGURES}
-    if place.exists() and (not place.is_dir() or {entry.name for entry in place.iterdir()} - ours):
-        raise RunFolderError(f"no reproduction can be written to {place}: it holds something else")
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        staging = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
-    except OSError as error:
-        raise RunFolderError(f"no reproduction can be written to {place}: {error.strerror}") from None
-    try:
-        staging.chmod(0o755)
-        yield staging
-        shutil.rmtree(place, ignore_errors=True)
-        staging.replace(place)
-    finally:
-        shutil.rmtree(staging, ignore_errors=True)

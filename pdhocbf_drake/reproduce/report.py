@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import base64
 import csv
-import io
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
-from matplotlib.figure import Figure
-
 import pdhocbf_drake
-from pdhocbf_drake.analysis.drawing import save, styled
+from pdhocbf_drake.analysis.page import data_url, page, png
 from pdhocbf_drake.reproduce.record import Number, Section
 
 REPORT: Final = "report.html"
@@ -43,7 +38,7 @@ def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) 
                 {
                     "caption": picture.caption,
                     "name": picture.name,
-                    "source": "data:image/png;base64," + base64.b64encode(image).decode("ascii"),
+                    "source": data_url(image),
                 }
             )
         shown.append({"key": key, "section": section, "pictures": pictures, "numbers": section.numbers})
@@ -51,29 +46,15 @@ def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) 
     (folder / RESULTS).write_text(
         json.dumps(numbers, indent=2, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8"
     )
-    environment = Environment(
-        loader=PackageLoader("pdhocbf_drake.reproduce", "."),
-        autoescape=select_autoescape(default=True),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters["value"] = value
-    page = environment.get_template("report.html.j2").render(
+    filled = page(
+        "reproduce",
+        {"value": value},
         shown=shown,
         paper=[n for section in sections.values() for n in section.numbers if n.paper is not None],
         version=pdhocbf_drake.__version__,
         minutes=seconds / 60,
     )
-    (folder / REPORT).write_text(page, encoding="utf-8")
-
-
-def png(figure: Figure) -> bytes:
-    """A figure as the bytes of a PNG."""
-    picture = io.BytesIO()
-    with styled():
-        save(figure, picture)
-    return picture.getvalue()
+    (folder / REPORT).write_text(filled, encoding="utf-8")
 
 
 def value(number: float | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
@@ -49,45 +49,29 @@ def kick_table(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Table:
 
 def push_table(pushes: Mapping[float, Mapping[str, Outcome]]) -> Table:
     """One row a push and case."""
-    rows = [
-        (f"{a:g}", look.CASE_NAMES[case], tick(o.notices), tick(o.acts), f"{1e3 * o.peak:.1f}", f"{o.recovers:.0f}")
-        for a, cases in pushes.items()
-        for case, o in cases.items()
-    ]
-    header = (
-        "push [m/s²]",
-        "case",
-        "h < 0 after [ticks]",
-        "acts after [ticks]",
-        "peak above nominal [mm/s]",
-        "recovery [ticks]",
-    )
-    return Table("A sustained push, 0.4 s from the start of a step on", header, rows)
+    last = ("recovery [ticks]", lambda o: f"{o.recovers:.0f}")
+    return _event_table("A sustained push, 0.4 s from the start of a step on", "push [m/s²]", last, pushes)
 
 
 def command_table(orders: Mapping[float, Mapping[str, Outcome]]) -> Table:
     """One row a command and case."""
+    last = ("above the periodic bound [mm/s]", lambda o: f"{1e3 * max(0.0, o.peak - PAPER_PERIODIC):.1f}")
+    caption = "A wrong speed command, for the rest of the walk (right: 0.15 m)"
+    return _event_table(caption, "commanded stride [m]", last, orders)
+
+
+def _event_table(
+    caption: str, event: str, last: tuple[str, Callable[[Outcome], str]],
+    outcomes: Mapping[float, Mapping[str, Outcome]],
+) -> Table:  # fmt: skip
+    """One row an event and case; the last column has a name and what it says of an outcome."""
+    header = (event, "case", "h < 0 after [ticks]", "acts after [ticks]", "peak above nominal [mm/s]", last[0])
     rows = [
-        (
-            f"{stride:g}",
-            look.CASE_NAMES[case],
-            tick(o.notices),
-            tick(o.acts),
-            f"{1e3 * o.peak:.1f}",
-            f"{1e3 * max(0.0, o.peak - PAPER_PERIODIC):.1f}",
-        )
-        for stride, cases in orders.items()
+        (f"{size:g}", look.CASE_NAMES[case], tick(o.notices), tick(o.acts), f"{1e3 * o.peak:.1f}", last[1](o))
+        for size, cases in outcomes.items()
         for case, o in cases.items()
     ]
-    header = (
-        "commanded stride [m]",
-        "case",
-        "h < 0 after [ticks]",
-        "acts after [ticks]",
-        "peak above nominal [mm/s]",
-        "above the periodic bound [mm/s]",
-    )
-    return Table("A wrong speed command, for the rest of the walk (right: 0.15 m)", header, rows)
+    return Table(caption, header, rows)
 
 
 def braking(cases: Mapping[str, list[Outcome]], case: str) -> list[float]:

@@ -1,0 +1,41 @@
+"""A page that loads nothing: a template filled in, with every figure inside it."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Callable
+from typing import Any, Final
+
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from matplotlib.figure import Figure
+
+from pdhocbf_drake.analysis.drawing import save, styled
+
+_TEMPLATE: Final = "report.html.j2"
+
+
+def page(room: str, filters: dict[str, Callable[..., str]] | None = None, **values: Any) -> str:
+    """The room's `report.html.j2` with its values; text is escaped, and a value that is missing is an error."""
+    environment = Environment(
+        loader=PackageLoader(f"pdhocbf_drake.{room}", "."),
+        autoescape=select_autoescape(default=True),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters.update(filters or {})
+    return environment.get_template(_TEMPLATE).render(**values)
+
+
+def png(figure: Figure) -> bytes:
+    """A figure as the bytes of a PNG."""
+    picture = io.BytesIO()
+    with styled():
+        save(figure, picture)
+    return picture.getvalue()
+
+
+def data_url(image: bytes) -> str:
+    """A PNG as the address that shows it from inside a page."""
+    return "data:image/png;base64," + base64.b64encode(image).decode("ascii")
