@@ -67,6 +67,7 @@ def test_scales_that_are_not_finite_are_refused(scale):
         (lambda s: max(s, 0.0) * 0.5, "alpha is not increasing"),
         (lambda s: min(s, 0.0) * 0.5, "alpha is not increasing"),
         (lambda s: abs(s) * 0.5, "alpha is not increasing"),
+        (lambda s: 1.001 * s, "alpha(s) <= s is needed"),
         (lambda s: s**3, "alpha(s) <= s is needed"),  # fine up to 1, above s from there on
         (lambda s: np.sign(s) * abs(s) ** 0.5, "alpha(s) <= s is needed"),  # fine from 1 on
         (lambda s: np.nan * s if s else 0.0, "alpha is not increasing"),

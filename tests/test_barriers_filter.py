@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydrake.solvers import ClarabelSolver, SolverOptions
 
 from pdhocbf_drake.barriers import (
     AffineBarrier,
@@ -164,6 +165,30 @@ def test_tightening_withstands_a_disturbance():
         least[tightening] = min(h)
     assert least[0.02] > -1e-9
     assert least[0.0] == pytest.approx(-0.02 / 0.5, abs=1e-3)
+
+
+def test_an_input_that_keeps_less_than_the_tightening_is_moved():
+    """ψ_1 = 1 − u at x = 0: u = 0.95 keeps h ≥ 0 but not ψ_1 ≥ 0.1, u = 0.9 is the nearest that does."""
+    barrier = AffineBarrier("x", [1.0], constant(1.0), 1, (1.0,))
+    barrier_filter = BarrierFilter(PeriodicAffineSystem([[1.0]], [[1.0]]), [barrier], tightening=0.1)
+    result = barrier_filter(0, [0.0], [0.95])
+    assert result.status == "solved" and result.input[0] == pytest.approx(0.9, abs=1e-9)
+    assert barrier_filter(0, [0.0], [0.89]).input[0] == 0.89
+
+
+def test_a_failed_solve_lets_the_wanted_input_through_and_says_what_is_missing(monkeypatch):
+    class Unwilling(ClarabelSolver):
+        def Solve(self, prog, initial_guess, options):
+            few = SolverOptions()
+            few.SetOption(ClarabelSolver.id(), "max_iter", 0)
+            return ClarabelSolver().Solve(prog, initial_guess, few)
+
+    monkeypatch.setattr("pdhocbf_drake.barriers.filter.ClarabelSolver", Unwilling)
+    barrier = AffineBarrier("x", [1.0], constant(1.0), 1, (0.5,))
+    system = PeriodicAffineSystem([[1.0]], [[1.0]])
+    result = BarrierFilter(system, [barrier], upper=[2.0], tightening=0.25)(0, [0.0], [3.0])
+    assert result.status == "failed" and result.reason == "the solver stopped with kIterationLimit"
+    assert (result.input[0], result.psi[0], result.slack[0]) == (2.0, -1.5, 1.75)
 
 
 def test_what_the_filter_refuses():

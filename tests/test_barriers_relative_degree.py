@@ -130,6 +130,15 @@ def test_pendulum_by_differentiation():
     assert check_relative_degree(rate, Pendulum()) == (1,)
 
 
+@pytest.mark.parametrize("states", [[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]]])
+def test_a_state_where_the_input_shows_late_does_not_hide_where_it_shows_early(states):
+    """h = x_1 x_2 on a double integrator: u(k) shows in h(k+1) = x_1⁺ x_2⁺, except where x_1⁺ is zero."""
+    system = PeriodicAffineSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]])
+    product = Barrier("product", lambda k, x: x[0] * x[1], 1, (0.5,))
+    assert relative_degree(product, system, 0, [[0.0, 0.0]]) == 2
+    assert relative_degree(product, system, 0, states) == 1
+
+
 def test_functions_that_cannot_be_differentiated_are_named():
     import math
 
@@ -158,6 +167,14 @@ def test_safe_set_asks_for_every_psi_below_m():
     )
     with pytest.raises(InputError, match="psi_0 is nan m/s"):
         check_in_safe_set(barrier, system, 0, np.array([0.0, np.nan, 0.0]))
+
+
+def test_the_edge_belongs_to_the_safe_set():
+    system = PeriodicAffineSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]])
+    barrier = AffineBarrier("x1", [1.0, 0.0], constant(1.0), 1, (0.5, 0.5))
+    assert initial_psi(barrier, system, 0, [1.0, 0.0]) == {"psi_0": 0.0, "psi_1": 0.0}
+    assert in_safe_set(barrier, system, 0, [1.0, 0.0])
+    check_in_safe_set(barrier, system, 0, [1.0, 0.0])
 
 
 def test_what_no_input_reaches_belongs_to_the_safe_set():
