@@ -76,13 +76,61 @@ def test_a_place_that_cannot_be_written_is_told_before_the_run(tmp_path):
 
 def test_a_place_below_a_file_is_told_before_the_run(tmp_path):
     (tmp_path / "file").write_text("")
-    with pytest.raises(RunFolderError, match="no run can be written to"), new_run_folder(tmp_path / "file" / "run"):
+    with pytest.raises(RunFolderError, match="file is a file"), new_run_folder(tmp_path / "file" / "run"):
         pytest.fail("the run must not start")
+
+
+def test_two_runs_never_write_to_one_place_at_once(tmp_path):
+    with new_run_folder(tmp_path / "run") as folder:
+        with (
+            pytest.raises(RunFolderError, match="another run is being written to it"),
+            new_run_folder(tmp_path / "run"),
+        ):
+            pytest.fail("the second run must not start")
+        write_run(folder, synthetic.run())
+    assert len(read_run(tmp_path / "run").log) > 0
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
+
+
+def test_what_a_killed_run_left_is_cleared_by_the_next(tmp_path):
+    left = tmp_path / ".run.part" / "figures"
+    left.mkdir(parents=True)
+    (left.parent / "log.npz").write_text("half")
+    with new_run_folder(tmp_path / "run") as folder:
+        assert list(folder.iterdir()) == []
+    assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
+
+
+def test_a_name_may_be_as_long_as_the_system_allows(tmp_path):
+    with new_run_folder(tmp_path / ("r" * 255)) as folder:
+        write_run(folder, synthetic.run())
+    assert [entry.name for entry in tmp_path.iterdir()] == ["r" * 255]
+    with (
+        pytest.raises(RunFolderError, match="cannot be written: File name too long"),
+        new_run_folder(tmp_path / ("r" * 256)),
+    ):
+        pytest.fail("the run must not start")
+
+
+def test_a_log_beside_a_scenario_of_another_kind_is_refused(tmp_path):
+    for system, says in (("van_der_pol", "it has no oscillator_state"), ("biped", "it has no robot_state")):
+        with new_run_folder(tmp_path / system) as folder:
+            write_run(folder, synthetic.run("vhip")._replace(scenario=synthetic.scenario(system)))
+        with pytest.raises(RunFolderError, match=says):
+            read_run(tmp_path / system)
+    with new_run_folder(tmp_path / "bare") as folder:
+        bare = synthetic.scenario("vhip").model_copy(update={"barriers": {}})
+        write_run(folder, synthetic.run("vhip")._replace(scenario=bare))
+    with pytest.raises(RunFolderError, match="the scenario has 0 barriers and the log 1"):
+        read_run(tmp_path / "bare")
 
 
 def test_reading_says_what_is_missing(tmp_path):
     with pytest.raises(RunFolderError, match="there is no such folder"):
         read_run(tmp_path / "nowhere")
+    (tmp_path / "file").write_text("")
+    with pytest.raises(RunFolderError, match="file is not a run folder: it is a file"):
+        read_run(tmp_path / "file")
     with pytest.raises(RunFolderError, match=r"it has no scenario\.yaml, provenance\.json, log\.npz"):
         read_run(tmp_path)
     with new_run_folder(tmp_path / "run") as folder:

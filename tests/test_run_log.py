@@ -77,3 +77,30 @@ def test_a_file_that_is_no_log_is_named(tmp_path):
     path.write_bytes(path.read_bytes()[:2000])
     with pytest.raises(RunFolderError, match=r"log\.npz is not a run's log"):
         RunLog.load(path)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"time": np.arange(5.0)[::-1]}, "its time does not grow from row to row"),
+        ({"time": np.array([0.0, 1.0, np.nan, 3.0, 4.0])}, "its time does not grow from row to row"),
+        ({"time": np.array(["0", "1", "2", "3", "4"])}, "it is damaged"),
+        ({"lip_state": np.zeros((5, 3))}, "signal 'lip_state' has 3 columns, 6 are needed"),
+        ({"h": np.zeros(5)}, r"signal 'h' must have shape \(5, size\)"),
+    ],
+)
+def test_a_table_that_no_run_wrote_is_refused(change, says, tmp_path):
+    columns = {"time": np.arange(5.0), "ending": np.array("finished"), "lip_state": np.zeros((5, 6))} | change
+    np.savez(tmp_path / "log.npz", **columns)
+    with pytest.raises(RunFolderError, match=rf"log\.npz is not a run's log: {says}"):
+        RunLog.load(tmp_path / "log.npz")
+
+
+def test_a_single_array_is_no_log(tmp_path):
+    np.save(tmp_path / "log.npy", np.zeros(3))
+    (tmp_path / "log.npy").rename(tmp_path / "log.npz")
+    with pytest.raises(RunFolderError, match=r"it is no \.npz file, or a damaged one"):
+        RunLog.load(tmp_path / "log.npz")
+    np.savez(tmp_path / "log.npz", h=np.zeros((3, 1)))
+    with pytest.raises(RunFolderError, match="it has no time"):
+        RunLog.load(tmp_path / "log.npz")

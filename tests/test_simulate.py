@@ -115,3 +115,10 @@ def test_what_cannot_walk_is_refused_in_one_sentence(text: str, words: str) -> N
     with pytest.raises(PdhocbfError) as error:
         make_diagram(load_scenario("walking", text))
     assert words in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("ticks", [6, 7, 12])
+def test_the_last_tick_is_not_lost_to_rounding(ticks):
+    # 6·0.1 is above 0.6 in floating point, and Drake counts that way.
+    text = f"{{duration: {ticks / 10}, van_der_pol: {{tick: 0.1, ticks_per_period: 63}}}}"
+    assert len(simulate(load_scenario("van_der_pol", text))) == ticks + 1

@@ -25,11 +25,17 @@ class Comparison(NamedTuple):
     unit: str
 
 
-def compare(first: Run, second: Run, from_time: float) -> list[Comparison]:
+def compare(
+    first: Run, second: Run, from_time: float, places: tuple[str, str] = ("the first run", "the second run")
+) -> list[Comparison]:
     """The barriers that both runs have by the same name; or the only one of each.
 
+    Args:
+        from_time: what counts of the runs [s].
+        places: what messages call them.
+
     Raises:
-        InputError: there is nothing to compare, or no rows from `from_time` on.
+        InputError: there is nothing to compare, or not one period of the bounds from `from_time` on.
     """
     uses = barriers_of(first.scenario), barriers_of(second.scenario)
     pairs = [(name, name) for name in uses[0] if name in uses[1]]
@@ -41,11 +47,12 @@ def compare(first: Run, second: Run, from_time: float) -> list[Comparison]:
     result = []
     for names in pairs:
         records = []
-        for run, use, name in zip((first, second), uses, names, strict=True):
+        for run, use, name, place in zip((first, second), uses, names, places, strict=True):
             rows = run.log.after(from_time)
-            if len(rows) == 0:
+            if len(rows) < run.scenario.period:
                 ended = f"{run.log.time[-1]:.2f} s" if len(run.log) else "once"
-                raise InputError(f"run {run.scenario.name} has nothing from {from_time:g} s on: it ended at {ended}")
+                period = f"a period of {run.scenario.period * run.scenario.tick:g} s"
+                raise InputError(f"{place} has less than {period} from {from_time:g} s on: it ended at {ended}")
             records.append(rows["h"][:, use[name].column])
         margins = safety_margin(records[0]), safety_margin(records[1])
         result.append(Comparison(names, margins, margin_ratio(*records), uses[0][names[0]].unit))

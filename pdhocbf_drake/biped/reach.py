@@ -54,7 +54,8 @@ def check_com_height(biped: Biped, height: float, stance_width: float) -> None:
     """Standing upright on both feet at that width must be possible."""
     if _reaches(biped, height, stance_width, 0.0):
         return
-    heights = np.arange(0.0, 2.0 * biped.config.com_height, RESOLUTION)
+    resolution = max(RESOLUTION, biped.config.com_height / 60.0)
+    heights = np.arange(0.0, 2.0 * biped.config.com_height, resolution)
     good = [other for other in heights if _reaches(biped, other, stance_width, 0.0)]
     allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if good else "no height is in reach"
     raise ModelError(

@@ -100,7 +100,7 @@ def _run_missing(
 @contextmanager
 def _stoppable() -> Iterator[Any]:
     """Whether Ctrl-C or SIGTERM has asked for an end; the second time they take effect at once."""
-    from pdhocbf_drake.cli.progress import stop_requests
+    from pdhocbf_drake.cli.stopping import stop_requests
 
     with stop_requests() as requested:
         yield requested.is_set

@@ -22,7 +22,7 @@ def run(options: argparse.Namespace) -> int:
     """Prints the margins and M."""
     places = options.first, options.second
     runs = read_run(places[0]), read_run(places[1])
-    for found in compare(*runs, options.from_time):
+    for found in compare(*runs, options.from_time, (str(places[0]), str(places[1]))):
         for place, one, name, margin in zip(places, runs, found.names, found.margins, strict=True):
             mean = f"mean h {margin:.5g} {found.unit} from {options.from_time:g} s on"
             print(f"{place}: {one.scenario.name}, barrier {name}: {mean}")
@@ -39,7 +39,10 @@ def _meaning(ratio: float) -> str:
 
 
 def _seconds(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
     if not 0.0 <= value < float("inf"):
         raise argparse.ArgumentTypeError(f"a time from 0 s on is needed, given {text}")
     return value

@@ -9,7 +9,7 @@ from pdhocbf_drake.analysis.products import figures_of, metrics_of, write_metric
 from pdhocbf_drake.analysis.replay import replay_html
 from pdhocbf_drake.analysis.report import ReportedRun, report_html
 from pdhocbf_drake.errors import InputError, RunFolderError
-from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run, replaced_file
+from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run, replaced_file, writing
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +29,8 @@ def run(options: argparse.Namespace) -> int:
     place: Path = options.out or Path("comparison.html")
     if place.is_dir():
         raise InputError(f"--out must be the name of a file to write, given the folder {place}")
+    with writing(place):
+        place.absolute().parent.mkdir(parents=True, exist_ok=True)
     pages = [
         ReportedRun(one, metrics_of(one), figures_of(one), _replay(one, folder))
         for one, folder in zip(runs, folders, strict=True)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
 from datetime import datetime, timezone
 from pathlib import Path
@@ -13,13 +12,16 @@ from pydrake.geometry import Meshcat
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
-from pdhocbf_drake.cli.progress import shown_progress
+from pdhocbf_drake.cli.progress import say, shown_progress
+from pdhocbf_drake.cli.stopping import interruptible
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder, write_run
-from pdhocbf_drake.simulation.run_log import FAILED, INTERRUPTED
+from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.simulate import simulate
+from pdhocbf_drake.simulation.simulate import check_watchable, simulate
+
+_ENDED_EARLY = 3  # exit code of a run that fell, or that Drake gave up
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,20 +37,30 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Simulates, writes and tells; gives the exit code."""
     scenario = load_scenario(options.scenario, options.text)
+    if options.meshcat:
+        check_watchable(scenario)
     place = options.out or _new_place(scenario)
-    with new_run_folder(place) as folder:
+    with interruptible(), new_run_folder(place) as folder:
         recorded = _recorded(scenario, options.meshcat)
         write_run(folder, recorded)
         metrics = write_metrics(recorded, folder)
-        done = _write_pages(recorded, metrics, folder, not options.no_replay)
+        done, lost = _write_pages(recorded, metrics, folder, not options.no_replay)
     _tell(metrics, place, done)
-    if recorded.log.ending == INTERRUPTED:
-        print(f"pdhocbf: interrupted; what was recorded is in {place}", file=sys.stderr)
+    if lost:
+        say(f"pdhocbf: {lost}; `pdhocbf report {place}` makes up what is missing")
+    return _exit_code(recorded.log.ending, place) or bool(lost)
+
+
+def _exit_code(ending: str, place: Path) -> int:
+    """0 for a run that reached its duration; of another one, says why and where it is."""
+    kept = f"what was recorded is in {place}"
+    if ending == FINISHED:
+        return 0
+    if ending == INTERRUPTED:
+        say(f"pdhocbf: interrupted; {kept}")
         return 1
-    if recorded.log.ending.startswith(FAILED):
-        print(f"pdhocbf: the simulation {recorded.log.ending}; what was recorded is in {place}", file=sys.stderr)
-        return 1
-    return 0
+    say(f"pdhocbf: the {'robot fell' if ending == FELL else f'simulation {ending}'}; {kept}")
+    return _ENDED_EARLY
 
 
 def _recorded(scenario: Scenario, live: bool) -> Run:
@@ -60,15 +72,19 @@ def _recorded(scenario: Scenario, live: bool) -> Run:
 
 def _viewer() -> Meshcat:
     meshcat = Meshcat()
-    print(f"live at {meshcat.web_url()}", file=sys.stderr)
+    say(f"live at {meshcat.web_url()}")
     return meshcat
 
 
-def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> list[str]:
-    """Writes replay and report; gives the names of those written. Ctrl-C here costs only what is missing."""
+def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:
+    """Writes replay and report; gives the names of those written, and why others are missing.
+
+    Ctrl-C or a full disk costs only what is missing: the log is there.
+    """
     done: list[str] = []
     if len(recorded.log) < 2:
-        return done
+        say("pdhocbf: the run has one row, so there is no replay and no report")
+        return done, ""
     try:
         page = None
         if with_replay:
@@ -77,8 +93,11 @@ def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: boo
         write_report(recorded, metrics, folder, page)
         done.append(REPORT)
     except KeyboardInterrupt:
-        print("pdhocbf: interrupted after the run; `pdhocbf report` makes up what is missing", file=sys.stderr)
-    return done
+        return done, "interrupted after the run"
+    except OSError as error:
+        reason = error.strerror or str(error).rpartition(": ")[2]
+        return done, f"the run is complete, but {REPORT if REPLAY in done else REPLAY} can't be written: {reason}"
+    return done, ""
 
 
 def _new_place(scenario: Scenario) -> Path:

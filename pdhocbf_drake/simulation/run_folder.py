@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import fcntl
+import hashlib
+import os
 import shutil
-import tempfile
 from collections.abc import Collection, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from pdhocbf_drake.config import parse_config
+from pdhocbf_drake.config import parse_config, shown
 from pdhocbf_drake.errors import InputError, RunFolderError
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_log import RunLog
@@ -42,34 +44,40 @@ def new_run_folder(place: Path, entries: Collection[str] = _ENTRIES) -> Iterator
     An older run in that place, which holds nothing but such entries, is replaced at that moment and not before.
 
     Raises:
-        RunFolderError: `place` cannot be written, or holds something that is not a run.
+        RunFolderError: `place` cannot be written, holds something that is not a run, or is being written by another
+            process.
     """
     place = place.absolute()
-    _check_replaceable(place, entries)
-    try:
+    staging = _staging(place)
+    with writing(place):
+        _check_replaceable(place, entries)
         place.parent.mkdir(parents=True, exist_ok=True)
-        staging = Path(tempfile.mkdtemp(prefix=f".{place.name}-", dir=place.parent))
-    except OSError as error:
-        raise RunFolderError(f"no run can be written to {place}: {error.strerror}") from None
+        lock = _locked(staging, place)
     try:
-        staging.chmod(0o755)  # mkdtemp makes it private, and a run is not
         yield staging
-        _move_into_place(staging, place)
+        with writing(place):
+            _move_into_place(staging, place)
+    except RunFolderError as error:
+        # Nobody has heard of the folder that it was to be made in.
+        raise RunFolderError(str(error).replace(str(staging), str(place))) from None
     finally:
         shutil.rmtree(staging, ignore_errors=True)
+        os.close(lock)
 
 
 def write_run(folder: Path, run: Run) -> None:
     """Writes the scenario with every default, the provenance and the log."""
-    write_yaml(run.scenario.to_dict(), folder / SCENARIO)
-    (folder / PROVENANCE).write_text(run.provenance.model_dump_json(indent=2) + "\n", encoding="utf-8")
-    run.log.save(folder / LOG)
+    with writing(folder):
+        write_yaml(run.scenario.to_dict(), folder / SCENARIO)
+        (folder / PROVENANCE).write_text(run.provenance.model_dump_json(indent=2) + "\n", encoding="utf-8")
+        run.log.save(folder / LOG)
 
 
 def read_run(folder: Path) -> Run:
     """Reads what `write_run` wrote; raises `RunFolderError`."""
     if not folder.is_dir():
-        raise RunFolderError(f"{folder} is not a run folder: there is no such folder")
+        what = "it is a file" if folder.exists() else "there is no such folder"
+        raise RunFolderError(f"{folder} is not a run folder: {what}")
     missing = [name for name in (SCENARIO, PROVENANCE, LOG) if not (folder / name).is_file()]
     if missing:
         raise RunFolderError(f"{folder} is not a run folder: it has no {', '.join(missing)}")
@@ -78,43 +86,86 @@ def read_run(folder: Path) -> Run:
         provenance = parse_config(Provenance, read_yaml(folder / PROVENANCE), PROVENANCE)
     except InputError as error:
         raise RunFolderError(f"{folder} is not a run folder of this version: {error}") from None
-    return Run(scenario, RunLog.load(folder / LOG), provenance)
+    log = RunLog.load(folder / LOG)
+    needed = {"biped": "robot_state", "vhip": "lip_state", "van_der_pol": "oscillator_state"}[scenario.system]
+    if needed not in log:
+        raise RunFolderError(f"{folder} is not a run folder: its log is of another scenario, since it has no {needed}")
+    barriers = 4 if scenario.system == "van_der_pol" else len(scenario.barriers)
+    columns = log["h"].shape[1] if "h" in log else 0
+    if columns != barriers:
+        told = f"the scenario has {barriers} barriers and the log {columns}"
+        raise RunFolderError(f"{folder} is not a run folder: {told}")
+    return Run(scenario, log, provenance)
 
 
 @contextmanager
 def replaced_file(path: Path) -> Iterator[Path]:
     """A path to write to; it replaces `path` when the block ends well, and nothing is left of it otherwise."""
-    staging = path.with_name(f".{path.name}.part")
+    staging = _staging(path)
     try:
-        yield staging
-        staging.replace(path)
-    except OSError as error:
-        raise RunFolderError(f"{path} cannot be written: {error.strerror}") from None
+        with writing(path):
+            yield staging
+            staging.replace(path)
     finally:
-        staging.unlink(missing_ok=True)
+        with suppress(OSError):
+            staging.unlink(missing_ok=True)
+
+
+@contextmanager
+def writing(place: Path) -> Iterator[None]:
+    """What the system says against writing to `place`, as a `RunFolderError` that names it."""
+    try:
+        yield
+    except RunFolderError:
+        raise
+    except OSError as error:
+        reason = error.strerror
+        files = [parent for parent in place.parents if parent.is_file()]
+        if files:
+            reason = f"{files[0]} is a file"
+        elif isinstance(error, FileNotFoundError):
+            reason = f"nothing can be made in {place.parent}"
+        raise RunFolderError(f"{shown(str(place))[1:-1]} cannot be written: {reason}") from None
+
+
+def _staging(place: Path) -> Path:
+    """Where `place` is made, beside it; a name that is as long as names may be has no room for more."""
+    name = place.name if len(os.fsencode(place.name)) < 240 else hashlib.sha256(os.fsencode(place.name)).hexdigest()
+    return place.with_name(f".{name}.part")
+
+
+def _locked(staging: Path, place: Path) -> int:
+    """Makes the staging folder, empty, for this process alone; what a killed process left there goes."""
+    staging.mkdir(exist_ok=True)
+    lock = os.open(staging, os.O_RDONLY)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        os.close(lock)
+        raise RunFolderError(f"{place} cannot be written: another run is being written to it") from None
+    except OSError:
+        pass  # a file system without locks
+    for entry in staging.iterdir():
+        shutil.rmtree(entry) if entry.is_dir() else entry.unlink()
+    return lock
 
 
 def _check_replaceable(place: Path, entries: Collection[str]) -> None:
     if not place.exists():
         return
     if not place.is_dir():
-        raise RunFolderError(f"no run can be written to {place}: it is a file")
-    try:
-        strangers = sorted(entry.name for entry in place.iterdir() if entry.name not in entries)
-    except OSError as error:
-        raise RunFolderError(f"no run can be written to {place}: {error.strerror}") from None
+        raise RunFolderError(f"{place} cannot be written: it is a file")
+    strangers = sorted(entry.name for entry in place.iterdir() if entry.name not in entries)
     if strangers:
-        raise RunFolderError(f"no run can be written to {place}: it is not a run folder, since it holds {strangers[0]}")
+        raise RunFolderError(f"{place} cannot be written: it is not a run folder, since it holds {strangers[0]}")
 
 
 def _move_into_place(staging: Path, place: Path) -> None:
-    try:
-        if place.exists():
-            old = Path(tempfile.mkdtemp(prefix=f".{place.name}-old-", dir=place.parent))
-            place.replace(old / place.name)
-            staging.replace(place)
-            shutil.rmtree(old, ignore_errors=True)
-        else:
-            staging.replace(place)
-    except OSError as error:
-        raise RunFolderError(f"no run can be written to {place}: {error.strerror}") from None
+    if not place.exists():
+        staging.replace(place)
+        return
+    old = staging.with_suffix(".old")
+    shutil.rmtree(old, ignore_errors=True)
+    place.replace(old)
+    staging.replace(place)
+    shutil.rmtree(old, ignore_errors=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
@@ -21,6 +22,7 @@ INTERRUPTED: Final = "interrupted"
 FAILED: Final = "failed"
 
 _ELEMENTS = {signal.name: signal.elements for signal in SIGNALS}
+_SIZES = {signal.name: signal.size for signal in SIGNALS}
 _RESERVED = ("time", "ending")
 
 
@@ -103,13 +105,39 @@ class RunLog:
     def load(cls, path: Path) -> RunLog:
         """Reads what `save` wrote; raises `RunFolderError`."""
         try:
+            if not zipfile.is_zipfile(path):
+                path.open("rb").close()  # which says what is wrong with it, if that is why
+                raise RunFolderError(f"{path} is not a run's log: it is no .npz file, or a damaged one")
             with np.load(path, allow_pickle=False) as data:
                 signals = {name: data[name] for name in data.files if name not in _RESERVED}
-                return cls(signals, data["time"], str(data["ending"]))
+                if not all(table.dtype.kind in "fiub" for table in (*signals.values(), data["time"])):
+                    raise ValueError
+                log = cls(signals, data["time"], str(data["ending"]))
         except FileNotFoundError:
             raise RunFolderError(f"{path} does not exist") from None
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        except InputError as error:
             raise RunFolderError(f"{path} is not a run's log: {error}") from None
+        except RunFolderError:
+            raise
+        except OSError as error:
+            raise RunFolderError(f"{path} cannot be read: {error.strerror or 'it is damaged'}") from None
+        except KeyError as error:
+            raise RunFolderError(f"{path} is not a run's log: it has no {error.args[0]}") from None
+        except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
+            raise RunFolderError(f"{path} is not a run's log: it is damaged") from None
+        if why := log._doubt():
+            raise RunFolderError(f"{path} is not a run's log: {why}")
+        return log
+
+    def _doubt(self) -> str:
+        """Why these can't be the signals of a run, or nothing."""
+        if not np.isfinite(self.time).all() or not (np.diff(self.time) > 0).all():
+            return "its time does not grow from row to row"
+        for name, table in self.signals.items():
+            size = _SIZES.get(name)
+            if isinstance(size, int) and table.shape[1] != size:
+                return f"signal '{name}' has {table.shape[1]} columns, {size} are needed"
+        return ""
 
 
 def _same(a: Array | None, b: Array | None) -> bool:

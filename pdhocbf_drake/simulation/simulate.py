@@ -22,13 +22,12 @@ _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
     """The scenario's diagram with its log, drawing to `meshcat`; raises `InputError` or `ModelError`."""
-    if meshcat is not None and scenario.system != "biped":
-        raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
+    if meshcat is not None:
+        check_watchable(scenario)
     if scenario.system == "van_der_pol":
         return oscillator_diagram(scenario)
-    walk = build_walk(scenario)
     if scenario.system == "vhip":
-        return vhip_diagram(scenario, walk)
+        return vhip_diagram(scenario, build_walk(scenario))
     biped = Biped.load(scenario.robot)
     config = scenario.gait
     heights = (config.com_height - config.com_height_amplitude, config.com_height + config.com_height_amplitude)
@@ -41,7 +40,13 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDi
     )
     if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
         check_zmp_box(biped, scenario.mpc.recovery.zmp_box)
-    return biped_diagram(scenario, walk, biped, meshcat)
+    return biped_diagram(scenario, build_walk(scenario), biped, meshcat)
+
+
+def check_watchable(scenario: Scenario) -> None:
+    """Refuses to show live what has no body; raises `InputError`."""
+    if scenario.system != "biped":
+        raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Meshcat | None = None) -> RunLog:
@@ -67,9 +72,9 @@ def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Mesh
     ending = FINISHED
     try:
         simulator.Initialize()
-        now = 0.0
-        while now < scenario.duration:
-            now = min(now + _CHUNK, scenario.duration)
+        now, end = 0.0, _end(scenario)
+        while now < end:
+            now = min(now + _CHUNK, end)
             status = simulator.AdvanceTo(now)
             if progress is not None:
                 progress(simulator.get_context().get_time())
@@ -80,5 +85,11 @@ def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Mesh
         ending = INTERRUPTED
     except RuntimeError as error:
         # Drake's plant gives up on numbers that are none; what led there is in the log.
-        ending = f"{FAILED}: {str(error).splitlines()[0]}"
+        ending = f"{FAILED}: {str(error).splitlines()[0].split('. ')[0]}"
     return logged.recorded(simulator.get_context(), ending)
+
+
+def _end(scenario: Scenario) -> float:
+    """The duration; where it is a whole number of ticks, not below the time that Drake gives the last one [s]."""
+    last = round(scenario.duration / scenario.tick) * scenario.tick
+    return max(last, scenario.duration) if abs(last - scenario.duration) < 1e-9 else scenario.duration
