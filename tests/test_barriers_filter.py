@@ -115,6 +115,10 @@ def test_a_row_without_input_at_this_state_is_not_called_solved():
     result = BarrierFilter(system, [barrier])(0, [0.0, 2.0], [1.0])
     assert result.status == "softened" and result.psi[0] == -1.0 and result.slack[0] == 1.0
     assert BarrierFilter(system, [barrier])(0, [1.0, 0.0], [1.0]).status == "solved"
+    # at x_1 = 0 either no input helps or any does, at x_1 = 1 those with ψ_1 = −0.5 − u − 0.5 (1 − 0) ≥ 0
+    assert input_interval(system, [barrier], 0, [0.0, 2.0]) == (np.inf, -np.inf)
+    assert input_interval(system, [barrier], 1, [0.0, 2.0]) == (-np.inf, np.inf)
+    assert input_interval(system, [barrier], 0, [1.0, 0.0]) == (-np.inf, -1.0)
 
 
 def test_limits_of_the_input_hold_even_when_the_barrier_gives_way():
@@ -247,6 +251,7 @@ def test_records_and_margins():
     assert found.psi[1] == pytest.approx(psi_1)
     assert found.psi_min == pytest.approx(min(b - 0.75 * a for a, b in pairwise(psi_1)))
     assert record(barrier, states + 0.6, k=2).violations == 5
+    assert record_from_h([0.0, -1e-12, 1.0], barrier.class_k).violations == 1  # the edge is no violation
     assert np.isnan(record_from_h([1.0, 2.0], barrier.class_k).psi_min)
     assert safety_margin([1.0, 2.0, 6.0]) == 3.0
     assert margin_ratio([1.0, 2.0], [4.0, 2.0]) == 0.5  # M < 1: the first is the less conservative

@@ -16,6 +16,7 @@ from pdhocbf_drake.barriers import (
     initial_psi,
     psi,
     relative_degree,
+    tabulated,
 )
 from pdhocbf_drake.errors import InputError
 
@@ -167,6 +168,16 @@ def test_safe_set_asks_for_every_psi_below_m():
     )
     with pytest.raises(InputError, match="psi_0 is nan m/s"):
         check_in_safe_set(barrier, system, 0, np.array([0.0, np.nan, 0.0]))
+
+
+def test_the_safe_set_moves_with_the_bound():
+    """A state that stands still under a bound that falls: inside at tick 1, and no longer where ψ_1 sees the fall."""
+    system = PeriodicAffineSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]])
+    barrier = AffineBarrier("x1", [1.0, 0.0], tabulated([1.0, 1.0, 1.0, 0.3]), 1, (0.5, 0.5))
+    for k in range(8):
+        values = list(initial_psi(barrier, system, k, [0.2, 0.0]).values())
+        assert values == pytest.approx(psi(barrier, system, k, [0.2, 0.0], [])[:2], abs=1e-15)
+        assert in_safe_set(barrier, system, k, [0.2, 0.0]) == (k % 4 != 2)
 
 
 def test_the_edge_belongs_to_the_safe_set():
