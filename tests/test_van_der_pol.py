@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
-from pdhocbf_drake.barriers import BarrierFilter, check_relative_degree, in_safe_set, input_interval, record
+from pdhocbf_drake.barriers import (
+    AffineBarrier,
+    BarrierFilter,
+    PeriodicAffineSystem,
+    check_relative_degree,
+    feasible_width,
+    in_safe_set,
+    input_interval,
+    record,
+    tabulated,
+)
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.templates.config import VanDerPolConfig
 from pdhocbf_drake.templates.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle, orbit_input
@@ -109,6 +119,20 @@ def test_joint_feasibility_needs_gamma_2_of_at_least_half_gamma_1(gamma_2, feasi
     assert (worst.width >= 0) == feasible
     if gamma_2 < 0.5:
         assert worst.width == pytest.approx((2 * gamma_2 - 0.5) * 0.1 / TICK, abs=1e-6)
+
+
+def test_joint_feasibility_is_that_of_the_worst_phase():
+    """A tube of x₂ that narrows at one tick: the widths differ, and the least one counts."""
+    orbit = harmonic_orbit(1.0, 20, TICK)
+    upper, lower, *_ = tube_barriers(orbit, (0.1, 0.1), (0.5, 0.5), (0.3,))
+    half = np.where(np.arange(20) == 7, 0.05, 0.1)
+    speed = [
+        AffineBarrier(f"x2{s:+}", [0.0, 1.0], tabulated(orbit[:, 1] + s * half), s, (0.3,), "1/s") for s in (1, -1)
+    ]
+    barriers = (upper, lower, *speed)
+    integrator = PeriodicAffineSystem([[1.0, TICK], [0.0, 1.0]], [[0.0], [TICK]])
+    widths = [feasible_width(integrator, barriers, k).width for k in range(20)]
+    assert joint_feasibility(barriers, TICK).width == min(widths) < max(widths) - 0.1
 
 
 @pytest.mark.parametrize("beta", [0.0, 1.0])
