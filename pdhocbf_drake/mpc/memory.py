@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -13,7 +15,11 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.mpc.solution import Reason
 
+OUTPUTS = {"com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6}
+"""The parts that are shown to other blocks and not needed again."""
+
 _FEET = {LEFT: 0, -LEFT: 1}
+_NONE = np.zeros(0)
 _LAYOUTS: WeakKeyDictionary[PeriodicMpc, dict[str, slice]] = WeakKeyDictionary()
 
 
@@ -54,12 +60,12 @@ class Memory:
 
     @staticmethod
     def sizes(mpc: PeriodicMpc) -> dict[str, int]:
+        """Every part in its order: the outputs, then what is carried on to the next tick."""
         rows = mpc.rows
-        return {
-            "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
-            "last_step": 1, "state": 6, "feet": 4, "stance": 4, "degraded": 1, "measured": 4, "disturbance": 4,
-            "plan": 3, "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds,
-            "active_x": rows[0], "active_y": rows[1],
+        return OUTPUTS | {
+            "last_step": 1, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4,
+            "stance": 4, "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
+            "active_y": rows[1],
         }  # fmt: skip
 
     @staticmethod
@@ -148,16 +154,14 @@ class Memory:
     def pack(self, mpc: PeriodicMpc) -> np.ndarray:
         """The whole memory as one vector; the plan's parts are zero where there is none."""
         vector = np.zeros(self.layout(mpc)["active_y"].stop)
-        plan = self.plan
-        parts = [self.com_reference, self.zmp_reference, self.zmp_box, self.stance_plan, self.foot_plan,
-                 self.solver_status, np.array([self.last_step]), self.state.ravel(), self.feet.ravel(),
-                 self.stance.ravel(), np.array([self.degraded]), self.measured,
-                 self.disturbance.packed()]  # fmt: skip
-        if plan is None:
-            parts.append(np.array([-1.0]))
-        else:
-            marks = np.array([plan.tick, plan.fallbacks, plan.recovering])
-            parts += [marks, plan.inputs.ravel(), plan.footholds.ravel(), *plan.active]
+        plan, disturbance = self.plan, self.disturbance
+        marks = (-1.0, 0.0, 0.0) if plan is None else (plan.tick, plan.fallbacks, plan.recovering)
+        numbers = (self.last_step, self.degraded, *disturbance.astray, disturbance.active, disturbance.quiet, *marks)
+        parts: list[Any] = [self.com_reference, self.zmp_reference, self.zmp_box, self.stance_plan, self.foot_plan,
+                            self.solver_status, numbers, self.measured, self.state.ravel(), self.feet.ravel(),
+                            self.stance.ravel()]  # fmt: skip
+        if plan is not None:
+            parts += [plan.inputs.ravel(), plan.footholds.ravel(), *plan.active]
         known = np.concatenate(parts)
         vector[: len(known)] = known
         return vector
@@ -165,28 +169,33 @@ class Memory:
     @classmethod
     def unpack(cls, mpc: PeriodicMpc, vector: np.ndarray) -> Memory:
         """The inverse of `pack`, as copies."""
+        places = cls.layout(mpc)
+        memory = cls.carried(mpc, vector[places["last_step"].start :])
+        for name in OUTPUTS:
+            setattr(memory, name, np.array(vector[places[name]]))
+        return memory
+
+    @classmethod
+    def carried(cls, mpc: PeriodicMpc, vector: np.ndarray) -> Memory:
+        """From the packed vector's part behind the outputs, as copies; the outputs are left to `advance`."""
         own = np.array(vector)
-        part = {name: own[place] for name, place in cls.layout(mpc).items()}
-        tick, fallbacks, recovering = part["plan"]
+        # The first 27 places are those of `sizes`: 9 single numbers, then measured, state, feet, stance.
+        last_step, degraded, x, y, disturbed, quiet, tick, fallbacks, recovering = own[:9].tolist()
+        horizon, n_f, rows = mpc.config.horizon, mpc.footholds, mpc.rows[0]
+        feet_from = 27 + 2 * horizon
+        active_from = feet_from + 2 * n_f
         plan = None
         if tick >= 0:
-            inputs, footholds = part["inputs"].reshape(2, -1), part["footholds"].reshape(2, -1)
-            active = (part["active_x"], part["active_y"])
             plan = Plan(
-                round(tick), inputs, footholds, active, 0.0, np.nan, Reason.SOLVED, round(fallbacks), bool(recovering)
-            )
-        vectors = ("com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status")
+                round(tick), own[27:feet_from].reshape(2, horizon), own[feet_from:active_from].reshape(2, n_f),
+                (own[active_from : active_from + rows], own[active_from + rows :]), 0.0, math.nan, Reason.SOLVED,
+                round(fallbacks), bool(recovering),
+            )  # fmt: skip
         return cls(
-            **{name: part[name] for name in vectors},
-            state=part["state"].reshape(2, 3),
-            feet=part["feet"].reshape(2, 2),
-            stance=part["stance"].reshape(2, 2),
-            last_step=part["last_step"][0],
-            degraded=part["degraded"][0],
-            measured=part["measured"],
-            plan=plan,
-            disturbance=Disturbance.unpacked(part["disturbance"]),
-        )
+            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, own[13:19].reshape(2, 3), own[19:23].reshape(2, 2),
+            own[23:27].reshape(2, 2), last_step, degraded, own[9:13], plan,
+            Disturbance(np.array([x, y]), bool(disturbed), round(quiet)),
+        )  # fmt: skip
 
 
 def _centre(support: int, feet: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.memory import OUTPUTS, Memory
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.mpc.supervisor import believed_state, supervise
 
@@ -41,52 +41,36 @@ class MpcController(LeafSystem):
     ) -> None:
         super().__init__()
         self._mpc, self._names = mpc, [name for _, name in barriers]
-        self._layout = Memory.layout(mpc)
         horizon = mpc.config.horizon
-        self.DeclareVectorInputPort("gait_phase", 3)
-        self.DeclareVectorInputPort("lip_state", 6)
+        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
+        self._lip = self.DeclareVectorInputPort("lip_state", 6)
         if barriers:
-            self.DeclareVectorInputPort("velocity_bound", len(barriers) * (horizon + 1))
-        self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
-        self.DeclareVectorInputPort("foot_state", 12)
-        first = Memory.at_start(mpc, initial, feet)
-        self.DeclareDiscreteState(first.pack(mpc))
+            self._bounds = self.DeclareVectorInputPort("velocity_bound", len(barriers) * (horizon + 1))
+        self._offset = self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
+        self._feet = self.DeclareVectorInputPort("foot_state", 12)
+        # One group of the state for each output, so that Drake's own code shows it, and one for all that is carried.
+        first, layout = Memory.at_start(mpc, initial, feet).pack(mpc), Memory.layout(mpc)
+        self._places = [layout[name] for name in (*OUTPUTS, "last_step")]
+        for name, place in zip((*OUTPUTS, "last_step"), self._places, strict=True):
+            self.DeclareStateOutputPort(name, self.DeclareDiscreteState(first[place]))
+        self._places.append(slice(layout["last_step"].start, len(first)))
+        self._carried = self.DeclareDiscreteState(first[self._places[-1]])
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
-        for name in (
-            "com_reference",
-            "zmp_reference",
-            "zmp_box",
-            "stance_plan",
-            "foot_plan",
-            "solver_status",
-            "last_step",
-        ):
-            self._declare_slice(name)
-
-    def _declare_slice(self, name: str) -> None:
-        place = self._layout[name]
-
-        def copy(context: Context, output) -> None:  # type: ignore[no-untyped-def]
-            output.SetFromVector(context.get_discrete_state_vector().value()[place])
-
-        self.DeclareVectorOutputPort(name, place.stop - place.start, copy, {self.xd_ticket()})
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
-        memory = Memory.unpack(self._mpc, context.get_discrete_state_vector().value())
+        memory = Memory.carried(self._mpc, context.get_discrete_state(self._carried).value())
         mpc = self._mpc if memory.last_step < 0 else self._mpc.ending_at(round(memory.last_step))
-        phase, step, _ = self.GetInputPort("gait_phase").Eval(context)
+        phase, step, _ = self._phase.Eval(context).tolist()
         tick = round(step * mpc.gait.period + phase)
-        measured = self.GetInputPort("lip_state").Eval(context).reshape(2, 3)
-        feet = self.GetInputPort("foot_state")
-        if feet.HasValue(context):
-            memory.land(mpc, tick, feet.Eval(context).reshape(2, 6)[:, :2])
+        measured = self._lip.Eval(context).reshape(2, 3)
+        if self._feet.HasValue(context):
+            memory.land(mpc, tick, self._feet.Eval(context).reshape(2, 6)[:, :2])
         bounds = {}
         if self._names:
-            samples = self.GetInputPort("velocity_bound").Eval(context).reshape(len(self._names), -1)
+            samples = self._bounds.Eval(context).reshape(len(self._names), -1)
             bounds = dict(zip(self._names, samples, strict=True))
-        port = self.GetInputPort("zmp_offset")
-        offset = port.Eval(context).reshape(2, -1) if port.HasValue(context) else None
+        offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
 
         state, measurement = believed_state(mpc, memory, measured)
         if measurement == Reason.SOLVED:
@@ -98,4 +82,6 @@ class MpcController(LeafSystem):
         cost = plan.cost if solved else 0.0
         elapsed = time.perf_counter() - started
         memory.solver_status = np.array([solved, elapsed, cost, plan.slack, plan.fallbacks, reason])
-        values.set_value(memory.pack(self._mpc))
+        packed = memory.pack(self._mpc)
+        for i, place in enumerate(self._places):
+            values.set_value(i, packed[place])
