@@ -42,6 +42,10 @@ def test_nothing_to_compare_is_told():
         compare(run(0.01), bare, 2.0)
     with pytest.raises(InputError, match=r"the first run has less than a period of 0\.4 s from 9 s on: it ended at 4"):
         compare(run(0.01), run(0.02), 9.0)
+    broken = run(0.02)
+    broken.log["h"][300] = float("nan")
+    with pytest.raises(InputError, match="there can't be compared: h of its barrier forward_speed is no number"):
+        compare(run(0.01), broken, 2.0, ("here", "there"))
 
 
 def test_comparison_figures_are_for_several_walks():

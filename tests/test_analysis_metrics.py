@@ -13,6 +13,7 @@ from pdhocbf_drake.analysis.feet import slip_max, zmp_margins
 from pdhocbf_drake.analysis.metrics import base_yaw, compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 
 LIMITS = RobotLimits(
@@ -185,6 +186,18 @@ def test_solver_failures_and_fallbacks_are_counted(log):
     found = metrics(log).mpc
     assert (found.solves, found.failures, found.fallbacks, found.slack_max) == (400, 2, 2, 0.02)
     assert found.tick_seconds_median == pytest.approx(1e-4) and found.tick_seconds_p99 == pytest.approx(1e-4)
+
+
+@pytest.mark.parametrize(("barrier", "failures"), [("soft", 4), ("hard", 6)])
+def test_failures_are_ticks_whose_own_problem_had_no_optimum(barrier, failures):
+    run = synthetic.run("vhip")
+    reasons = [Reason.CROSS_SOLVED, Reason.RELAXED, Reason.INFEASIBLE, Reason.NOT_OPTIMAL, *[Reason.SOFTENED] * 2]
+    reasons += [Reason.RECOVERING, Reason.STOPPING, Reason.SOLVED, Reason.STALE_MEASUREMENT]
+    run.log["solver_status"][50 : 50 + len(reasons), 5] = reasons
+    mpc = run.scenario.mpc.model_copy(update={"barrier": barrier})
+    found = compute_metrics(run.scenario.model_copy(update={"mpc": mpc}), run.log, 2.0, None).mpc
+    # Where the barrier is soft its slack is part of what the scenario states.
+    assert found.failures == failures and found.degraded["softened"] == 2 and found.degraded["recovering"] == 1
 
 
 def test_nan_becomes_null_and_not_a_crash(log):

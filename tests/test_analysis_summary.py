@@ -9,6 +9,7 @@ from test_analysis_metrics import LIMITS
 
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.summary import summary_rows
+from pdhocbf_drake.mpc.solution import Reason
 
 
 def summary(system: str = "biped", **kwargs) -> dict[str, str]:
@@ -21,7 +22,7 @@ def test_a_walk_is_told_in_eight_lines():
     rows = summary()
     names = ["run", "walk", "straightness", "tracking", "ZMP", "joints", "barrier forward_speed", "MPC"]
     assert list(rows) == names
-    assert rows["walk"].startswith("8 steps, 1.5 m (commanded 1.12 m), steady speed 0.375 m/s")
+    assert rows["walk"].startswith("8 steps, 1.50 m (commanded 1.12 m), steady speed 0.375 m/s")
     assert rows["tracking"].startswith("CoM RMS error in x, y, z: 3.0 mm, 4.0 mm, 5.0 mm")
 
 
@@ -38,6 +39,26 @@ def test_a_template_tells_nothing_of_a_body():
 
 def test_an_oscillator_tells_its_barriers():
     assert list(summary("van_der_pol")) == ["run", *(f"barrier x{i}_{s}" for i in (1, 2) for s in ("upper", "lower"))]
+
+
+def test_what_the_solver_could_not_do_is_told():
+    run = synthetic.run("vhip")
+    run.log["solver_status"][60:63, 5] = Reason.RELAXED
+    run.log["solver_status"][70, 5] = Reason.SOFTENED
+    told = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, None)))["MPC"]
+    assert told.startswith("400 solves with daqp, 3 failures, 0 fallbacks; degraded ticks: 1 softened, 3 relaxed; a")
+
+
+def test_one_is_not_told_in_the_plural_and_no_gait_is_not_told_as_drift():
+    rows = summary("vhip", duration=1.25)
+    assert rows["walk"].startswith("1 step, ") and rows["straightness"] == "not judged: no whole gait was walked"
+
+
+def test_an_h_that_is_no_number_is_a_violation():
+    run = synthetic.run("vhip")
+    run.log["h"][300:302] = np.nan
+    told = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, None)))["barrier forward_speed"]
+    assert told == "h is no number at some ticks; 2 violations, counting those"
 
 
 def test_a_margin_that_was_not_judged_is_not_a_number():

@@ -104,3 +104,12 @@ def test_a_single_array_is_no_log(tmp_path):
     np.savez(tmp_path / "log.npz", h=np.zeros((3, 1)))
     with pytest.raises(RunFolderError, match="it has no time"):
         RunLog.load(tmp_path / "log.npz")
+
+
+def test_the_finite_rows_end_before_the_first_that_is_none():
+    log = synthetic.walk_log()
+    assert log.finite().differences(log) == []
+    log["lip_state"][350, 2], log["robot_state"][360:, 5] = np.nan, np.inf
+    assert len(log.finite()) == 350 and log.finite().time[-1] == log.time[349]
+    log["lip_state"][0, 2] = np.nan
+    assert len(log.finite()) == 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
@@ -53,7 +54,10 @@ def compare(
                 ended = f"{run.log.time[-1]:.2f} s" if len(run.log) else "once"
                 period = f"a period of {run.scenario.period * run.scenario.tick:g} s"
                 raise InputError(f"{place} has less than {period} from {from_time:g} s on: it ended at {ended}")
-            records.append(rows["h"][:, use[name].column])
+            h = rows["h"][:, use[name].column]
+            if not np.isfinite(h).all():
+                raise InputError(f"{place} can't be compared: h of its barrier {name} is no number at some ticks")
+            records.append(h)
         margins = safety_margin(records[0]), safety_margin(records[1])
         result.append(Comparison(names, margins, margin_ratio(*records), uses[0][names[0]].unit))
     return result

@@ -38,8 +38,8 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         distance=_change(log.element("lip_state", "x")) if walks else None,
         distance_commanded=_distance_commanded(scenario, log) if walks else None,
         mean_speed=_mean(log.after(scenario.from_time).element("lip_state", "vx")) if walks else None,
-        lateral_drift=_drift(scenario, log.element("lip_state", "y")) if walks else None,
-        yaw_drift_deg=_drift(scenario, np.degrees(base_yaw(log))) if body else None,
+        lateral_drift=_drift(scenario, log, log.element("lip_state", "y")) if walks else None,
+        yaw_drift_deg=_drift(scenario, log, np.degrees(base_yaw(log))) if body else None,
         com_rms_error=_com_rms_error(log) if walks else None,
         zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,
         zmp_outside_fraction=_zmp_outside(log) if walks else None,
@@ -67,8 +67,10 @@ def _mean(values: Array) -> float | None:
     return _finite(values.mean()) if len(values) else None
 
 
-def _drift(scenario: Scenario, values: Array) -> float | None:
+def _drift(scenario: Scenario, log: RunLog, values: Array) -> float | None:
     """How far the mean over the last gait is from the start; the mean takes the sway of the gait out."""
+    if steps_taken(log) < 2:
+        return None  # there has been no gait
     return _finite(abs(values[-scenario.gait.ticks_per_gait :].mean() - values[0]))
 
 
@@ -108,10 +110,11 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
     table = {}
     for name, use in barriers_of(scenario).items():
         record = record_of(log, use, scenario.from_time)
+        judged = log.after(scenario.from_time)["h"][:, use.column]
         table[name] = BarrierMetrics(
             h_min=record.h_min if record else None,
             h_mean=record.h_mean if record else None,
-            violations=record.violations if record else None,
+            violations=int((~(judged >= 0)).sum()) if len(judged) else None,
             psi_min=_finite(record.psi_min) if record else None,
             gamma=list(use.gamma),
             relative_degree=len(use.class_k),
@@ -128,7 +131,7 @@ def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
     return MpcMetrics(
         solves=len(status),
         fallbacks=int((fallbacks > 0).sum()),
-        failures=int((status != 1.0).sum()),
+        failures=int(((status != 1.0) | np.isin(reasons, _lost(scenario))).sum()),
         degraded={r.name.lower(): int(n) for r in Reason if r != Reason.SOLVED and (n := (reasons == r).sum())},
         slack_max=_finite(slack.max()) if len(slack) else None,
         tick_seconds_median=_finite(np.median(seconds)) if len(seconds) else None,
@@ -136,6 +139,14 @@ def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
         # The oscillator's filter is written for any dynamics and solved by Drake's conic solver.
         solver="clarabel" if scenario.system == "van_der_pol" else scenario.mpc.solver,
     )
+
+
+def _lost(scenario: Scenario) -> list[Reason]:
+    """The reasons which say that the first solver found no optimum of the problem that the scenario states."""
+    lost = [Reason.CROSS_SOLVED, Reason.RELAXED, Reason.INFEASIBLE, Reason.NOT_OPTIMAL]
+    # Only a hard barrier is softened against what the scenario states: a soft one has its slack there.
+    hard = scenario.mpc.barrier == "hard" and scenario.system != "van_der_pol"
+    return [*lost, Reason.SOFTENED] if hard else lost
 
 
 def _finite(value: float | np.floating) -> float | None:

@@ -12,7 +12,7 @@ class BarrierMetrics(BaseModel):
 
     h_min: float | None = Field(description="least h [unit]")
     h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
-    violations: int | None = Field(description="ticks with h < 0")
+    violations: int | None = Field(description="ticks with h < 0, or with an h that is no number")
     psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
     relative_degree: int = Field(description="m")
@@ -26,7 +26,10 @@ class MpcMetrics(BaseModel):
 
     solves: int = Field(description="ticks at which a solve was asked for")
     fallbacks: int = Field(description="ticks that used the last plan, shifted, instead of a new one")
-    failures: int = Field(description="solves without an optimal status")
+    failures: int = Field(
+        description="ticks at which the first solver found no optimum of the problem that the scenario states, "
+        "a hard barrier that had to be softened included"
+    )
     degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.solution.Reason`)")
     slack_max: float | None = Field(description="largest violation of a barrier row that a plan paid for [m/s]")
     tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
@@ -51,8 +54,12 @@ class Metrics(BaseModel):
     distance: float | None = Field(description="CoM along x, end less start [m]")
     distance_commanded: float | None = Field(description="where the commanded walk is by then: (steps − ½)·stride [m]")
     mean_speed: float | None = Field(description="mean CoM velocity along x from from_time on [m/s]")
-    lateral_drift: float | None = Field(description="|mean CoM y of the last gait less that at the start| [m]")
-    yaw_drift_deg: float | None = Field(description="|mean yaw of the last gait less that at the start| [deg]")
+    lateral_drift: float | None = Field(
+        description="|mean CoM y of the last gait less that at the start|, once a whole gait was walked [m]"
+    )
+    yaw_drift_deg: float | None = Field(
+        description="|mean yaw of the last gait less that at the start|, once a whole gait was walked [deg]"
+    )
     com_rms_error: list[float | None] | None = Field(description="measured less planned CoM in x, y, z, RMS [m]")
     zmp_margin_min: float | None = Field(description="least distance of the measured ZMP from the support's edge [m]")
     zmp_outside_fraction: float | None = Field(description="share of samples whose ZMP is outside the box (27)")

@@ -14,9 +14,10 @@ _SCENES = {"biped": robot_scene, "vhip": template_scene, "van_der_pol": oscillat
 
 
 def replay_html(run: Run) -> str:
-    """The replay's page; raises `RunFolderError` for a log too short to move."""
+    """The replay's page, up to a row that is no number; raises `RunFolderError` for a log too short to move."""
+    run = run._replace(log=run.log.finite())
     if len(run.log) < 2:
-        raise RunFolderError("the run ended before anything moved, so there is nothing to replay")
+        raise RunFolderError("the run has less than two rows of finite numbers, so there is nothing to replay")
     stage = Stage()
     draw = _SCENES[run.scenario.system](stage, run)
     for row, time in rows_of(run.log, FRAMES_PER_SECOND):

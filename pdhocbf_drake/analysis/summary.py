@@ -31,12 +31,14 @@ def _run(metrics: Metrics) -> str:
 
 def _walk(metrics: Metrics) -> str:
     return (
-        f"{metrics.steps_taken} steps, {_of(metrics.distance, 'm')} "
+        f"{_count(metrics.steps_taken or 0, 'step')}, {_of(metrics.distance, 'm')} "
         f"(commanded {_of(metrics.distance_commanded, 'm')}), steady speed {_of(metrics.mean_speed, 'm/s')}"
     )
 
 
 def _straightness(metrics: Metrics) -> str:
+    if metrics.lateral_drift is None:
+        return "not judged: no whole gait was walked"
     text = f"lateral drift {_mm(metrics.lateral_drift)}"
     return text if metrics.template else f"{text}, yaw drift {_of(metrics.yaw_drift_deg, 'deg')}"
 
@@ -60,11 +62,14 @@ def _joints(metrics: Metrics) -> str:
 
 
 def _barrier(barrier: BarrierMetrics) -> str:
-    if barrier.h_min is None:
+    if barrier.violations is None:
         return "not judged: the run ended before from_time"
+    if barrier.h_min is None:
+        return f"h is no number at some ticks; {_count(barrier.violations, 'violation')}, counting those"
+    violations = _count(barrier.violations, "violation")
     return (
-        f"h from {_of(barrier.h_min, barrier.unit)}, mean {_of(barrier.h_mean, barrier.unit)}, "
-        f"{barrier.violations} violations; least ψ_{barrier.relative_degree} {_of(barrier.psi_min, barrier.unit)}"
+        f"h at least {_of(barrier.h_min, barrier.unit)}, mean {_of(barrier.h_mean, barrier.unit)}, "
+        f"{violations}; least ψ_{barrier.relative_degree} {_of(barrier.psi_min, barrier.unit)}"
     )
 
 
@@ -72,16 +77,28 @@ def _mpc(metrics: Metrics) -> str:
     mpc = metrics.mpc
     if mpc is None:
         return ""
-    text = f"{mpc.solves} solves with {mpc.solver}, {mpc.failures} failures, {mpc.fallbacks} fallbacks"
+    text = (
+        f"{_count(mpc.solves, 'solve')} with {mpc.solver}, {_count(mpc.failures, 'failure')}, "
+        f"{_count(mpc.fallbacks, 'fallback')}"
+    )
+    if mpc.degraded:
+        text += f"; degraded ticks: {', '.join(f'{n} {reason}' for reason, n in mpc.degraded.items())}"
     if mpc.tick_seconds_median is None or mpc.tick_seconds_p99 is None:
         return text
     return (
-        f"{text}; a tick takes {1e3 * mpc.tick_seconds_median:.2g} ms, 99 % below {1e3 * mpc.tick_seconds_p99:.2g} ms"
+        f"{text}; a tick takes {1e3 * mpc.tick_seconds_median:.2g} ms, 99 % below {1e3 * mpc.tick_seconds_p99:.3g} ms"
     )
 
 
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
 def _of(value: float | None, unit: str) -> str:
-    return "unknown" if value is None else f"{value:.3g} {unit}".removesuffix(" 1")
+    if value is None:
+        return "unknown"
+    number = f"{value:#.3g}".removesuffix(".") if value else "0"  # 0.18 and 0.188 with as many digits
+    return f"{number} {unit}".removesuffix(" 1")
 
 
 def _mm(value: float | None) -> str:

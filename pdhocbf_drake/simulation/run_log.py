@@ -82,6 +82,14 @@ class RunLog:
         rows = self.time >= time - 5e-7
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
+    def finite(self) -> RunLog:
+        """The rows before the first one with a signal that is no finite number."""
+        bad = np.zeros(len(self), dtype=bool)
+        for table in self.signals.values():
+            bad |= ~np.isfinite(table).all(axis=1)
+        rows = slice(int(bad.argmax()) if bad.any() else len(self))
+        return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
+
     def differences(self, other: RunLog) -> list[str]:
         """Names of what differs in any bit; wall times are left out, since no two runs share them."""
         names = sorted({*self.signals, *other.signals})
@@ -134,6 +142,8 @@ class RunLog:
         if not np.isfinite(self.time).all() or not (np.diff(self.time) > 0).all():
             return "its time does not grow from row to row"
         for name, table in self.signals.items():
+            if name == "gait_phase" and not np.isfinite(table).all():
+                return "signal 'gait_phase', the gait's clock, is no number in some rows"
             size = _SIZES.get(name)
             if isinstance(size, int) and table.shape[1] != size:
                 return f"signal '{name}' has {table.shape[1]} columns, {size} are needed"
