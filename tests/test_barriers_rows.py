@@ -103,6 +103,19 @@ def test_rows_that_no_input_reaches_are_left_out():
     assert Solve(prog).is_success()
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_rows_that_no_input_reaches_are_left_out_in_any_coordinates(seed):
+    """Rounding shows an input of 1e-17 in the first row of ψ_1, which must not be taken for a way to keep it."""
+    _, system, usual = random_case(seed, order=1, degree=2)
+    barrier = AffineBarrier("b", usual.normal, usual.bound, 1, usual.class_k, "m", relative_degree=2)
+    prog = MathematicalProgram()
+    u = prog.NewContinuousVariables(6, 2, "u")
+    outside = barrier.normal * (barrier.bound(0) + 100.0)
+    add_barrier_rows(prog, barrier, system, 0, outside, u)
+    result = Solve(prog)
+    assert result.is_success() and np.abs(result.GetSolution(u)).max() < 1e6
+
+
 def test_a_horizon_of_psi_rows_keeps_h_nonnegative():
     """The plan of least effort under the rows, from a state that would break the bound without them."""
     barrier = AffineBarrier("vx", [0.0, 1.0, 0.0], harmonic(0.5, 0.05, 0.0, 4), 1, (0.5, 0.5), "m/s")

@@ -131,7 +131,8 @@ def add_barrier_rows(
     horizon = len(inputs)
     rows = affine_rows(barrier, system, k, horizon)
     check_relative_degree(barrier, system)
-    chosen = rows.reachable
+    # By the degree and not by `reachable`, whose zeros may come out as 1e-17.
+    chosen = np.arange(len(rows.constant)) >= barrier.relative_degree - barrier.order
     if not np.any(chosen):
         raise InputError(f"{where}: no input within the horizon of {horizon} ticks shows in it")
     lower = tightening - rows.constant - rows.bounds @ barrier.bound.samples(k, horizon + 1)
