@@ -21,6 +21,15 @@ def test_steps_alternate_and_advance_by_a_stride() -> None:
         np.testing.assert_allclose(now.landing, following.centre)
 
 
+@pytest.mark.parametrize("first", ["left", "right"])
+def test_the_left_foot_stands_on_the_left(first: str) -> None:
+    gait = Gait(GaitConfig(start_steps=1, first_stance=first, walk_steps=4))
+    for j in range(1, 5):
+        step = gait.step(j)
+        assert step.landing is not None
+        np.testing.assert_allclose([step.centre[1], -step.landing[1]], step.support * gait.config.stance_width / 2.0)
+
+
 def test_stands_with_both_feet_beside_each_other_at_the_end() -> None:
     gait = Gait(GaitConfig(stride=0.15, start_steps=1, walk_steps=3))
     last = gait.step(3)

@@ -6,7 +6,7 @@ from pydrake.solvers import ClarabelSolver, Solve
 from walks import make_mpc, speed_limit, start, walk
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.axis_program import axis_program
+from pdhocbf_drake.mpc.axis_program import axis_program, box_weights
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.solution import Reason
 
@@ -65,6 +65,22 @@ def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() 
             first = mpc.divergent.offset_row(tick) @ predicted[axis, 0]
             end = mpc.divergent.offset_row(tick + 80) @ predicted[axis, -1]
             assert end == pytest.approx(first, abs=1e-8)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: float) -> None:
+    """A ZMP that lies 2 cm ahead of the template's, or behind it, in every predicted box."""
+    mpc, tick, memory = PLAIN, 205, start(PLAIN)
+    last = list(walk(mpc, tick, memory))[-1][3]
+    offset = side * np.array([0.02 * np.ones(80), 0.01 * np.ones(80)])
+    plan = mpc.solve(tick, memory.state, memory.stance, {}, offset, last)
+    assert plan.reason == Reason.SOLVED
+    zmp = mpc.predict(memory.state, plan)[:, 1:, 2] + offset
+    weights, feet = box_weights(mpc.gait, tick % 40, 80, 2), np.hstack([memory.stance, plan.footholds])
+    half = np.array(mpc.gait.config.zmp_box)[:, None] / 2.0 - mpc.config.zmp_margin
+    beyond = np.abs(zmp - feet @ weights.T) - half
+    assert beyond.max() < 1e-9
+    assert beyond[0].max() > -1e-6  # and it comes to the edge, so that an offset of the other sign would show
 
 
 @pytest.mark.parametrize("tail", ["truncated", "anticipative"])
