@@ -19,7 +19,7 @@ def loop(mpc: PeriodicMpc, ticks: int, sensor=lambda tick, state: state):
     for tick in range(ticks):
         now = mpc if memory.last_step < 0 else mpc.ending_at(round(memory.last_step))
         bounds = {b.name: b.bound.samples(tick, 81) for group in mpc.barriers for b in group}
-        state, measurement = believed_state(now, memory, np.array(sensor(tick, real), dtype=float))
+        state, measurement = believed_state(now, memory, np.array(sensor(tick, real), dtype=float), tick)
         plan = now.solve(tick, state, memory.stance, bounds, None, memory.plan)
         reasons.append(supervise(now, memory, plan, measurement))
         memory.advance(now, state, plan)
@@ -144,6 +144,16 @@ def test_a_frozen_sensor_is_noticed() -> None:
     _, reasons, memory = loop(mpc, 300, sensor)
     assert [k for k, reason in enumerate(reasons) if reason == Reason.STALE_MEASUREMENT] == list(range(201, 206))
     assert memory.last_step < 0
+
+
+def test_a_measurement_is_moved_on_to_when_its_plan_takes_effect() -> None:
+    mpc = make_mpc()
+    memory, tick = start(mpc), 7
+    measured = np.array([[0.03, 0.4, np.nan], [-0.01, 0.2, np.nan]])
+    state, reason = believed_state(mpc, memory, measured, tick, latency=mpc.vhip.tick)
+    led_on = [mpc.vhip.step(tick, [c, v, p], 0.0) for (c, v, _), p in zip(measured, memory.state[:, 2], strict=True)]
+    assert reason == Reason.SOLVED
+    np.testing.assert_allclose(state, led_on, rtol=1e-12)
 
 
 def test_standing_still_is_not_a_frozen_sensor() -> None:

@@ -11,12 +11,17 @@ from pdhocbf_drake.mpc.solution import Reason
 _MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
 
 
-def believed_state(mpc: PeriodicMpc, memory: Memory, measured: np.ndarray) -> tuple[np.ndarray, Reason]:
+def believed_state(
+    mpc: PeriodicMpc, memory: Memory, measured: np.ndarray, tick: int, latency: float = 0.0
+) -> tuple[np.ndarray, Reason]:
     """[c, v, p] to plan from, shape (2, 3), and whether the measurement was used.
 
     CoM position and velocity are the measured ones, the ZMP is the planned one (or, with Remark 8 to the letter, the
     measured one). A measurement that is not finite, or that repeats bit for bit while the plan moves on, is replaced
     by what the last plan predicts.
+
+    What is planned from a measurement takes effect `latency` later [s]: the measured CoM is moved on over that time,
+    c + τ v and v + τ eta(k) (c − p), or the robot would lag behind every plan by as much.
     """
     planned = memory.state
     state = planned.copy()
@@ -29,6 +34,10 @@ def believed_state(mpc: PeriodicMpc, memory: Memory, measured: np.ndarray) -> tu
     memory.measured = state[:, :2].ravel()
     if repeats and np.abs(planned[:, :2] - state[:, :2]).max() > _MOVED:
         return planned, Reason.STALE_MEASUREMENT
+    if latency:
+        c, v, p = state.T
+        eta = mpc.vhip.eta[tick % mpc.vhip.period]
+        state = np.stack([c + latency * v, v + latency * eta * (c - p), p], axis=1)
     return state, Reason.SOLVED
 
 

@@ -84,7 +84,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.builder.Connect(plant.get_state_output_port(), encoders.get_input_port())
     wiring.offer("joint_state", encoders.get_output_port())
 
-    controller = add_controller(wiring, walk, initial, feet)
+    controller = add_controller(wiring, walk, initial, feet, plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
     kinematics = wiring.add("inverse_kinematics", InverseKinematics(biped, posture, config.tick))
     offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon, swing_lever(biped, posture)))

@@ -104,13 +104,15 @@ class Wiring:
         return LoggedDiagram(diagram, sink, columns, self.adjust)
 
 
-def add_controller(wiring: Wiring, walk: Walk, initial: np.ndarray, feet: np.ndarray) -> MpcController:
+def add_controller(
+    wiring: Wiring, walk: Walk, initial: np.ndarray, feet: np.ndarray, latency: float = 0.0
+) -> MpcController:
     """Adds clock, barriers and MPC; whatever measures must offer `lip_state` before `connect_controller`."""
     wiring.add("gait_reference", GaitReference(walk.gait))
     if walk.barriers:
         horizon = walk.mpc.config.horizon
         wiring.add("barrier_schedule", BarrierSchedule(walk.axes, walk.barriers, walk.gait.period, horizon))
-    controller = MpcController(walk.mpc, initial, feet, walk.names)
+    controller = MpcController(walk.mpc, initial, feet, walk.names, latency)
     wiring.add("mpc_controller", controller)
     return controller
 

@@ -34,12 +34,19 @@ class MpcController(LeafSystem):
         initial: [c, v, p] per axis at the start, shape (2, 3).
         feet: left and right foot at the start, shape (2, 2) [m].
         barriers: (axis, name) in the order of the velocity_bound port.
+        latency: from a measurement to the first effect of what is planned from it: the plant's step [s].
     """
 
     def __init__(
-        self, mpc: PeriodicMpc, initial: np.ndarray, feet: np.ndarray, barriers: Sequence[tuple[int, str]]
+        self,
+        mpc: PeriodicMpc,
+        initial: np.ndarray,
+        feet: np.ndarray,
+        barriers: Sequence[tuple[int, str]],
+        latency: float = 0.0,
     ) -> None:
         super().__init__()
+        self._latency = latency
         self._mpc, self._names = mpc, [name for _, name in barriers]
         horizon = mpc.config.horizon
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
@@ -72,7 +79,7 @@ class MpcController(LeafSystem):
             bounds = dict(zip(self._names, samples, strict=True))
         offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
 
-        state, measurement = believed_state(mpc, memory, measured)
+        state, measurement = believed_state(mpc, memory, measured, tick, self._latency)
         if measurement == Reason.SOLVED:
             memory.notice(mpc, tick, state)
         plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, memory.disturbance.active)
