@@ -83,6 +83,17 @@ def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: floa
     assert beyond[0].max() > -1e-6  # and it comes to the edge, so that an offset of the other sign would show
 
 
+@pytest.mark.parametrize(("phase", "held"), [(20, False), (33, False), (34, True), (39, True)])
+def test_a_landing_is_held_in_the_last_ticks_of_a_step(phase: int, held: bool) -> None:
+    mpc, tick = make_mpc(mpc={"freeze_ticks": 6}), 200 + phase
+    memory = start(mpc)
+    last = list(walk(mpc, tick, memory))[-1][3]
+    plan = mpc.solve(tick, memory.state + np.array([0.0, 0.05, 0.0]), memory.stance, {}, None, last)
+    assert plan.reason == Reason.SOLVED
+    moved = np.abs(plan.footholds[:, 0] - last.footholds[:, 0])
+    assert np.all(moved < 1e-9) if held else np.all(moved > 1e-4)
+
+
 @pytest.mark.parametrize("tail", ["truncated", "anticipative"])
 def test_other_tails_end_where_they_say(tail: str) -> None:
     mpc = make_mpc(mpc={"tail": tail})
