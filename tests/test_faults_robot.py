@@ -130,13 +130,7 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
     assert [k for k, reason in enumerate(reasons(trial.log)) if reason != Reason.SOLVED] == list(range(1, 201, 5))
     assert set(reasons(trial.log)) == {Reason.SOLVED, wanted}
     assert trial.log.element("solver_status", "fallbacks").max() == (0 if second else 1)
-    if second:
-        assert astray(trial, undisturbed) < 1e-5
-    else:  # a fifth of the corrections is missing, which costs speed ahead and nothing else
-        log, same = trial.log, undisturbed.log
-        assert np.abs(log["lip_state"] - same["lip_state"])[:, 3].max() < 2e-3
-        assert np.abs(log["com_z"] - same["com_z"])[:, 0].max() < 2e-3
-        assert 0.75 < log.element("lip_state", "vx")[-80:].mean() / 0.375 < 1.01
+    assert astray(trial, undisturbed) < (1e-5 if second else 0.02)
 
 
 def test_ice_ends_in_a_fall_that_is_told_and_logged_to_its_end() -> None:
