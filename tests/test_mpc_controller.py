@@ -151,6 +151,14 @@ def test_a_hard_barrier_that_cannot_be_kept_degrades_and_never_raises() -> None:
     assert plans[221].reason != Reason.SOLVED
 
 
+def test_a_start_in_motion_is_told_as_it_is() -> None:
+    state = np.array([[0.1, 0.3, 0.05], [0.02, -0.1, 0.03]])
+    memory = Memory.at_start(PLAIN, state, np.array([[0.0, 0.08], [0.0, -0.08]]))
+    eta = PLAIN.vhip.eta[0]
+    np.testing.assert_allclose(memory.com_reference, [0.1, 0.3, eta * 0.05, 0.02, -0.1, -eta * 0.01])
+    np.testing.assert_allclose(memory.zmp_reference, [0.05, 0.0, 0.03, 0.0])
+
+
 def test_memory_survives_packing() -> None:
     mpc = PLAIN
     memory = start(mpc)
