@@ -159,6 +159,16 @@ def test_a_start_in_motion_is_told_as_it_is() -> None:
     np.testing.assert_allclose(memory.zmp_reference, [0.05, 0.0, 0.03, 0.0])
 
 
+def test_the_acceleration_told_is_the_one_that_the_template_will_have() -> None:
+    """Of tick k + 1, hence with its eta and its sign: v moves by δ times it in the tick after."""
+    mpc = make_mpc(gait={"com_height_amplitude": 0.015})
+    memory = start(mpc)
+    told = [memory.com_reference.reshape(2, 3)[:, [1, 2]] for _ in walk(mpc, 130, memory)]
+    velocity, acceleration = np.array(told)[1:].transpose(2, 0, 1)
+    np.testing.assert_allclose(np.diff(velocity, axis=0), mpc.vhip.tick * acceleration[:-1], atol=1e-12)
+    assert np.abs(acceleration).max() > 0.1
+
+
 def test_memory_survives_packing() -> None:
     mpc = PLAIN
     memory = start(mpc)
