@@ -33,7 +33,8 @@ def limited(low: float, high: float, unit: str, *, above: bool = False) -> Calla
 
     def check(value: float) -> float:
         if not low <= value <= high or (above and value == low):
-            raise ValueError(f"must be {'above' if above else 'from'} {low:g} {'and up ' * above}to {high:g} {unit}")
+            range_ = f"above {low:g} and up to {high:g}" if above else f"from {low:g} to {high:g}"
+            raise ValueError(f"must be {range_} {unit}".rstrip())
         return value
 
     return check
@@ -93,7 +94,7 @@ def _sentences(kind: type[BaseModel], items: list[Any], where: str) -> Iterator[
         if item["type"] == "missing" and isinstance(place[-1], int):
             # Each entry that a list lacks is an item of its own; the last one says how many are needed.
             if (*place[:-1], place[-1] + 1) not in places:
-                yield _sentence(where, place[:-1], f"must have {place[-1] + 1} entries", item["input"])
+                yield _sentence(where, place[:-1], f"must have {_entries(place[-1] + 1)}", item["input"])
         elif item["type"] == "too_short" and any(p[:-1] == place for p in places):
             continue  # pydantic counts the good entries, and what is wrong with the others has been said
         elif item["type"] == "extra_forbidden":
@@ -129,13 +130,17 @@ def _in_plain_words(item: Any) -> str:
         "greater_than_equal": f"must be at least {limits.get('ge', 0):g}",
         "less_than": f"must be below {limits.get('lt', 0):g}",
         "less_than_equal": f"must be at most {limits.get('le', 0):g}",
-        "too_short": f"must have at least {limits.get('min_length')} entries",
-        "too_long": f"must have at most {limits.get('max_length')} entries",
+        "too_short": f"must have at least {_entries(limits.get('min_length'))}",
+        "too_long": f"must have at most {_entries(limits.get('max_length'))}",
     }
     if item["type"] in words:
         return words[item["type"]]
     message = item["msg"].removeprefix("Value error, ")
     return f"{message[0].lower()}{message[1:]}"
+
+
+def _entries(count: int | None) -> str:
+    return f"{count} entry" if count == 1 else f"{count} entries"
 
 
 def _keys_beside(kind: Any, location: tuple[Any, ...]) -> list[str]:

@@ -83,7 +83,7 @@ def test_swing_velocity_and_acceleration_are_derivatives() -> None:
         (
             {"com_height_amplitude": 0.05},
             "gait.com_height_amplitude: must be below 0.0398 m, where the CoM would fall freely at its top "
-            "(given: 0.05)",
+            "in steps of 0.4 s (given: 0.05)",
         ),
     ],
 )

@@ -14,6 +14,7 @@ from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_r
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.cli.progress import say, shown_progress
 from pdhocbf_drake.cli.stopping import interruptible
+from pdhocbf_drake.simulation.checks import unused_settings
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder, write_run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
@@ -39,6 +40,8 @@ def run(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario, options.text)
     if options.meshcat:
         check_watchable(scenario)
+    if unused := unused_settings(scenario):
+        say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
     place = options.out or _new_place(scenario)
     with interruptible(), new_run_folder(place) as folder:
         recorded = _recorded(scenario, options.meshcat)

@@ -34,8 +34,8 @@ class CosineHeight:
         if self.amplitude * self._rate**2 >= GRAVITY:
             limit = GRAVITY / self._rate**2
             raise InputError(
-                f"gait.com_height_amplitude: must be below {limit:.4f} m, where the CoM would fall freely at its top "
-                f"(given: {self.amplitude})"
+                f"gait.com_height_amplitude: must be below {limit:.3g} m, where the CoM would fall freely at its top "
+                f"in steps of {self.period * config.tick:g} s (given: {self.amplitude})"
             )
 
     def __call__(self, tick: int) -> tuple[float, float, float]:

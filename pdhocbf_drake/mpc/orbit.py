@@ -46,14 +46,25 @@ def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
         for i in range(cycle):
             states[:, i] = memory.state - memory.stance[:, 1:] * [1.0, 0.0, 1.0]
             _advance(mpc, memory, start + gaits * cycle + i)
-        if np.abs(states - before)[:, :, 1].max() < _RECURRENCE:
+        change = np.abs(states - before)[:, :, 1].max()
+        if change < _RECURRENCE:
             return states
         before = states
-    raise InputError(f"gait: the walk did not settle into a periodic orbit within {_GAITS} gaits")
+    raise InputError(
+        f"gait: the walk does not settle into a periodic orbit: after {_GAITS} gaits of {cycle * gait.config.tick:g} s "
+        f"its velocity still changes by {change:.2g} m/s; what settles sooner are longer steps (gait.ticks_per_step "
+        f"{gait.period}, gait.tick {gait.config.tick:g} s) or less mpc.freeze_ticks ({mpc.config.freeze_ticks})"
+    )
 
 
 def _advance(mpc: PeriodicMpc, memory: Memory, tick: int) -> None:
     plan = mpc.solve(tick, memory.state, memory.stance, {}, None, memory.plan)
     if plan.fallbacks:
-        raise InputError(f"gait: the walk can't be planned: {plan.reason.name.lower()} at tick {tick}")
+        gait, config = mpc.gait.config, mpc.config
+        raise InputError(
+            f"gait: the walk can't be planned ({plan.reason.name.lower()} at tick {tick}): gait.stride {gait.stride:g} "
+            f"m or gait.stance_width {gait.stance_width:g} m is too much for a step of "
+            f"{gait.ticks_per_step * gait.tick:g} s, or mpc.zmp_margin {config.zmp_margin:g} m and mpc.step_tolerance "
+            f"{list(config.step_tolerance)} m leave too little"
+        )
     memory.advance(mpc, memory.state, plan)

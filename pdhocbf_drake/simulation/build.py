@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,12 +11,15 @@ import numpy as np
 
 from pdhocbf_drake.barriers import (
     AffineBarrier,
+    Bound,
     PeriodicAffineSystem,
     check_in_safe_set,
     check_relative_degree,
     make_barrier,
     make_bound,
 )
+from pdhocbf_drake.config import parse_config
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.gait import Gait, GaitConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_orbit
@@ -23,6 +28,7 @@ from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.templates.vhip import Vhip
 
+_FASTEST = 1e3  # [m/s]
 AT_REST = np.zeros(3)  # [c, v, p] at tick 0: standing between the feet
 
 
@@ -66,14 +72,22 @@ def build_walk(scenario: Scenario) -> Walk:
         if config.bound.kind.startswith("orbit"):
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
             if stride not in orbits:
+                with _about(name):
+                    gait_of(scenario, stride)
                 orbits[stride] = orbit_of(scenario, stride, cache)
             orbit = orbits[stride][axis]
         # Forward motion repeats every step, lateral motion every gait.
         period = gait.period if axis == 0 else gait.config.ticks_per_gait
-        bound = make_bound(config.bound, period, None if orbit is None else orbit[:period], config.side)
+        with _about(name):
+            bound = make_bound(config.bound, period, None if orbit is None else orbit[:period], config.side)
+            if max(map(abs, bound.values)) > _FASTEST:
+                raise InputError(f"a bound may be {_FASTEST:g} m/s at most, this one is {max(bound.values, key=abs):g}")
         barrier = make_barrier(name, config, [0.0, 1.0, 0.0], bound)
         check_relative_degree(barrier, system)
-        check_in_safe_set(barrier, system, 0, AT_REST)
+        try:
+            check_in_safe_set(barrier, system, 0, AT_REST)
+        except InputError as error:
+            raise InputError(f"{error}{_about_rest(config.side, bound)}") from None
         axes.append(axis)
         barriers.append(barrier)
     groups = tuple([b for a, b in zip(axes, barriers, strict=True) if a == axis] for axis in (0, 1))
@@ -85,10 +99,34 @@ def build_walk(scenario: Scenario) -> Walk:
     return Walk(gait, vhip, mpc, tuple(axes), tuple(barriers))
 
 
+@contextmanager
+def _about(name: str) -> Iterator[None]:
+    """Errors inside are told with the name of the barrier that they are about."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f'barrier "{name}": {error}') from None
+
+
+def _about_rest(side: str, bound: Bound) -> str:
+    """What to do about a bound on a velocity that leaves out standing still."""
+    if side == "upper" and min(bound.values) < 0:
+        return "; a walk starts at rest, which an upper bound below 0 leaves out: for a backward walk use side: lower"
+    if side == "lower" and max(bound.values) > 0:
+        return "; a walk starts at rest, which a lower bound above 0 leaves out"
+    return ""
+
+
+def gait_of(scenario: Scenario, stride: float) -> Gait:
+    """The scenario's gait with another stride, without an end and soon on its way; raises `InputError`."""
+    standing = min(scenario.gait.start_steps, 2)  # the orbit does not depend on how long the robot stood before
+    changes = {"stride": stride, "walk_steps": None, "start_steps": standing}
+    return Gait(parse_config(GaitConfig, scenario.gait.model_dump() | changes, "gait"))
+
+
 def orbit_of(scenario: Scenario, stride: float, cache: ProgramCache | None = None) -> np.ndarray:
     """The nominal CoM velocity of the scenario's walk at a stride, shape (2, 2N) [m/s]."""
-    values = scenario.gait.model_dump() | {"stride": stride, "walk_steps": None}
-    gait = Gait(GaitConfig(**values))
+    gait = gait_of(scenario, stride)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
     config = scenario.mpc.model_copy(update={"recovery": None})  # nothing disturbs it
     return nominal_orbit(gait, PeriodicMpc(gait, vhip, config, ([], []), None, cache))

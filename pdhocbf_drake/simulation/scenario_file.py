@@ -40,7 +40,9 @@ def load_scenario(scenario: str, text: str = "") -> Scenario:
         if "extends" in overrides:
             raise InputError("--text overrides a scenario and cannot extend another one; name that one as SCENARIO")
         data = _merged(data, _anchored(overrides, Path.cwd()), "--text")
-    return Scenario.from_dict(_completed(data), data["name"] if isinstance(data["name"], str) else name)
+    given = data["name"]
+    where = given if isinstance(given, str) and as_name(given) == given else name
+    return Scenario.from_dict(_completed(data), where)
 
 
 def _completed(data: dict[str, Any]) -> dict[str, Any]:

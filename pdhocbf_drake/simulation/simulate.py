@@ -11,6 +11,7 @@ from pdhocbf_drake.biped import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.checks import check_scenario
 from pdhocbf_drake.simulation.diagram import LoggedDiagram, oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
@@ -22,6 +23,7 @@ _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
     """The scenario's diagram with its log, drawing to `meshcat`; raises `InputError` or `ModelError`."""
+    check_scenario(scenario)
     if meshcat is not None:
         check_watchable(scenario)
     if scenario.system == "van_der_pol":

@@ -1,0 +1,112 @@
+"""What a scenario's rooms ask of each other, told before anything is built; and what its system leaves unused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Final
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.gait.com_height import GRAVITY
+from pdhocbf_drake.simulation.scenario import Push, Scenario, System
+
+_LONGEST_STEP = 10.0  # [s]
+_MOST_GROWTH = 100.0  # ω·H·δ; the tail looks five horizons ahead, and e^709 is the largest number there is
+_MOST_NUMBERS = 4e7  # of one matrix for each phase; fifty bytes each in all
+
+# Keys that a system reads nothing of. "pushes.body" is that of each push.
+_UNUSED: Final[dict[System, tuple[str, ...]]] = {
+    "biped": ("vhip", "van_der_pol"),
+    "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
+    "van_der_pol": (
+        "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "vhip",
+    ),
+}  # fmt: skip
+
+
+def check_scenario(scenario: Scenario) -> None:
+    """Refuses values that are fine each by itself, but not beside each other.
+
+    Raises:
+        InputError: it names the keys, what was given and what is allowed.
+    """
+    if scenario.duration < scenario.tick * (1.0 - 1e-9):
+        _refuse("duration", f"must be at least a tick of {scenario.tick:g} s", scenario.duration)
+    if scenario.system == "van_der_pol":
+        return
+    _check_size(scenario)
+    _check_lengths(scenario)
+    for index, push in enumerate(scenario.pushes):
+        _check_push(f"pushes.{index}", push, scenario)
+    if scenario.system == "biped":
+        _check_plant(scenario)
+
+
+def unused_settings(scenario: Scenario) -> list[str]:
+    """Keys that were set to something, and that this scenario's system does not use."""
+    default = Scenario(system=scenario.system)
+    return [key for key in _UNUSED[scenario.system] if list(_values(scenario, key)) != list(_values(default, key))]
+
+
+def _values(scenario: Scenario, key: str) -> Iterator[Any]:
+    room, _, entry = key.partition(".")
+    if room == "pushes" and entry:
+        yield from (value for push in scenario.pushes if (value := getattr(push, entry)) is not None)
+    else:
+        value = getattr(scenario, room)
+        yield getattr(value, entry) if entry else value
+
+
+def _check_size(scenario: Scenario) -> None:
+    gait, horizon = scenario.gait, scenario.mpc.horizon
+    if gait.ticks_per_step * gait.tick > _LONGEST_STEP:
+        step = f"{gait.ticks_per_step} ticks of {gait.tick:g} s"
+        _refuse("gait.ticks_per_step", f"a step may last {_LONGEST_STEP:g} s at most", step)
+    # A horizon against Lemma 2 is refused where Lemma 2 is known.
+    if horizon % gait.ticks_per_gait == 0 and gait.ticks_per_step * horizon**2 > _MOST_NUMBERS:
+        longest = int((_MOST_NUMBERS / gait.ticks_per_step) ** 0.5) // gait.ticks_per_gait * gait.ticks_per_gait
+        allowed = f"{longest} ticks at most" if longest else "fewer ticks per step, since one gait is too much already"
+        _refuse("mpc.horizon", f"too much memory is needed for it; allowed is {allowed}", horizon)
+    growth = (GRAVITY / gait.com_height) ** 0.5 * horizon * gait.tick
+    if growth > _MOST_GROWTH:
+        allowed = f"too low for a horizon of {horizon * gait.tick:g} s, in which a fall grows by e^{growth:.0f}"
+        _refuse("gait.com_height", allowed, gait.com_height)
+
+
+def _check_lengths(scenario: Scenario) -> None:
+    gait, mpc = scenario.gait, scenario.mpc
+    boxes = {"gait.zmp_box": gait.zmp_box}
+    if mpc.recovery is not None and mpc.recovery.zmp_box is not None:
+        boxes["mpc.recovery.zmp_box"] = mpc.recovery.zmp_box
+    for key, box in boxes.items():
+        if 2.0 * mpc.zmp_margin >= min(box):
+            _refuse("mpc.zmp_margin", f"must be below half of {key}, {min(box) / 2.0:g} m", mpc.zmp_margin)
+    if gait.stance_width < mpc.stance_width_min:
+        _refuse("gait.stance_width", f"must be at least mpc.stance_width_min, {mpc.stance_width_min:g} m",
+                gait.stance_width)  # fmt: skip
+    if mpc.step_reach is not None:
+        for key, length, reach in zip(("stride", "stance_width"), (abs(gait.stride), gait.stance_width),
+                                      mpc.step_reach, strict=True):  # fmt: skip
+            if length > reach:
+                _refuse(f"gait.{key}", f"must be within mpc.step_reach, {reach:g} m", length)
+
+
+def _check_push(where: str, push: Push, scenario: Scenario) -> None:
+    gait = scenario.gait
+    if push.phase >= gait.ticks_per_gait:
+        _refuse(f"{where}.phase", f"must be below the {gait.ticks_per_gait} ticks of a gait", push.phase)
+    if push.time is not None and push.phase:
+        _refuse(f"{where}.phase", "belongs to a push at a step, not to one at a time", push.phase)
+    start = push.start(gait)
+    if start >= scenario.duration:
+        _refuse(where, f"must start before the run ends at {scenario.duration:g} s", f"a start at {start:g} s")
+
+
+def _check_plant(scenario: Scenario) -> None:
+    step, tick = float(scenario.plant["time_step"]), scenario.gait.tick
+    steps = tick / step if step > 0 else 0.0
+    if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
+        _refuse("plant.time_step", f"must divide gait.tick, {tick:g} s, into whole parts", step)
+
+
+def _refuse(key: str, allowed: str, given: Any) -> None:
+    raise InputError(f"{key}: {allowed} (given: {given})")
