@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -101,6 +103,27 @@ def test_the_verb_writes_what_it_promises(tmp_path: Path, monkeypatch: pytest.Mo
     assert {path.name for path in out.iterdir()} == {
         "push.json", "push.txt", "push.png", "push_phases.png", "scenario.yaml",
     }  # fmt: skip
+
+
+def test_what_was_found_is_told_though_the_disk_is_full(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from pdhocbf_drake.cli.main import main
+
+    def full(impulses: list[Impulse], path: Path) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
+
+    monkeypatch.setattr(worker, "search", lambda work: [Impulse(work.barrier, "+x", work.phase, 12.5)])
+    monkeypatch.setattr("pdhocbf_drake.push.command.draw_polar", full)
+    words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out"]
+    assert main([*words, str(tmp_path / "pushes")]) == 1
+    shown = capsys.readouterr()
+    assert shown.out.count("12.5") == 9 and "No space left" in shown.err and "Traceback" not in shown.err
+    assert {path.name for path in (tmp_path / "pushes").iterdir()} == {"scenario.yaml"}
+    (tmp_path / "file").touch()
+    monkeypatch.setattr(worker, "search", lambda work: pytest.fail("searched for nothing"))
+    assert main([*words, str(tmp_path / "file" / "pushes")]) == 1
+    assert "cannot be written" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [["--phases", "x"], ["--directions", "up"], ["--tolerance", "0"], ["--workers", "0"]])

@@ -8,16 +8,16 @@ from pathlib import Path
 
 from pdhocbf_drake.biped import Biped
 from pdhocbf_drake.campaign.progress import run_progress
-from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.push.directions import parse_directions, parse_phases
 from pdhocbf_drake.push.figures import draw_phases, draw_polar
+from pdhocbf_drake.push.folder import result_folder
 from pdhocbf_drake.push.results import Impulse, document, table
 from pdhocbf_drake.push.variants import BARRIERS
 from pdhocbf_drake.push.worker import Settings, search_all
-from pdhocbf_drake.simulation.run_folder import SCENARIO, replaced_file
+from pdhocbf_drake.simulation.run_folder import replaced_file
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.yaml_text import write_yaml
 
 RESULT = "push.json"
 
@@ -53,19 +53,15 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(f"--workers must be 1 or more (given: {options.workers})")
     if scenario.system != "biped":
         raise InputError(f"scenario.system: only a 'biped' can be pushed here (given: {scenario.system!r})")
-    folder: Path = options.out or Path("runs") / f"push-{scenario.name}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunFolderError(f"{folder} cannot be written: {error.strerror}") from None
+    folder = result_folder(options.out, "push", scenario)
     mass = Biped.load(scenario.robot).mass
     total = len(barriers) * len(directions) * len(phases)
     with run_progress("push", 0, total) as progress:
         impulses = search_all(
             scenario, barriers, directions, phases, settings, options.workers, mass, lambda n: progress(n, "searched")
         )
+    print(table(impulses), flush=True)  # first, since what is found must not be lost with a disk
     _write(folder, scenario, impulses)
-    print(table(impulses))
     print(f"wrote {folder / RESULT} and two figures beside it")
     return 0
 
@@ -81,8 +77,6 @@ def _settings(options: argparse.Namespace, gait: float) -> Settings:
 
 def _write(folder: Path, scenario: Scenario, impulses: list[Impulse]) -> None:
     """Each file is complete or not there."""
-    with replaced_file(folder / SCENARIO) as staging:
-        write_yaml(scenario.to_dict(), staging)
     with replaced_file(folder / "push.png") as staging:
         draw_polar(impulses, staging)
     with replaced_file(folder / "push_phases.png") as staging:

@@ -14,15 +14,15 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import styled
 from pdhocbf_drake.analysis.palette import CASES
-from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.push.directions import parse_phases
+from pdhocbf_drake.push.folder import result_folder
 from pdhocbf_drake.push.measures import HEADER, Measures, summarised
 from pdhocbf_drake.push.variants import BARRIERS, NONE
 from pdhocbf_drake.push.worth_robot import RobotWorth
 from pdhocbf_drake.push.worth_template import TemplateWorth
-from pdhocbf_drake.simulation.run_folder import SCENARIO, replaced_file
+from pdhocbf_drake.simulation.run_folder import replaced_file
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.yaml_text import write_yaml
 
 RESULT = "worth.json"
 _DRAWN = {
@@ -60,23 +60,17 @@ def run(options: argparse.Namespace) -> int:
     sizes = (options.kick or kick, options.push or push, options.command)
     ticks = scenario.gait.ticks_per_step if scenario.system == "vhip" else scenario.gait.ticks_per_gait
     phases = parse_phases(options.phases, ticks)
-    folder: Path = options.out or Path("runs") / f"worth-{scenario.name}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunFolderError(f"{folder} cannot be written: {error.strerror}") from None
+    folder = result_folder(options.out, "worth", scenario)
     experiment = (TemplateWorth if scenario.system == "vhip" else RobotWorth)(scenario, *sizes, phases)
     rows = experiment.run(gammas, lambda words: print(f"worth: {words}", file=sys.stderr, flush=True))
     text = table(rows)
-    with replaced_file(folder / SCENARIO) as staging:
-        write_yaml(scenario.to_dict(), staging)
+    print(text, flush=True)  # first, since what is found must not be lost with a disk
     with replaced_file(folder / "worth.png") as staging:
         draw(rows, staging)
     with replaced_file(folder / "worth.txt") as staging:
         staging.write_text(text + "\n", encoding="utf-8")
     with replaced_file(folder / RESULT) as staging:
         staging.write_text(json.dumps({"rows": [row.as_json() for row in rows]}, indent=1) + "\n", encoding="utf-8")
-    print(text)
     print(f"wrote {folder / RESULT} and a figure beside it")
     return 0
 
