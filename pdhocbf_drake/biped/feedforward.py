@@ -44,22 +44,23 @@ class InverseDynamics:
         # CalcInverseDynamics leaves gravity and joint damping out unless they are among the applied forces.
         plant.CalcForceElementsContribution(task.context, self._forces)
         needed = plant.CalcInverseDynamics(task.context, vdot, self._forces)
-        moment, force = needed[self._base[:3]], needed[self._base[3:]]  # of the ground, about the base's origin
-        left, right = (sole - q[self._base_position] for sole in task.sole_positions())
-        right_share = 1.0 - left_share
-        remaining = moment - _cross(left_share * left + right_share * right, force)
-        on_left = np.concatenate([left_share * force, left_share * remaining])
-        on_right = np.concatenate([right_share * force, right_share * remaining])
-        generalized = task.jacobian()[6:].T @ np.concatenate([on_left, on_right])
-        return Feedforward((needed - generalized)[self._joints], on_left, on_right)
+        # Of the ground: moment about the base's origin and force, then the lever of that force at the shared point.
+        mx, my, mz, fx, fy, fz = needed[self._base].tolist()
+        left, right = (sole.tolist() for sole in task.sole_positions())
+        share, rest = left_share, 1.0 - left_share
+        base = q[self._base_position].tolist()
+        x, y, z = (share * a + rest * b - c for a, b, c in zip(left, right, base, strict=True))
+        wrench = np.array([fx, fy, fz, mx - (y * fz - z * fy), my - (z * fx - x * fz), mz - (x * fy - y * fx)])
+        both = np.concatenate([share * wrench, rest * wrench])
+        needed -= both @ task.jacobian()[6:]
+        return Feedforward(needed[self._joints], both[:6], both[6:])
 
 
 def left_share_of_zmp(zmp: np.ndarray, left: np.ndarray, right: np.ndarray) -> float:
     """Where the ZMP (2,) projects on the way from the right sole's centre (2,) to the left's: 0 … 1."""
-    way = left - right
-    return float(np.clip((zmp - right) @ way / (way @ way), 0.0, 1.0))
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """np.cross for two 3-vectors, without its 20 µs of generality."""
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    (x, y), (from_x, from_y), (to_x, to_y) = zmp.tolist(), right.tolist(), left.tolist()
+    way_x, way_y = to_x - from_x, to_y - from_y
+    length = way_x * way_x + way_y * way_y
+    if length == 0.0:
+        return 0.5
+    return min(max(((x - from_x) * way_x + (y - from_y) * way_y) / length, 0.0), 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ TOLERANCE = 1e-8  # greatest entry of the task error [m, rad]
 NEWTON_ITERATIONS = 12
 _STRETCHED_DAMPING = 0.1
 LARGEST_STEP = 0.5  # a joint step beyond this says that the Jacobian is near singular [rad]
+_WILD = 1e3  # a joint speed or acceleration beyond this is no robot's [rad/s, rad/s²]
 _ROWS = tuple(
     f"{what} {axis}"
     for what, axes in (
@@ -74,28 +76,32 @@ class WholeBodyIk:
     def __init__(self, biped: Biped) -> None:
         self._biped = biped
         self.task_space = TaskSpace(biped)
+        self._quaternion = biped.base_q_index[:4]
+        self._joints, self._rates, self._fastest = biped.q_index, biped.v_index, biped.velocity_limits
+        self._lower, self._upper = np.ascontiguousarray(biped.position_limits.T)
 
     def solve(self, target: Posture, seed: np.ndarray, loose: Side | None = None) -> IkResult:
         """The posture next to `seed` (19,) that meets the target.
 
         Where there is none, a `loose` foot, one that carries nothing, is what misses its target first.
         """
-        if not np.isfinite(np.concatenate(target)).all():
+        if not math.isfinite(np.concatenate(target).sum()):
             return self._refused(seed, "the target is not finite")
-        q = self._biped.clipped(seed if np.isfinite(seed).all() else self._biped.bent_knee)
-        goal = TargetPoses(target)
+        q = seed if math.isfinite(seed.sum()) else self._biped.bent_knee
+        q = q.copy() if self._within(q) else self._biped.clipped(q)
+        goal, task = TargetPoses(target), self.task_space
         for iteration in range(NEWTON_ITERATIONS):
-            self.task_space.set_positions(q)
-            error = self.task_space.error(goal)
+            task.set_positions(q)
+            error = task.error(goal)
             worst = float(abs(error).max())
             if worst < TOLERANCE:
                 return IkResult(q, True, iteration, worst, "")
             try:
-                step = np.linalg.solve(self.task_space.jacobian(), error)
+                step = np.linalg.solve(task.jacobian(), error)
             except np.linalg.LinAlgError:
                 return self._damped(goal, q, iteration, loose)
-            moved = self.task_space.moved(q, step)
-            if abs(step).max() > LARGEST_STEP or not self._biped.inside_limits(moved):
+            moved = task.moved(q, step)
+            if abs(step).max() > LARGEST_STEP or not self._within(moved):
                 return self._damped(goal, q, iteration, loose)
             q = moved
         return self._damped(goal, q, NEWTON_ITERATIONS, loose)
@@ -107,10 +113,7 @@ class WholeBodyIk:
         stretched, and only a damped and weighted solution is a motion that a robot can make.
         """
         self.task_space.set_positions(q)
-        v = self._solved(rates.stacked(), weights)
-        limits, joints = self._biped.velocity_limits, self._biped.v_index
-        v[joints] = np.clip(v[joints], -limits, limits)
-        return v
+        return self._limited(self._solved(rates.stacked(), weights))
 
     def accelerations(
         self, q: np.ndarray, v: np.ndarray, accelerations: PostureRates, weights: np.ndarray | None = None
@@ -119,11 +122,26 @@ class WholeBodyIk:
         self.task_space.set_state(q, v)
         return self._solved(accelerations.stacked() - self.task_space.bias(), weights)
 
-    def motion(self, target: Posture, rates: PostureRates, accelerations: PostureRates, seed: np.ndarray) -> Motion:
-        """Positions, velocities and accelerations of one tick, with one Jacobian at the solution."""
-        ik = self.solve(target, seed)
-        v = self.rates(ik.q, rates)
-        return Motion(ik.q, v, self.accelerations(ik.q, v, accelerations), ik)
+    def motion(
+        self, target: Posture, rates: PostureRates, accelerations: PostureRates, seed: np.ndarray,
+        loose: Side | None = None,
+    ) -> Motion:  # fmt: skip
+        """Positions, velocities and accelerations of one tick, with one Jacobian at the solution, inverted once."""
+        found = self.solve(target, seed, loose)
+        weights = None if found.ok else row_weights(loose)
+        v = self.rates(found.q, rates, weights)
+        return Motion(found.q, v, self.accelerations(found.q, v, accelerations, weights), found)
+
+    def _within(self, q: np.ndarray) -> bool:
+        """Whether every joint of q (19,) is within its limits, and its quaternion has length one."""
+        joints, quaternion = q[self._joints], q[self._quaternion]
+        within = ((joints >= self._lower) & (joints <= self._upper)).all()
+        return bool(within) and abs(quaternion @ quaternion - 1.0) < 1e-12
+
+    def _limited(self, v: np.ndarray) -> np.ndarray:
+        """v (18,), which is changed, with joint speeds within their limits."""
+        v[self._rates] = np.minimum(np.maximum(v[self._rates], -self._fastest), self._fastest)
+        return v
 
     def _solved(self, wanted: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
         """J⁻¹ wanted; damped least squares where that asks for joint motion no robot makes."""
@@ -132,12 +150,11 @@ class WholeBodyIk:
             weighted = weights[:, None] * jacobian
             normal = weighted.T @ weighted + _STRETCHED_DAMPING * np.eye(len(wanted))
             return np.linalg.solve(normal, weighted.T @ (weights * np.nan_to_num(wanted)))
-        try:
-            solution = np.linalg.solve(jacobian, wanted)
-            if abs(solution).max() < 1e3:
+        inverse = self.task_space.inverse_jacobian()
+        if inverse is not None:
+            solution: np.ndarray = inverse @ wanted
+            if abs(solution).max() < _WILD:
                 return solution
-        except np.linalg.LinAlgError:
-            pass
         wanted = np.nan_to_num(wanted, nan=0.0, posinf=0.0, neginf=0.0)
         return np.linalg.solve(jacobian.T @ jacobian + 1e-3 * np.eye(len(wanted)), jacobian.T @ wanted)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -14,9 +15,11 @@ from pdhocbf_drake.biped.posture import Posture
 if TYPE_CHECKING:
     from pdhocbf_drake.biped.robot import Biped
 
-_LINEAR_FIRST = [3, 4, 5, 0, 1, 2]  # Drake puts the angular rows of a spatial vector first
 _ORIGIN = np.zeros(3)
-_UP, _DOWN = [2, 0, 1], [1, 2, 0]  # the entries of a skew matrix that hold +a and -a
+_TORSO_ROWS = np.arange(3, 6)
+_SOLE_ROWS = (np.array([9, 10, 11, 6, 7, 8]), np.array([15, 16, 17, 12, 13, 14]))  # as Drake has them: turns first
+_TURNS = (slice(3, 6), slice(9, 12), slice(15, 18))
+_SMALL_TURN = 2.99  # trace of a rotation matrix, 1 + 2 cos: above it the sine of the angle stands for the angle
 
 
 class TaskSpace:
@@ -38,27 +41,43 @@ class TaskSpace:
         self._torso = biped.torso_frame
         self._soles = (biped.soles["left"].frame, biped.soles["right"].frame)
         self._quaternion = biped.base_q_index[:4]
-        self._q = b""
+        self._base, self._mass = biped.base_v_index, biped.mass
+        base = biped.plant.GetBodyByName(biped.config.base_link)
+        # A torso that is one piece with the floating base turns as v says, whatever the posture.
+        self._torso_is_base = biped.torso_frame.body().index() in [
+            body.index() for body in biped.plant.GetBodiesWeldedTo(base)
+        ]
+        self._key = self._velocity_key = b""
+        # CoM (3), then rotation and place (3 x 4) of torso, left and right sole, at the last q.
+        self._places = np.empty(39)
+        self._com, self._poses = self._places[:3], self._places[3:].reshape(3, 3, 4)
+        self._placed = False
         self._jacobian: np.ndarray | None = None
+        self._inverse: np.ndarray | None = None
 
     def set_positions(self, q: np.ndarray) -> None:
         """Moves to q (19,)."""
         key = q.tobytes()
-        if key != self._q:
+        if key != self._key:
             self._plant.SetPositions(self.context, q)
-            self._q = key
-            self._jacobian = None
+            self._key = key
+            self._placed, self._jacobian, self._inverse = False, None, None
 
     def set_state(self, q: np.ndarray, v: np.ndarray) -> None:
         """Moves to q (19,) with generalized velocity v (18,)."""
         self.set_positions(q)
-        self._plant.SetVelocities(self.context, v)
+        key = v.tobytes()
+        if key != self._velocity_key:
+            self._plant.SetVelocities(self.context, v)
+            self._velocity_key = key
 
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """q ⊕ step (18,): along q̇ = N(q) v, quaternion normalized; the task space stays at q."""
         self.set_positions(q)
-        moved: np.ndarray = q + self._plant.MapVelocityToQDot(self.context, step)
-        moved[self._quaternion] /= np.linalg.norm(moved[self._quaternion])
+        moved: np.ndarray = self._plant.MapVelocityToQDot(self.context, step)
+        moved += q
+        quaternion = moved[self._quaternion]
+        moved[self._quaternion] = quaternion / math.sqrt(quaternion @ quaternion)
         return moved
 
     def posture(self) -> Posture:
@@ -70,75 +89,109 @@ class TaskSpace:
 
     def sole_positions(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres of the left and the right sole in the world (3,) [m]."""
-        left, right = (frame.CalcPoseInWorld(self.context).translation() for frame in self._soles)
-        return left, right
+        poses = self._located().copy()[3:].reshape(3, 3, 4)
+        return poses[1, :, 3], poses[2, :, 3]
 
     def error(self, target: TargetPoses) -> np.ndarray:
-        """(18,) small motion [m, rad] in task coordinates that leads from here to the target."""
-        torso = self._torso.CalcPoseInWorld(self.context)
-        left, right = (frame.CalcPoseInWorld(self.context) for frame in self._soles)
-        rotations = np.array([pose.rotation().matrix() for pose in (torso, left, right)])
-        turns = rotation_vectors(target.rotations, rotations)
-        error = np.empty(18)
-        error[0:3] = target.com - self._plant.CalcCenterOfMassPositionInWorld(self.context)
-        error[3:6] = turns[0]
-        error[6:9] = target.left - left.translation()
-        error[9:12] = turns[1]
-        error[12:15] = target.right - right.translation()
-        error[15:18] = turns[2]
-        return error
+        """(18,) small motion [m, rad] in task coordinates that leads from here to the target.
+
+        Below 0.1 rad the sine stands for the angle, which is equal to third order: enough for Newton's method.
+        """
+        error: np.ndarray = target.map @ self._located()
+        error += target.offset
+        if not error[18:].min() >= _SMALL_TURN:
+            for i in np.flatnonzero(error[18:] < _SMALL_TURN):
+                error[_TURNS[i]] = _rotation_vector(target.rotations[i], self._poses[i, :, :3])
+        return error[:18]
+
+    def _located(self) -> np.ndarray:
+        """CoM and poses as one vector (39,), which the next call overwrites."""
+        if not self._placed:
+            context, poses = self.context, self._poses
+            self._com[:] = self._plant.CalcCenterOfMassPositionInWorld(context)
+            poses[0] = self._torso.CalcPoseInWorld(context).GetAsMatrix34()
+            poses[1] = self._soles[0].CalcPoseInWorld(context).GetAsMatrix34()
+            poses[2] = self._soles[1].CalcPoseInWorld(context).GetAsMatrix34()
+            self._placed = True
+        return self._places
 
     def jacobian(self) -> np.ndarray:
         """J(q) (18, 18); do not write into it."""
         if self._jacobian is None:
             plant, context, world, kind = self._plant, self.context, self._world, JacobianWrtVariable.kV
-            jacobian = np.empty((18, 18))
+            jacobian = np.zeros((18, 18))
             jacobian[0:3] = plant.CalcJacobianCenterOfMassTranslationalVelocity(context, kind, world, world)
-            torso, left, right = (
-                plant.CalcJacobianSpatialVelocity(context, kind, frame, _ORIGIN, world, world)
-                for frame in (self._torso, *self._soles)
-            )
-            jacobian[3:6] = torso[:3]
-            jacobian[6:12] = left[_LINEAR_FIRST]
-            jacobian[12:18] = right[_LINEAR_FIRST]
+            if self._torso_is_base:
+                jacobian[_TORSO_ROWS, self._base[:3]] = 1.0
+            else:
+                jacobian[3:6] = plant.CalcJacobianSpatialVelocity(context, kind, self._torso, _ORIGIN, world, world)[:3]
+            for rows, frame in zip(_SOLE_ROWS, self._soles, strict=True):
+                jacobian[rows] = plant.CalcJacobianSpatialVelocity(context, kind, frame, _ORIGIN, world, world)
             self._jacobian = jacobian
         return self._jacobian
+
+    def inverse_jacobian(self) -> np.ndarray | None:
+        """J(q)⁻¹ (18, 18), worked out once for each q; None where J is singular."""
+        if self._inverse is None:
+            try:
+                self._inverse = np.linalg.inv(self.jacobian())
+            except np.linalg.LinAlgError:
+                return None
+        return self._inverse
 
     def bias(self) -> np.ndarray:
         """J̇(q, v) v (18,) [m/s², rad/s²]."""
         plant, context, world, kind = self._plant, self.context, self._world, JacobianWrtVariable.kV
-        com = plant.CalcBiasCenterOfMassTranslationalAcceleration(context, kind, world, world)
-        torso, left, right = (
-            plant.CalcBiasSpatialAcceleration(context, kind, frame, _ORIGIN, world, world)
-            for frame in (self._torso, *self._soles)
-        )
-        soles = (part for sole in (left, right) for part in (sole.translational(), sole.rotational()))
-        return np.concatenate([com, torso.rotational(), *soles])
+        bias = np.zeros(18)
+        # With v̇ = 0 the force on the base is the whole robot's mass times its CoM's acceleration.
+        bias[0:3] = plant.CalcBiasTerm(context)[self._base[3:]] / self._mass
+        if not self._torso_is_base:
+            acceleration = plant.CalcBiasSpatialAcceleration(context, kind, self._torso, _ORIGIN, world, world)
+            bias[3:6] = acceleration.rotational()
+        for rows, frame in zip(_SOLE_ROWS, self._soles, strict=True):
+            bias[rows] = plant.CalcBiasSpatialAcceleration(context, kind, frame, _ORIGIN, world, world).get_coeffs()
+        return bias
 
 
 class TargetPoses:
-    """A `Posture` with its rotations as matrices (3, 3, 3): torso, left sole, right sole."""
+    """A `Posture` with its rotations as matrices, and the task error as an affine map of where the robot is.
+
+    For rotations T of the target and R of the robot the error ½ (T Rᵀ − R Tᵀ)ᵛ is linear in R, and so is trace(T Rᵀ),
+    which tells whether that is a small turn.
+
+    Attributes:
+        rotations: of torso, left and right sole (3, 3, 3).
+        map, offset: [CoM, torso, left, right: (18,) error; three traces] = offset + map · `TaskSpace` places,
+            shapes (21, 39) and (21,).
+    """
 
     def __init__(self, target: Posture) -> None:
-        self.com, self.left, self.right = target.com, target.left[:3], target.right[:3]
-        angles = (target.torso_rpy, target.left[3:], target.right[3:])
-        self.rotations = np.array([_matrix(*rpy.tolist()) for rpy in angles])
-
-
-def rotation_vectors(targets: np.ndarray, presents: np.ndarray) -> np.ndarray:
-    """(n, 3) rotation vectors [rad], in the world, that turn each present rotation matrix (n, 3, 3) into its target.
-
-    Below 0.1 rad the sine stands for the angle, which is equal to third order: enough for Newton's method.
-    """
-    turns = targets @ presents.transpose(0, 2, 1)
-    vectors: np.ndarray = 0.5 * (turns[:, _UP, _DOWN] - turns[:, _DOWN, _UP])
-    for i in np.flatnonzero(turns[:, 0, 0] + turns[:, 1, 1] + turns[:, 2, 2] < 2.99):
-        turn = RotationMatrix.ProjectToRotationMatrix(turns[i]).ToAngleAxis()
-        vectors[i] = turn.axis() * turn.angle()
-    return vectors
+        angles = np.concatenate([target.torso_rpy, target.left[3:], target.right[3:]])
+        self.rotations, self.map = _error_map(*angles.tolist())
+        self.offset = np.zeros(21)
+        self.offset[0:3], self.offset[6:9], self.offset[12:15] = target.com, target.left[:3], target.right[:3]
 
 
 @lru_cache(maxsize=64)  # most ticks of a walk ask for the same few orientations
-def _matrix(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    matrix: np.ndarray = RotationMatrix(RollPitchYaw(roll, pitch, yaw)).matrix()
-    return matrix
+def _error_map(*angles: float) -> tuple[np.ndarray, np.ndarray]:
+    """For the roll, pitch and yaw of torso, left and right sole: see `TargetPoses`."""
+    rotations = np.array([RotationMatrix(RollPitchYaw(*angles[i : i + 3])).matrix() for i in (0, 3, 6)])
+    rows = np.zeros((21, 39))
+    rows[0:3, 0:3] = -np.eye(3)
+    for i, rotation in enumerate(rotations):
+        block = rows[:, 3 + 12 * i : 15 + 12 * i].reshape(21, 3, 4)
+        for axis, (up, down) in enumerate(((2, 1), (0, 2), (1, 0))):
+            block[_TURNS[i].start + axis, down, :3] = 0.5 * rotation[up]
+            block[_TURNS[i].start + axis, up, :3] = -0.5 * rotation[down]
+        if i > 0:
+            block[_TURNS[i].start - 3 : _TURNS[i].start, :, 3] = -np.eye(3)
+        block[18 + i, :, :3] = rotation
+        rows[:, 3 + 12 * i : 15 + 12 * i] = block.reshape(21, 12)
+    return rotations, rows
+
+
+def _rotation_vector(target: np.ndarray, present: np.ndarray) -> np.ndarray:
+    """Rotation vector [rad], in the world, that turns the present rotation matrix into its target, however far."""
+    turn = RotationMatrix.ProjectToRotationMatrix(target @ present.T).ToAngleAxis()
+    vector: np.ndarray = turn.axis() * turn.angle()
+    return vector

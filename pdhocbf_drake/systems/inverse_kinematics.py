@@ -17,10 +17,10 @@ from pdhocbf_drake.biped import (
     Side,
     WholeBodyIk,
     left_share_of_zmp,
-    row_weights,
 )
 
-_LEVEL = np.zeros(3)
+_SWINGING: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the foot that stands
+_STILL = np.zeros(36)
 
 
 class _Answer(NamedTuple):
@@ -55,6 +55,8 @@ class InverseKinematics(LeafSystem):
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
         sizes = {"gait_phase": 3, "com_height": 3, "com_reference": 6, "zmp_reference": 4, "foot_reference": 18}
         ports = [self.DeclareVectorInputPort(name, size) for name, size in sizes.items()]
+        self._phase, self._height, self._com, self._zmp, self._feet = ports
+        self._joints = biped.q_index
         self.DeclareDiscreteState(np.concatenate([initial, np.zeros(36)]))
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._remember)
         changes = {self.xd_ticket(), *(port.ticket() for port in ports)}
@@ -78,42 +80,44 @@ class InverseKinematics(LeafSystem):
 
     def _swing_foot(self, context: Context) -> Side | None:
         """The foot that leaves the ground in this step, where that is known."""
-        port = self.GetInputPort("gait_phase")
-        support = port.Eval(context)[2] if port.HasValue(context) else 0.0
-        sides: dict[float, Side] = {1.0: "right", -1.0: "left"}
-        return sides.get(support)
+        if not self._phase.HasValue(context):
+            return None
+        return _SWINGING.get(self._phase.Eval(context)[2])
 
     def _solve(self, context: Context, value: AbstractValue) -> None:
         state = context.get_discrete_state_vector().value()
         last, way = state[:19], self._period * (state[19:37] + 0.5 * self._period * state[37:])
-        height = self.GetInputPort("com_height").Eval(context)
-        x, vx, ax, y, vy, ay = self.GetInputPort("com_reference").Eval(context)
-        zmp = self.GetInputPort("zmp_reference").Eval(context)[[0, 2]]
-        # foot, derivative, axis
-        feet = self.GetInputPort("foot_reference").Eval(context).reshape(2, 3, 3)
-        com = np.array([[x, y, height[0]], [vx, vy, height[1]], [ax, ay, height[2]]])
-        left, right = ([np.concatenate([foot[d], _LEVEL]) for d in range(3)] for foot in feet)
+        # derivative, then as `PostureRates` has them: CoM, torso, left sole, right sole
+        wanted = np.zeros((3, 18))
+        com = self._com.Eval(context)
+        wanted[:, 0], wanted[:, 1] = com[:3], com[3:]
+        wanted[:, 2] = self._height.Eval(context)
+        feet = self._feet.Eval(context).reshape(2, 3, 3)
+        wanted[:, 6:9], wanted[:, 12:15] = feet
+        zmp = self._zmp.Eval(context)[::2]
 
         loose = self._swing_foot(context)
         seed = self._ik.task_space.moved(last, way)
-        found = self._ik.solve(Posture(com[0], left[0], right[0]), seed, loose)
-        weights = None if found.ok else row_weights(loose)
-        v = self._ik.rates(found.q, PostureRates(com[1], left[1], right[1]), weights)
-        vdot = self._ik.accelerations(found.q, v, PostureRates(com[2], left[2], right[2]), weights)
+        place, first, second = ((row[:3], row[6:12], row[12:], row[3:6]) for row in wanted)
+        motion = self._ik.motion(Posture(*place), PostureRates(*first), PostureRates(*second), seed, loose)
+        q, found = motion.q, motion.ik
         # In the air a foot carries nothing; on both feet the ZMP says which share each one carries.
-        airborne = feet[:, 0, 2] > 0.0
-        share = left_share_of_zmp(zmp, left[0][:2], right[0][:2])
-        if airborne.any():
-            share = 0.0 if airborne[0] else 1.0
-        torque = self._dynamics(found.q, v, vdot, share)
-        joints = self._biped.q_index
-        rates = (found.q[joints] - last[joints]) / self._period
+        left, right = place[1], place[2]
+        if left[2] > 0.0:
+            share = 0.0
+        elif right[2] > 0.0:
+            share = 1.0
+        else:
+            share = left_share_of_zmp(zmp, left[:2], right[:2])
+        torque = self._dynamics(q, motion.v, motion.vdot, share)
+        joints = q[self._joints]
+        rates = (joints - last[self._joints]) / self._period
         value.set_value(
             _Answer(
-                np.concatenate([found.q, v, vdot] if found.ok else [found.q, np.zeros(36)]),
-                np.concatenate([found.q[joints], rates]),
+                np.concatenate([q, motion.v, motion.vdot] if found.ok else [q, _STILL]),
+                np.concatenate([joints, rates]),
                 torque.tau,
-                _zmp(torque, left[0], right[0]),
+                _zmp(torque, left, right),
                 np.array([found.ok, min(found.error, 1e3), found.iterations]),
             )
         )
@@ -121,10 +125,12 @@ class InverseKinematics(LeafSystem):
 
 def _zmp(torque: Feedforward, left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Point on the ground where the wrenches on both soles have no horizontal moment, shape (2,) [m]."""
-    force = torque.left[:3] + torque.right[:3]
-    about_x = about_y = 0.0
+    force = about_x = about_y = 0.0
     for wrench, sole in ((torque.left, left), (torque.right, right)):
-        (x, y, z), (fx, fy, fz, mx, my, _) = sole[:3], wrench
+        x, y, z = sole[:3].tolist()
+        fx, fy, fz, mx, my, _ = wrench.tolist()
         about_x += mx + y * fz - z * fy
         about_y += my + z * fx - x * fz
-    return np.array([-about_y, about_x]) / max(force[2], 1e-6)
+        force += fz
+    force = max(force, 1e-6)
+    return np.array([-about_y / force, about_x / force])
