@@ -16,8 +16,14 @@ class SwingForecast:
         self._tick, self._lift_off = config.tick, config.double_support_ticks
         self._duration = gait.swing_ticks() * config.tick
         s = np.clip((np.arange(gait.period) - self._lift_off) / gait.swing_ticks(), 0.0, 1.0)
-        # Of a swing by one metre from rest to rest, see `swing_point`.
-        self._whole = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / self._duration**2
+        # Of a swing by one metre from rest to rest, see `swing_point`, step after step.
+        whole = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / self._duration**2
+        self._whole = np.tile(whole, horizon // gait.period + 2)
+        # 1, s, s², s³ at the ticks left of the step, for a swing that goes on from each tick of it.
+        self._powers = []
+        for phase in range(gait.period):
+            ahead = np.arange(1, gait.period - phase)[:horizon] * self._tick / self._left(phase)
+            self._powers.append(np.vander(ahead, 4, increasing=True).T.copy())
 
     def accelerations(
         self, phase: int, support: np.ndarray, now: np.ndarray, plan: np.ndarray, after: np.ndarray
@@ -31,25 +37,29 @@ class SwingForecast:
             plan: where the left and right foot start and end this step, shape (2, 2, 2) [m].
             after: stance after the coming one, where the next step's swing ends, shape (2,) [m].
         """
-        steps, ticks = np.divmod(phase + 1 + np.arange(self._horizon), self._gait.period)
         ahead = np.zeros((2, self._horizon))
-        here = (steps == 0) & (support != 0)
-        if here.any():
+        count = min(self._gait.period - 1 - phase, self._horizon)
+        if count and support[0]:
             foot = 1 if support[0] == LEFT else 0
-            ahead[:, here] = self._this_step(phase, ticks[here], now[foot, :, :2], plan[foot])
-        later = (steps > 0) & (support != 0)
-        if later.any():
-            foot = 1 if support[later][0] == LEFT else 0
-            ahead[:, later] = (after - plan[foot, 1])[:, None] * self._whole[ticks[later]]
+            ahead[:, :count] = self._this_step(phase, count, now[foot, :, :2], plan[foot])
+        swings = support[count:]
+        stands = np.flatnonzero(swings)
+        if len(stands):
+            foot = 1 if swings[stands[0]] == LEFT else 0
+            whole = self._whole[phase + 1 + count : phase + 1 + self._horizon]
+            ahead[:, count:] = (after - plan[foot, 1])[:, None] * (whole * np.abs(swings))
         return ahead
 
-    def _this_step(self, phase: int, ticks: np.ndarray, now: np.ndarray, plan: np.ndarray) -> np.ndarray:
+    def _left(self, phase: int) -> float:
+        """What is left of a swing at a tick of the step [s]."""
+        return self._duration - (phase - self._lift_off) * self._tick
+
+    def _this_step(self, phase: int, count: int, now: np.ndarray, plan: np.ndarray) -> np.ndarray:
         start, end = plan
         if phase <= self._lift_off:
-            return (end - start)[:, None] * self._whole[ticks]
-        left = self._duration - (phase - self._lift_off) * self._tick
-        s = (ticks - phase) * self._tick / left
+            return (end - start)[:, None] * self._whole[phase + 1 : phase + 1 + count]
+        left = self._left(phase)
         gap, v, a = end - now[0], now[1] * left, now[2] * left**2
         third, fourth, fifth = 10 * gap - 6 * v - 1.5 * a, -15 * gap + 8 * v + 1.5 * a, 6 * gap - 3 * v - 0.5 * a
-        terms = a[:, None] + 6.0 * third[:, None] * s + 12.0 * fourth[:, None] * s**2 + 20.0 * fifth[:, None] * s**3
-        return terms / left**2
+        terms = np.array([a, 6.0 * third, 12.0 * fourth, 20.0 * fifth]).T
+        return (terms / left**2) @ self._powers[phase]

@@ -31,21 +31,25 @@ class BarrierSchedule(LeafSystem):
     ) -> None:
         super().__init__()
         self._axes, self._barriers = tuple(axes), tuple(barriers)
-        self._n, self._horizon = ticks_per_step, horizon
-        phase = self.DeclareVectorInputPort("gait_phase", 3)
-        lip = self.DeclareVectorInputPort("lip_state", 6)
-        count = len(self._barriers)
-        self.DeclareVectorOutputPort("velocity_bound", count * (horizon + 1), self._bounds, {phase.ticket()})
-        self.DeclareVectorOutputPort("h", count, self._h, {phase.ticket(), lip.ticket()})
+        self._n, self._count = ticks_per_step, horizon + 1
+        # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
+        self._samples = [b.bound.samples(0, b.bound.period + self._count) for b in self._barriers]
+        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
+        self._lip = self.DeclareVectorInputPort("lip_state", 6)
+        count, phase = len(self._barriers), self._phase.ticket()
+        self.DeclareVectorOutputPort("velocity_bound", count * (horizon + 1), self._bounds, {phase})
+        self.DeclareVectorOutputPort("h", count, self._h, {phase, self._lip.ticket()})
 
     def _tick(self, context: Context) -> int:
-        tick, step, _ = self.GetInputPort("gait_phase").Eval(context)
+        tick, step, _ = self._phase.Eval(context).tolist()
         return round(step * self._n + tick)
 
     def _bounds(self, context: Context, output: BasicVector) -> None:
-        tick = self._tick(context)
-        output.SetFromVector(np.concatenate([b.bound.samples(tick, self._horizon + 1) for b in self._barriers]))
+        tick, count = self._tick(context), self._count
+        starts = [tick % barrier.bound.period for barrier in self._barriers]
+        pieces = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
+        output.SetFromVector(pieces[0] if len(pieces) == 1 else np.concatenate(pieces))
 
     def _h(self, context: Context, output: BasicVector) -> None:
-        tick, state = self._tick(context), self.GetInputPort("lip_state").Eval(context).reshape(2, 3)
+        tick, state = self._tick(context), self._lip.Eval(context).reshape(2, 3)
         output.SetFromVector([b.h(tick, state[axis]) for axis, b in zip(self._axes, self._barriers, strict=True)])

@@ -20,11 +20,11 @@ class FallDetector(LeafSystem):
     def __init__(self, nominal: float, tick: float) -> None:
         super().__init__()
         self._least = _FRACTION * nominal
-        self.DeclareVectorInputPort("com_z", 2)
+        self._com_z = self.DeclareVectorInputPort("com_z", 2)
         self.DeclarePeriodicPublishEvent(tick, 0.0, self._watch)
 
     def _watch(self, context: Context) -> EventStatus:
-        height = self.GetInputPort("com_z").Eval(context)[0]
+        height = self._com_z.Eval(context)[0]
         if math.isfinite(height) and height > self._least:
             return EventStatus.Succeeded()
         return EventStatus.ReachedTermination(self, f"{FALLEN} {self._least:.2f} m")

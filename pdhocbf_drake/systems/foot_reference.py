@@ -7,6 +7,8 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from pdhocbf_drake.gait import Gait, swing_onward, swing_point
 
+_REST = np.zeros(2)
+
 
 class FootReference(LeafSystem):
     """Stance foot where it is, swing foot on its way to where the plan now has it land.
@@ -23,32 +25,39 @@ class FootReference(LeafSystem):
 
     def __init__(self, gait: Gait) -> None:
         super().__init__()
-        self._gait = gait
-        phase = self.DeclareVectorInputPort("gait_phase", 3)
-        plan = self.DeclareVectorInputPort("foot_plan", 8)
+        config = gait.config
+        self._tick, self._lifted = config.tick, config.double_support_ticks
+        self._duration = gait.swing_ticks() * config.tick
+        ground = np.zeros(2)
+        swing = [
+            swing_point(ground, ground, config.swing_height, self._duration, (tick - self._lifted) * config.tick)
+            for tick in range(gait.period + 1)
+        ]
+        # What the swing foot does above the ground: height and its derivatives at each tick of a step, (N + 1, 3).
+        self._above = np.array([[part[2] for part in point] for point in swing])
+        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
+        self._plan = self.DeclareVectorInputPort("foot_plan", 8)
         self.DeclareDiscreteState(18)
-        self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._remember)
-        changes = {phase.ticket(), plan.ticket(), self.xd_ticket()}
-        self.DeclareVectorOutputPort("foot_reference", 18, self._calc, changes)
+        self.DeclarePeriodicDiscreteUpdateEvent(config.tick, 0.0, self._remember)
+        changes = {self._phase.ticket(), self._plan.ticket(), self.xd_ticket()}
+        self._reference = self.DeclareVectorOutputPort("foot_reference", 18, self._calc, changes)
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value(self.GetOutputPort("foot_reference").Eval(context))
+        values.set_value(self._reference.Eval(context))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        config = self._gait.config
-        tick, _, support = self.GetInputPort("gait_phase").Eval(context)
-        plan = self.GetInputPort("foot_plan").Eval(context).reshape(2, 2, 2)
-        last = context.get_discrete_state_vector().value().reshape(2, 3, 3)
-        duration = self._gait.swing_ticks() * config.tick
-        time = (tick - config.double_support_ticks) * config.tick
+        tick, _, support = self._phase.Eval(context).tolist()
+        plan = self._plan.Eval(context).reshape(2, 2, 2)
         feet = np.zeros((2, 3, 3))  # foot, derivative, axis
-        for foot, side, (start, end), before in zip(feet, (1, -1), plan, last, strict=True):
-            if support != -side or time <= 0.0:
-                foot[0, :2] = start
-                continue
-            lifts_off = time < 1.5 * config.tick
-            now = np.array([start, np.zeros(2), np.zeros(2)]) if lifts_off else before[:, :2]
-            foot[:, :2] = swing_onward(now, end, duration - time + config.tick, config.tick)
-            above = swing_point(np.zeros(2), np.zeros(2), config.swing_height, duration, time)
-            foot[:, 2] = [above.position[2], above.velocity[2], above.acceleration[2]]
+        feet[:, 0, :2] = plan[:, 0]
+        aloft = round(tick) - self._lifted  # ticks since the foot has left the ground
+        if support and aloft > 0:
+            swinging = 1 if support > 0 else 0
+            foot, (start, end) = feet[swinging], plan[swinging]
+            if aloft == 1:
+                now = np.array([start, _REST, _REST])
+            else:
+                now = context.get_discrete_state_vector().value().reshape(2, 3, 3)[swinging, :, :2]
+            foot[:, :2] = swing_onward(now, end, self._duration - (aloft - 1) * self._tick, self._tick)
+            foot[:, 2] = self._above[round(tick)]
         output.SetFromVector(feet.ravel())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.gait import Gait
@@ -23,11 +24,12 @@ class GaitReference(LeafSystem):
     def __init__(self, gait: Gait) -> None:
         super().__init__()
         self._gait = gait
-        last = self.DeclareVectorInputPort("last_step", 1)
+        self._heights = [np.array(gait.height(tick)) for tick in range(gait.period)]
+        self._last = self.DeclareVectorInputPort("last_step", 1)
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._advance)
         state = {self.xd_ticket()}
-        self.DeclareVectorOutputPort("gait_phase", 3, self._phase, state | {last.ticket()})
+        self.DeclareVectorOutputPort("gait_phase", 3, self._phase, state | {self._last.ticket()})
         self.DeclareVectorOutputPort("com_height", 3, self._height, state)
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
@@ -38,9 +40,8 @@ class GaitReference(LeafSystem):
 
     def _phase(self, context: Context, output: BasicVector) -> None:
         step, tick = self._gait.phase(self._tick(context))
-        port = self.GetInputPort("last_step")
-        gait = self._gait.ended_by(port.Eval(context)[0] if port.HasValue(context) else -1)
+        gait = self._gait.ended_by(self._last.Eval(context)[0] if self._last.HasValue(context) else -1)
         output.SetFromVector([tick, step, gait.support(step)])
 
     def _height(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._gait.height(self._tick(context)))
+        output.SetFromVector(self._heights[self._tick(context) % self._gait.period])

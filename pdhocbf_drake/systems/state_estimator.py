@@ -8,6 +8,7 @@ from pydrake.math import RollPitchYaw
 from pydrake.systems.framework import BasicVector, Context, LeafSystem, ValueProducer
 
 from pdhocbf_drake.biped import Biped
+from pdhocbf_drake.biped.config import SIDES
 
 _LEAST_LOAD = 1.0  # [N]: below this nothing stands on the ground and the ZMP is taken to be below the CoM
 
@@ -29,44 +30,40 @@ class StateEstimator(LeafSystem):
         super().__init__()
         self._biped = biped
         self._context = biped.plant.CreateDefaultContext()
-        state = self.DeclareVectorInputPort("robot_state", 37).ticket()
-        forces = self.DeclareVectorInputPort("contact_forces", 18).ticket()
+        self._state = self.DeclareVectorInputPort("robot_state", 37)
+        self._forces = self.DeclareVectorInputPort("contact_forces", 18)
+        self._base_position, self._base = biped.base_q_index[4:], biped.base_v_index
+        self._soles = [biped.soles[side].frame for side in SIDES]
         # CoM and soles cost one pass over the robot's kinematics, whichever ports are read.
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(None), calc=self._calc_kinematics)
-        self._kinematics = self.DeclareCacheEntry("kinematics", producer, {state})
+        self._kinematics = self.DeclareCacheEntry("kinematics", producer, {self._state.ticket()})
         seen = self._kinematics.ticket()
-        self.DeclareVectorOutputPort("lip_state", 6, self._lip_state, {state, forces, seen})
+        self.DeclareVectorOutputPort("lip_state", 6, self._lip_state, {self._forces.ticket(), seen})
         self.DeclareVectorOutputPort("com_z", 2, self._com_z, {seen})
         self.DeclareVectorOutputPort("foot_state", 12, self._foot_state, {seen})
 
     def _calc_kinematics(self, context: Context, value: AbstractValue) -> None:
-        plant = self._biped.plant
-        plant.SetPositionsAndVelocities(self._context, self.GetInputPort("robot_state").Eval(context))
-        position = plant.CalcCenterOfMassPositionInWorld(self._context)
-        velocity = plant.CalcCenterOfMassTranslationalVelocityInWorld(self._context)
-        poses = [self._biped.soles[side].frame.CalcPoseInWorld(self._context) for side in ("left", "right")]
-        value.set_value((position, velocity, poses))
+        plant, state = self._biped.plant, self._state.Eval(context)
+        plant.SetPositionsAndVelocities(self._context, state)
+        position = plant.CalcCenterOfMassPositionInWorld(self._context).tolist()
+        velocity = plant.CalcCenterOfMassTranslationalVelocityInWorld(self._context).tolist()
+        poses = [frame.CalcPoseInWorld(self._context) for frame in self._soles]
+        value.set_value((position, velocity, state[self._base_position].tolist(), poses))
 
     def _lip_state(self, context: Context, output: BasicVector) -> None:
-        state = self.GetInputPort("robot_state").Eval(context)
-        position, velocity, _ = self._kinematics.Eval(context)
-        forces = self.GetInputPort("contact_forces").Eval(context)[self._biped.base_v_index]
-        base = state[self._biped.base_q_index[4:]]
-        zmp = _zmp(forces[:3], forces[3:], base) if forces[5] > _LEAST_LOAD else position[:2]
-        output.SetFromVector([position[0], velocity[0], zmp[0], position[1], velocity[1], zmp[1]])
+        position, velocity, base, _ = self._kinematics.Eval(context)
+        mx, my, _, fx, fy, fz = self._forces.Eval(context)[self._base].tolist()
+        x, y = position[:2]
+        if fz > _LEAST_LOAD:
+            x, y = base[0] - (my + base[2] * fx) / fz, base[1] + (mx - base[2] * fy) / fz
+        output.SetFromVector([position[0], velocity[0], x, position[1], velocity[1], y])
 
     def _com_z(self, context: Context, output: BasicVector) -> None:
-        position, velocity, _ = self._kinematics.Eval(context)
+        position, velocity, _, _ = self._kinematics.Eval(context)
         output.SetFromVector([position[2], velocity[2]])
 
     def _foot_state(self, context: Context, output: BasicVector) -> None:
-        parts = []
-        for pose in self._kinematics.Eval(context)[2]:
-            parts += [pose.translation(), RollPitchYaw(pose.rotation()).vector()]
-        output.SetFromVector(np.concatenate(parts))
-
-
-def _zmp(moment: np.ndarray, force: np.ndarray, base: np.ndarray) -> np.ndarray:
-    x = base[0] - (moment[1] + base[2] * force[0]) / force[2]
-    y = base[1] + (moment[0] - base[2] * force[1]) / force[2]
-    return np.array([x, y])
+        soles = np.empty((2, 6))
+        for sole, pose in zip(soles, self._kinematics.Eval(context)[3], strict=True):
+            sole[:3], sole[3:] = pose.translation(), RollPitchYaw(pose.rotation()).vector()
+        output.SetFromVector(soles.ravel())

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
@@ -41,44 +44,55 @@ class ZmpOffset(LeafSystem):
         self._gait, self._period, self._horizon = gait, gait.period, horizon
         self._swing = SwingForecast(gait, horizon)
         self._lever = np.zeros(2) if lever is None else np.asarray(lever, dtype=float)
-        phase = self.DeclareVectorInputPort("gait_phase", 3)
-        self.DeclareVectorInputPort("whole_body_zmp", 2)
-        self.DeclareVectorInputPort("zmp_reference", 4)
+        self._pushed = bool(self._lever.any())
+        self._sides = lru_cache(maxsize=4)(self._sides_from)
+        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
+        self._seen = self.DeclareVectorInputPort("whole_body_zmp", 2)
+        self._planned = self.DeclareVectorInputPort("zmp_reference", 4)
         feet = [self.DeclareVectorInputPort(name, size) for name, size in _FEET.items()]
-        last = self.DeclareVectorInputPort("last_step", 1)
+        self._foot_reference, self._foot_plan, self._stance_plan = feet
+        self._last = self.DeclareVectorInputPort("last_step", 1)
         self.DeclareDiscreteState(2 * self._period)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._learn)
-        changes = {self.xd_ticket(), *(port.ticket() for port in (phase, last, *feet))}
+        changes = {self.xd_ticket(), *(port.ticket() for port in (self._phase, self._last, *feet))}
         self.DeclareVectorOutputPort("zmp_offset", 2 * horizon, self._calc, changes)
 
     def _learn(self, context: Context, values: DiscreteValues) -> None:
-        tick, _, support = self.GetInputPort("gait_phase").Eval(context)
-        table = context.get_discrete_state_vector().value().reshape(2, -1).copy()
-        planned = self.GetInputPort("zmp_reference").Eval(context)[[0, 2]]
-        seen = self.GetInputPort("whole_body_zmp").Eval(context) - planned
-        if support and self._lever.any():
-            swinging = self.GetInputPort("foot_reference").Eval(context).reshape(2, 3, 3)[1 if support > 0 else 0]
-            seen = seen - self._lever * swinging[2, :2]
-        seen = seen * [1.0, support]
-        if support and np.all(np.isfinite(seen)):
-            column = table[:, round(tick)]
-            column += _RATE * (np.clip(seen, -_LARGEST, _LARGEST) - column)
-        values.set_value(table.ravel())
+        tick, _, support = self._phase.Eval(context).tolist()
+        table = context.get_discrete_state_vector().value().copy()
+        if support:
+            x, _, y, _ = self._planned.Eval(context).tolist()
+            seen_x, seen_y = self._seen.Eval(context).tolist()
+            ahead, aside = seen_x - x, seen_y - y
+            if self._pushed:
+                foot = self._foot_reference.Eval(context)[9:] if support > 0 else self._foot_reference.Eval(context)
+                ahead -= self._lever[0] * foot[6]
+                aside -= self._lever[1] * foot[7]
+            if math.isfinite(ahead) and math.isfinite(aside):
+                for place, seen in ((round(tick), ahead), (round(tick) + self._period, aside * support)):
+                    table[place] += _RATE * (min(max(seen, -_LARGEST), _LARGEST) - table[place])
+        values.set_value(table)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        tick, step, _ = self.GetInputPort("gait_phase").Eval(context)
-        port = self.GetInputPort("last_step")
-        gait = self._gait.ended_by(port.Eval(context)[0] if port.HasValue(context) else -1)
+        tick, step, _ = self._phase.Eval(context).tolist()
+        last = self._last.Eval(context)[0] if self._last.HasValue(context) else -1.0
+        here = slice(round(tick) + 1, round(tick) + 1 + self._horizon)
+        side = self._sides(round(step), last)[here]
         table = context.get_discrete_state_vector().value().reshape(2, -1)
-        steps, ticks = np.divmod(round(tick) + 1 + np.arange(self._horizon), self._period)
-        side = np.array([gait.support(round(step) + ahead) for ahead in range(steps[-1] + 1)])[steps]
-        repeats = np.stack([np.abs(side) * table[0, ticks], side * table[1, ticks]])
-        if not self._lever.any():
-            output.SetFromVector(repeats.ravel())
-            return
-        reference = self.GetInputPort("foot_reference").Eval(context).reshape(2, 3, 3)
-        plan = self.GetInputPort("foot_plan").Eval(context).reshape(2, 2, 2)
-        after = self.GetInputPort("stance_plan").Eval(context)[6:]
-        swing = self._swing.accelerations(round(tick), side, reference, plan, after)
-        moved = np.clip(self._lever[:, None] * swing, -_LARGEST_SWING, _LARGEST_SWING)
-        output.SetFromVector((repeats + moved).ravel())
+        expected = np.tile(table, len(self._sides(round(step), last)) // self._period)[:, here]
+        expected[0] *= np.abs(side)
+        expected[1] *= side
+        if self._pushed:
+            reference = self._foot_reference.Eval(context).reshape(2, 3, 3)
+            plan = self._foot_plan.Eval(context).reshape(2, 2, 2)
+            after = self._stance_plan.Eval(context)[6:]
+            moved = self._swing.accelerations(round(tick), side, reference, plan, after)
+            moved *= self._lever[:, None]
+            expected += np.minimum(np.maximum(moved, -_LARGEST_SWING), _LARGEST_SWING)
+        output.SetFromVector(expected.ravel())
+
+    def _sides_from(self, step: int, last_step: float) -> np.ndarray:
+        """The foot that stands at each tick from the start of a step on: +1 left, −1 right, 0 both."""
+        gait = self._gait.ended_by(last_step)
+        steps = range(step, step + self._horizon // self._period + 2)
+        return np.repeat([float(gait.support(index)) for index in steps], self._period)
