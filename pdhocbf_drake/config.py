@@ -109,7 +109,7 @@ def _sentences(kind: type[BaseModel], items: list[Any], where: str) -> Iterator[
 def _sentence(where: str, place: tuple[Any, ...], message: str, *given: Any) -> str:
     # A whole map says nothing that the message doesn't.
     told = "".join(f" (given: {shown(value)})" for value in given if not isinstance(value, dict))
-    return f"{'.'.join([where, *map(str, place)])}: {message}{told}"
+    return f"{'.'.join([where, *(str(part) for part in place if part != '[key]')])}: {message}{told}"
 
 
 def _in_plain_words(item: Any) -> str:

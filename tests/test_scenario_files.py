@@ -185,6 +185,10 @@ _BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 
         ("mpc: {step_tolerance: [-0.1, 0.05]}", r"mpc\.step_tolerance\.0: must be from 0 to 10 m"),
         ("measurement: {delay_ticks: 1000000000}", r"measurement\.delay_ticks: must be at most 1000"),
         ("pushes: [{time: 1, force: [1.0e+308, 0, 0]}]", r"pushes\.0\.force\.0: must be from -1e\+06 to 1e\+06 N"),
+        ("measurement: {noise: {com: 1.0e+300}}", r"measurement\.noise\.com: must be from 0 to 10 m"),
+        ("seed: 100000000000000000000", r"walking\.seed: must be below 4\.29497e\+09"),
+        ("van_der_pol: {initial_state: [1.0e+300, 0]}", r"van_der_pol\.initial_state\.0: must be at most 1000"),
+        ("barriers: {a b: {bound: {kind: orbit}}}", r"walking\.barriers\.a b: must be 1 to 100 letters"),
         ("vhip: {mass: 1e-300}", r"vhip\.mass: must be from 0\.001 to 1e\+06 kg"),
     ],
 )

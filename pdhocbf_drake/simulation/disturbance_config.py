@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from pydantic import Field
 
-from pdhocbf_drake.config import Config
+from pdhocbf_drake.config import Config, within
 
 
 class ModelErrorConfig(Config):
@@ -26,9 +28,9 @@ class MeasurementNoise(Config):
         zmp: of the ZMP [m].
     """
 
-    com: float = Field(0.0, ge=0)
-    velocity: float = Field(0.0, ge=0)
-    zmp: float = Field(0.0, ge=0)
+    com: Annotated[float, within(0.0, 10.0, "m")] = 0.0
+    velocity: Annotated[float, within(0.0, 10.0, "m/s")] = 0.0
+    zmp: Annotated[float, within(0.0, 10.0, "m")] = 0.0
 
     @property
     def deviations(self) -> list[float]:

@@ -79,7 +79,7 @@ class Scenario(Config):
     description: str = ""
     system: System = "biped"
     duration: Annotated[float, within(0.0, 36000.0, "s", above=True)] = 10.0
-    seed: int = Field(0, ge=0)
+    seed: int = Field(0, ge=0, lt=2**32)
     from_time: float = Field(2.0, ge=0)
     robot: str = DEFAULT_ROBOT
     friction: float = Field(0.8, gt=0, le=10)

@@ -8,6 +8,8 @@ from pydantic import Field
 
 from pdhocbf_drake.config import Config, within
 
+_State = Annotated[float, Field(ge=-1000, le=1000)]
+
 
 class VhipConfig(Config):
     """The variable-height inverted pendulum as a plant; its height and motion are the gait's.
@@ -33,11 +35,11 @@ class VanDerPolConfig(Config):
         gamma_2: class-K slope of the x₂ barriers, which have relative degree 1 [1].
     """
 
-    beta: float = Field(0.0, ge=0)
+    beta: float = Field(0.0, ge=0, le=1000)
     tick: Annotated[float, within(1e-4, 1.0, "s")] = 0.01
     ticks_per_period: int = Field(628, ge=2, le=10_000)
-    initial_state: tuple[float, float] = (1.0, 0.0)
-    amplitude: float = Field(1.0, gt=0)
+    initial_state: tuple[_State, _State] = (1.0, 0.0)
+    amplitude: float = Field(1.0, gt=0, le=1000)
     tube: tuple[float, float] = (0.1, 0.1)
     gamma_1: tuple[float, ...] = (0.1, 0.1)
     gamma_2: tuple[float, ...] = (0.1,)
