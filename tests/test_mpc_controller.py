@@ -67,20 +67,38 @@ def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() 
             assert end == pytest.approx(first, abs=1e-8)
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
-def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: float) -> None:
-    """A ZMP that lies 2 cm ahead of the template's, or behind it, in every predicted box."""
-    mpc, tick, memory = PLAIN, 205, start(PLAIN)
+@pytest.mark.parametrize(("side", "margin"), [(1.0, 0.0), (-1.0, 0.005)])
+def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: float, margin: float) -> None:
+    """A ZMP that lies 2 cm ahead of the template's, or behind it, in every predicted box, the margin inside."""
+    mpc, tick = make_mpc(mpc={"zmp_margin": margin}), 205
+    memory = start(mpc)
     last = list(walk(mpc, tick, memory))[-1][3]
     offset = side * np.array([0.02 * np.ones(80), 0.01 * np.ones(80)])
     plan = mpc.solve(tick, memory.state, memory.stance, {}, offset, last)
     assert plan.reason == Reason.SOLVED
     zmp = mpc.predict(memory.state, plan)[:, 1:, 2] + offset
     weights, feet = box_weights(mpc.gait, tick % 40, 80, 2), np.hstack([memory.stance, plan.footholds])
-    half = np.array(mpc.gait.config.zmp_box)[:, None] / 2.0 - mpc.config.zmp_margin
+    half = np.array(mpc.gait.config.zmp_box)[:, None] / 2.0 - margin
     beyond = np.abs(zmp - feet @ weights.T) - half
     assert beyond.max() < 1e-9
     assert beyond[0].max() > -1e-6  # and it comes to the edge, so that an offset of the other sign would show
+    low, high = mpc.zmp_box(tick + 1, memory.stance, plan.footholds)
+    np.testing.assert_allclose(high - low, mpc.gait.config.zmp_box)  # the box that is told has no margin
+
+
+def test_the_zmp_is_priced_by_its_squared_distance_from_the_middle_of_its_box() -> None:
+    """The ZMP of all links, offset included, for any inputs, feet and state."""
+    horizon, phase, price = 80, 13, 30.0
+    config = PLAIN.config.model_copy(update={"zmp_centre_weight": price})
+    program = axis_program(PLAIN.gait, PLAIN.vhip, PLAIN.divergent, [], config, phase)
+    costs = {cost.evaluator().get_description(): cost for cost in program.prog.GetAllCosts()}
+    values = np.random.default_rng(2).normal(size=program.prog.num_vars())
+    u, f, theta = np.split(values, [horizon, horizon + 2])
+    part = {name: theta[place] for name, place in PLAIN.layouts[0].places.items()}
+    zmp = part["state"][2] + PLAIN.vhip.tick * np.cumsum(u) + part["offset"]
+    middle = box_weights(PLAIN.gait, phase, horizon, 2) @ np.concatenate([part["stance"], f])
+    told = program.prog.EvalBinding(costs["zmp_centre"], values)
+    np.testing.assert_allclose(told, price * np.sum((zmp - middle) ** 2))
 
 
 @pytest.mark.parametrize(("phase", "held"), [(20, False), (33, False), (34, True), (39, True)])

@@ -7,8 +7,9 @@ from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from walks import make_mpc, speed_limit, start
 
+from pdhocbf_drake.barriers import AffineBarrier, Linear, harmonic
 from pdhocbf_drake.biped import Biped, sole_pose
-from pdhocbf_drake.gait import Gait, GaitConfig
+from pdhocbf_drake.gait import Gait, GaitConfig, swing_point
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.fall_detector import FallDetector
@@ -57,6 +58,17 @@ def test_barrier_schedule_plays_bounds_and_h() -> None:
     np.testing.assert_allclose(bounds, np.repeat([0.5, 0.2], 81))
 
 
+def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -> None:
+    bound = harmonic(0.5, 0.1, 0.05, 80)
+    barrier = AffineBarrier("limit", [0.0, 1.0, 0.0], bound, 1, [Linear(0.5), Linear(0.5)], "m/s")
+    schedule = BarrierSchedule([1], [barrier], 40, 80)
+    context = schedule.CreateDefaultContext()
+    schedule.GetInputPort("gait_phase").FixValue(context, [7.0, 3.0, 1.0])
+    schedule.GetInputPort("lip_state").FixValue(context, [0.0, 9.0, 0.0, 0.0, 0.2, 0.0])
+    np.testing.assert_allclose(schedule.GetOutputPort("velocity_bound").Eval(context), bound.samples(127, 81))
+    np.testing.assert_allclose(schedule.GetOutputPort("h").Eval(context), bound(127) - 0.2)
+
+
 def _controller(barriers: tuple = (), **state: float) -> tuple[MpcController, object]:
     mpc = make_mpc(barriers=barriers)
     memory = start(mpc)
@@ -85,6 +97,17 @@ def test_controller_starts_physical_and_plans_the_next_tick() -> None:
     assert ax == pytest.approx(-GAIT.height.eta()[1] * zmp)
     status = controller.GetOutputPort("solver_status").Eval(context)
     assert status[0] == 1.0 and status[4] == 0.0 and status[5] == Reason.SOLVED
+
+
+def test_controller_plans_from_the_tick_that_the_clock_tells() -> None:
+    controller, context = _controller()
+    controller.GetInputPort("gait_phase").FixValue(context, [7.0, 3.0, -1.0])
+    _update(controller, context)
+    mpc = make_mpc()
+    memory = start(mpc)
+    plan = mpc.solve(3 * 40 + 7, memory.state, memory.stance, {})
+    planned = controller.GetOutputPort("zmp_reference").Eval(context)
+    np.testing.assert_allclose(planned, np.stack([0.01 * plan.inputs[:, 0], plan.inputs[:, 0]], axis=1).ravel())
 
 
 def test_controller_is_a_function_of_its_context() -> None:
@@ -141,6 +164,22 @@ def test_stance_foot_rests_and_swing_foot_reaches_its_foothold() -> None:
     np.testing.assert_allclose(left[0], [0.3, 0.08, 0.0], atol=1e-12)
 
 
+@pytest.mark.parametrize("support", [1.0, -1.0])
+def test_the_swing_foot_is_at_every_tick_where_the_minimum_jerk_swing_has_it(support: float) -> None:
+    feet, swinging = FootReference(GAIT), 1 if support > 0 else 0
+    context = feet.CreateDefaultContext()
+    plan = np.array([[[0.0, 0.08], [0.0, 0.08]], [[0.15, -0.08], [0.15, -0.08]]])
+    plan[swinging, 1] += [0.3, 0.02]
+    feet.GetInputPort("foot_plan").FixValue(context, plan.ravel())
+    config, duration = GAIT.config, GAIT.swing_ticks() * GAIT.config.tick
+    for tick in range(40):
+        feet.GetInputPort("gait_phase").FixValue(context, [tick, 4.0, support])
+        told = feet.GetOutputPort("foot_reference").Eval(context).reshape(2, 3, 3)[swinging]
+        time = (tick - config.double_support_ticks) * config.tick
+        np.testing.assert_allclose(told, swing_point(*plan[swinging], config.swing_height, duration, time), atol=1e-9)
+        _update(feet, context)
+
+
 def test_kinematics_meets_the_plan_and_its_rates_lead_there(biped: Biped, posture: np.ndarray) -> None:
     block = InverseKinematics(biped, posture, 0.01)
     context = block.CreateDefaultContext()
@@ -159,6 +198,24 @@ def test_kinematics_meets_the_plan_and_its_rates_lead_there(biped: Biped, postur
     np.testing.assert_allclose(block.GetOutputPort("whole_body_zmp").Eval(context), [0.01, -0.005], atol=2e-3)
     torque = block.GetOutputPort("feedforward").Eval(context)
     assert np.all(np.abs(torque) < biped.effort_limits)
+
+
+def test_a_robot_that_is_raised_has_its_zmp_moved_along_the_ground_reaction(biped: Biped, posture: np.ndarray) -> None:
+    """The ZMP is a point of the ground at z = 0: it moves by −Δz (ẍ, ÿ)/(g + z̈), wherever the soles are."""
+    zmp = []
+    for raised in (0.0, 0.03):
+        block = InverseKinematics(biped, posture, 0.01)
+        context = block.CreateDefaultContext()
+        feet = np.zeros((2, 3, 3))
+        feet[0, 0], feet[1, 0] = [0.0, 0.08, raised], [0.0, -0.08, raised]
+        for name, value in (
+            ("com_height", [0.58 + raised, 0.0, 0.5]), ("com_reference", [0.0, 0.0, 1.2, 0.0, 0.0, -0.8]),
+            ("zmp_reference", np.zeros(4)), ("foot_reference", feet.ravel()),
+        ):  # fmt: skip
+            block.GetInputPort(name).FixValue(context, value)
+        zmp.append(block.GetOutputPort("whole_body_zmp").Eval(context))
+        assert block.GetOutputPort("ik_status").Eval(context)[0] == 1.0
+    np.testing.assert_allclose(zmp[1] - zmp[0], -0.03 / (9.81 + 0.5) * np.array([1.2, -0.8]), atol=1e-7)
 
 
 def test_an_unreachable_plan_gives_finite_targets_and_says_so(biped: Biped, posture: np.ndarray) -> None:
@@ -214,6 +271,51 @@ def test_offset_is_learned_per_tick_of_the_step_and_mirrored() -> None:
     block.GetInputPort("whole_body_zmp").FixValue(context, [np.nan, 5.0])
     _update(block, context)
     assert np.all(np.isfinite(block.GetOutputPort("zmp_offset").Eval(context)))
+
+
+def test_offset_learned_on_one_foot_is_the_mirror_of_that_learned_on_the_other() -> None:
+    block = ZmpOffset(GAIT, 80)
+    tables = []
+    for support in (1.0, -1.0):
+        context = block.CreateDefaultContext()
+        block.GetInputPort("gait_phase").FixValue(context, [10.0, 3.0, support])
+        block.GetInputPort("zmp_reference").FixValue(context, [1.0, 0.0, 0.1 * support, 0.0])
+        block.GetInputPort("whole_body_zmp").FixValue(context, [1.02, 0.11 * support])
+        _update(block, context)
+        tables.append(context.get_discrete_state_vector().value().copy())  # type: ignore[attr-defined]
+    assert np.count_nonzero(tables[0]) == 2
+    np.testing.assert_allclose(tables[1], tables[0], atol=1e-15)
+
+
+@pytest.mark.parametrize("support", [1.0, -1.0])
+def test_offset_of_a_swinging_leg_is_foretold_by_its_lever_and_not_learned(support: float) -> None:
+    """What the whole body's ZMP shows of the swing is what was expected of it, so that nothing is left to the table."""
+    lever, swinging = np.array([-0.002, -0.003]), 1 if support > 0 else 0
+    block = ZmpOffset(GAIT, 80, lever)
+    context = block.CreateDefaultContext()
+    plan = np.array([[[0.0, 0.08], [0.0, 0.08]], [[0.15, -0.08], [0.15, -0.08]]])
+    plan[swinging, 1] += [0.3, 0.02]
+    lift_off, duration = GAIT.config.double_support_ticks, GAIT.swing_ticks() * GAIT.config.tick
+
+    def at(tick: int) -> np.ndarray:
+        """Position, velocity, acceleration of both soles, the standing one of which must not count."""
+        feet = np.full((2, 3, 3), 0.7)
+        feet[swinging] = swing_point(*plan[swinging], 0.05, duration, (tick - lift_off) * GAIT.config.tick)
+        return feet
+
+    block.GetInputPort("gait_phase").FixValue(context, [10.0, 3.0 if support > 0 else 4.0, support])
+    block.GetInputPort("foot_reference").FixValue(context, at(10).ravel())
+    block.GetInputPort("foot_plan").FixValue(context, plan.ravel())
+    block.GetInputPort("stance_plan").FixValue(context, np.zeros(8))
+    block.GetInputPort("zmp_reference").FixValue(context, np.zeros(4))
+    seen = lever * at(10)[swinging, 2, :2]
+    block.GetInputPort("whole_body_zmp").FixValue(context, seen)
+    _update(block, context)
+    np.testing.assert_allclose(context.get_discrete_state_vector().value(), 0.0, atol=1e-15)  # type: ignore[attr-defined]
+    foretold = block.GetOutputPort("zmp_offset").Eval(context).reshape(2, 80)[:, :29]
+    wanted = [lever * at(tick)[swinging, 2, :2] for tick in range(11, 40)]
+    np.testing.assert_allclose(foretold.T, wanted, atol=1e-9)
+    assert np.all(np.abs(seen) > 1e-4)
 
 
 def test_joint_control_is_pd_with_feedforward_within_the_limits(biped: Biped, posture: np.ndarray) -> None:
