@@ -169,3 +169,30 @@ def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory)
     assert plain.solve(SETTLED, state, settled.stance, {}, None, replace(settled.plan)).reason == Reason.RELAXED
     plan = mpc.solve(SETTLED, state, settled.stance, {}, None, settled.plan)
     assert plan.recovering and plan.reason == Reason.RECOVERING
+
+
+def test_what_recovers_is_compiled_when_it_is_needed_and_plans_the_same(settled: Memory) -> None:
+    compiled: list[int] = []
+
+    def counted() -> PeriodicMpc:
+        made = make_mpc({"stride": 0.1}, {"recovery": RECOVERY})
+        assert made.recovery is not None
+        inner = made.recovery._compile
+        made.recovery._compile = lambda axis, phase: compiled.append(phase) or inner(axis, phase)  # type: ignore
+        return made
+
+    plans = []
+    for prepared in (False, True):
+        mpc = counted()
+        assert not compiled
+        if prepared:
+            mpc.prepare()
+            assert set(compiled) == set(range(1, mpc.gait.period))  # phase 0 told how many rows there are
+        plan = mpc.solve(SETTLED + 7, settled.state, settled.stance, {}, None, settled.plan, recovering=True)
+        assert plan.reason == Reason.RECOVERING
+        if not prepared:
+            assert 7 in compiled and len(set(compiled)) <= 2
+        plans.append(plan)
+        compiled.clear()
+    np.testing.assert_array_equal(plans[0].inputs, plans[1].inputs)
+    np.testing.assert_array_equal(plans[0].footholds, plans[1].footholds)

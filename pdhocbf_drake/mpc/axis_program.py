@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pydrake.solvers import MathematicalProgram
+from pydrake.solvers import Constraint, LinearConstraint, LinearEqualityConstraint, MathematicalProgram
 
 from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem, affine_rows
 from pdhocbf_drake.gait import Gait
@@ -134,7 +134,7 @@ def axis_program(
     row = np.concatenate([divergent.input_weights(phase, horizon), -divergent.offset_row(phase), [1.0]])
     on = np.concatenate([u, part["state"], part["tail"]])
     if terminal is None and not elastic and config.stability == "demanded":
-        prog.AddLinearEqualityConstraint(row[None], [0.0], on).evaluator().set_description("stability")
+        _constrain(prog, LinearEqualityConstraint(row[None], np.zeros(1)), on, "stability")
     else:
         weight = MISSED_TAIL if elastic else config.tail_weight
         price = prog.AddQuadraticCost(2.0 * weight * np.outer(row, row), np.zeros(len(row)), on, True)
@@ -185,5 +185,10 @@ def _at_least_zero(
     prog: MathematicalProgram, rows: np.ndarray, variables: np.ndarray, name: str, lower: np.ndarray | None = None
 ) -> None:
     least = np.zeros(len(rows)) if lower is None else lower
-    binding = prog.AddLinearConstraint(rows, least, np.full(len(rows), np.inf), variables)
-    binding.evaluator().set_description(name)
+    _constrain(prog, LinearConstraint(rows, least, np.full(len(rows), np.inf)), variables, name)
+
+
+def _constrain(prog: MathematicalProgram, constraint: Constraint, variables: np.ndarray, name: str) -> None:
+    """`prog.AddLinearConstraint` would do the same, but loads scipy to see whether its matrix is sparse."""
+    constraint.set_description(name)
+    prog.AddConstraint(constraint, variables)

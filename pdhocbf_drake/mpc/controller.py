@@ -15,11 +15,11 @@ from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, Parameters, axis_program
 from pdhocbf_drake.mpc.compiled import ParametricQp, compile_program
 from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.mpc.program_cache import Compiled, ProgramCache
+from pdhocbf_drake.mpc.program_cache import Compiled, OnDemand, ProgramCache
 from pdhocbf_drake.mpc.recovery import recovery_of
 from pdhocbf_drake.mpc.rungs import Rung, without_decay
 from pdhocbf_drake.mpc.solution import QpResult, Reason
-from pdhocbf_drake.mpc.solvers import make_solver
+from pdhocbf_drake.mpc.solvers import QpSolver, make_solver
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import RELAXED, TerminalSet
 from pdhocbf_drake.mpc.warm_start import guess_rows
@@ -76,8 +76,16 @@ class PeriodicMpc:
         barriers: tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]],
         terminal: Mapping[int, TerminalSet] | None = None,
         cache: ProgramCache | None = None,
+        on_demand: bool = False,
     ) -> None:
-        """Compiles everything, except for what the cache has from other controllers."""
+        """Compiles every phase, except for what the cache has from other controllers.
+
+        What a disturbed walk is planned with is compiled phase by phase when it is first needed, since most walks
+        never need it: some 15 ms at each of the first N disturbed ticks. Where ticks must be on time, call `prepare`.
+
+        Args:
+            cache: what other controllers have compiled. on_demand: compile each phase when it is first needed.
+        """
         cache = cache or ProgramCache()
         gait_ticks = gait.config.ticks_per_gait
         if config.horizon % gait_ticks:
@@ -94,15 +102,17 @@ class PeriodicMpc:
             Parameters(self.footholds, config.horizon, [b.name for b in group], self._terminal_steps(axis))
             for axis, group in enumerate(barriers)
         ]
-        compiled = [self._compiled(axis, cache) for axis in (0, 1)]
-        self.qps = [axis.qps for axis in compiled]
-        self._solvers = [axis.solvers for axis in compiled]
-        # A terminal set has more facets at some phases than at others.
-        self.rows = [max(len(qp.A) for qp in axis) for axis in self.qps]
-        self._rungs = self._rungs_below()
         self.recovery: PeriodicMpc | None = None
+        compiled = [self._compiled(axis, cache) for axis in (0, 1)]
+        self.qps: list[Sequence[ParametricQp]] = [axis.qps for axis in compiled]
+        self._solvers: list[Sequence[QpSolver]] = [axis.solvers for axis in compiled]
+        if not on_demand:
+            self.prepare()
+        # A terminal set has more facets at some phases than at others; without one all phases have the same rows.
+        self.rows = [len(qps[0].A) if on_demand else max(len(qp.A) for qp in qps) for qps in self.qps]
+        self._rungs = self._rungs_below()
         if config.recovery is not None:
-            self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache)
+            self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, on_demand=True)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
         self._theta_of_step = lru_cache(maxsize=4)(self._step_parameters)
@@ -111,6 +121,13 @@ class PeriodicMpc:
             for phase in range(gait.period)
         ]
         self._endings: dict[int, PeriodicMpc] = {}
+
+    def prepare(self) -> None:
+        """Compiles whatever is not compiled yet, the programs of a disturbed walk included."""
+        self.qps = [list(axis) for axis in self.qps]
+        self._solvers = [list(axis) for axis in self._solvers]
+        if self.recovery is not None:
+            self.recovery.prepare()
 
     def ending_at(self, step: int) -> PeriodicMpc:
         """The same problem for a walk whose last swing is that of step j."""
@@ -143,9 +160,9 @@ class PeriodicMpc:
         return cache.get(key, (tuple(barriers), terminal), lambda: self._make(axis))
 
     def _make(self, axis: int) -> Compiled:
-        qps = [self._compile(axis, phase) for phase in range(self.gait.period)]
-        solver = self.config.solver
-        solvers = [make_solver(solver, qp, BOUND_ROWS, guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
+        count, solver = self.gait.period, self.config.solver
+        qps = OnDemand(count, lambda phase: self._compile(axis, phase))
+        solvers = OnDemand(count, lambda phase: make_solver(solver, qps[phase], BOUND_ROWS, guess_rows(qps, phase)))
         return Compiled(qps, solvers)
 
     def _compile(self, axis: int, phase: int, config: MpcConfig | None = None, elastic: bool = False) -> ParametricQp:

@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Hashable, Sequence
+from typing import Any, Generic, NamedTuple, TypeVar
 
 from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.solvers import QpSolver
+
+T = TypeVar("T")
+
+
+class OnDemand(Sequence[T], Generic[T]):
+    """A sequence whose entries are made when they are first asked for, and then kept."""
+
+    def __init__(self, count: int, make: Callable[[int], T]) -> None:
+        self._make, self._kept = make, dict[int, T]()
+        self._count = count
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, index: int) -> T:  # type: ignore[override]
+        if not -self._count <= index < self._count:
+            raise IndexError(index)
+        place = index % self._count
+        if place not in self._kept:
+            self._kept[place] = self._make(place)
+        return self._kept[place]
 
 
 class Compiled(NamedTuple):
     """One axis: a program and its solver for each phase of the step."""
 
-    qps: list[ParametricQp]
-    solvers: list[QpSolver]
+    qps: Sequence[ParametricQp]
+    solvers: Sequence[QpSolver]
 
 
 class ProgramCache:

@@ -9,7 +9,6 @@ from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, Multibod
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
-from pydrake.visualization import AddDefaultVisualization
 
 from pdhocbf_drake.biped import Biped, sole_pose
 from pdhocbf_drake.biped.swing_lever import swing_lever
@@ -71,6 +70,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     initial, feet = start_of(walk)
     plant = add_robot(wiring.builder, scenario, biped, posture)
     if meshcat is not None:
+        from pydrake.visualization import AddDefaultVisualization  # loads matplotlib, which a plain run can do without
+
         AddDefaultVisualization(wiring.builder, meshcat)
     wiring.offer("robot_state", plant.get_state_output_port())
     robot = plant.GetBodyByName(biped.config.base_link).model_instance()
