@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from pdhocbf_drake.bench import benchmark, command, growth, loops, startup
-from pdhocbf_drake.bench.bare_plant import bare_plant
+from pdhocbf_drake.bench.bare_plant import bare_plant, replayed_plant
 from pdhocbf_drake.bench.benchmark import Effort
 from pdhocbf_drake.bench.block_clock import block_clock
 from pdhocbf_drake.bench.recording import record
@@ -23,6 +23,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 
 SHORT = "{gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40}}"
@@ -34,7 +35,8 @@ _STEPS = [
      "plant_seconds_per_tick": 1e-3, "real_time_factor": 5.0},
 ]  # fmt: skip
 _ROBOT = {
-    "robot_over_bare_plant": 2.0, "loop_seconds_per_tick": 2e-3, "bare_plant_seconds_per_tick": 1e-3,
+    "robot_over_bare_plant": 2.0, "replayed_over_bare_plant": 1.2, "loop_seconds_per_tick": 2e-3,
+    "bare_plant_seconds_per_tick": 1e-3, "replayed_plant_seconds_per_tick": 1.2e-3,
     "blocks": {"PeriodicMpc": 1e-4, "plant and framework": 1e-3},
 }  # fmt: skip
 
@@ -48,7 +50,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(loops, "template_loop", lambda *_: template)
     monkeypatch.setattr(loops, "robot_loop", lambda *_: _ROBOT)
     monkeypatch.setattr(loops, "plant_steps", lambda *_: _STEPS)
-    monkeypatch.setattr(startup, "start_up", lambda *_: (1.0, 2.5))
+    monkeypatch.setattr(startup, "start_up", lambda *_: startup.StartUp(1.0, 2.5, 3.5))
     monkeypatch.setattr(startup, "resident_growth", lambda *_: 0.0)
 
 
@@ -102,6 +104,23 @@ def test_the_bare_plant_stands_still() -> None:
     plant = diagram.GetSubsystemByName("plant")
     state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()))
     assert np.abs(state[19:]).max() < 0.05
+
+
+def test_a_replayed_plant_walks_as_it_was_recorded() -> None:
+    from pydrake.systems.analysis import Simulator
+
+    scenario = load_scenario("walking_nobarrier", "plant: {time_step: 0.001}")
+    logged = make_diagram(scenario)
+    recording = Simulator(logged.diagram)
+    recording.AdvanceTo(1.0)  # into the first step
+    log = logged.recorded(recording.get_context())
+    diagram = replayed_plant(scenario, build_walk(scenario), Biped.load(scenario.robot), log)
+    simulator, plant = Simulator(diagram), diagram.GetSubsystemByName("plant")
+    for row in (40, 99):
+        simulator.AdvanceTo(log.time[row] - 5e-4)
+        state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()))
+        np.testing.assert_array_equal(state, log["robot_state"][row])
+    assert log["foot_state"][99, 2] + log["foot_state"][99, 8] > 0.01  # a foot was in the air
 
 
 def test_blocks_add_up_to_the_whole_and_the_classes_are_put_back() -> None:

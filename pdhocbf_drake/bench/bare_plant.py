@@ -1,36 +1,54 @@
-"""The robot without its controller: the same plant, standing still under the same joint PD."""
+"""The robot without its controller: the same plant and joint PD, standing still, or walking from a recording."""
 
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, MatrixGain
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
+from pydrake.systems.primitives import ConstantVectorSource, MatrixGain, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 
 from pdhocbf_drake.biped import Biped
 from pdhocbf_drake.simulation.biped_diagram import add_robot, initial_posture
 from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.simulation.drake_config import plant_config
+from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.joint_pd import joint_pd
 
 
 def bare_plant(scenario: Scenario, walk: Walk, biped: Biped) -> Diagram:
     """Plant, contact and PD of the scenario, with the first posture as its only target and nothing logged."""
+    joints = initial_posture(walk, biped)[biped.q_index]
+    still = ConstantVectorSource(np.concatenate([joints, np.zeros(12)]))
+    return _driven(scenario, walk, biped, still, ConstantVectorSource(np.zeros(12)))
+
+
+def replayed_plant(scenario: Scenario, walk: Walk, biped: Biped, log: RunLog) -> Diagram:
+    """The same, driven by the joint targets and torques of a recorded run, without a line of Python in the loop.
+
+    It is given what it was given then, at the same step, and so it walks as it did then, bit for bit: what it costs is
+    the walking plant's own part of the closed loop.
+    """
+    # What is planned at tick k reaches the plant's first step after it: the targets change between these two steps.
+    between = 0.5 * plant_config(scenario.plant).time_step
+    changes = np.concatenate([[-scenario.tick], log.time[:-1] + between, [log.time[-1] + scenario.tick]])
+    held = (np.vstack([log[name], log[name][-1:]]).T for name in ("desired_state", "feedforward"))
+    sources = [TrajectorySource(PiecewisePolynomial.ZeroOrderHold(changes, values)) for values in held]
+    return _driven(scenario, walk, biped, *sources)
+
+
+def _driven(scenario: Scenario, walk: Walk, biped: Biped, desired: System, feedforward: System) -> Diagram:
     builder = DiagramBuilder()
     posture = initial_posture(walk, biped)
     plant = add_robot(builder, scenario, biped, posture)
-    joints = posture[biped.q_index]
-    pd = builder.AddNamedSystem("joint_pd", joint_pd(biped, joints, plant.time_step()))
+    pd = builder.AddNamedSystem("joint_pd", joint_pd(biped, posture[biped.q_index], plant.time_step()))
     select = np.zeros((24, 37))
     select[np.arange(12), biped.q_index] = select[12 + np.arange(12), 19 + biped.v_index] = 1.0
-    sources = {
-        "desired_state": ConstantVectorSource(np.concatenate([joints, np.zeros(12)])),
-        "feedforward": ConstantVectorSource(np.zeros(12)),
-        "estimated_state": MatrixGain(select),
-    }
-    for port, source in sources.items():
+    measured = MatrixGain(select)
+    for port, source in (("desired_state", desired), ("feedforward", feedforward), ("estimated_state", measured)):
         builder.AddSystem(source)
         builder.Connect(source.get_output_port(), pd.GetInputPort(port))
-    builder.Connect(plant.get_state_output_port(), sources["estimated_state"].get_input_port())
+    builder.Connect(plant.get_state_output_port(), measured.get_input_port())
     motors = builder.AddSystem(MatrixGain(np.eye(12)[np.argsort(biped.u_index)]))
     builder.Connect(pd.GetOutputPort("actuation"), motors.get_input_port())
     builder.Connect(motors.get_output_port(), plant.get_actuation_input_port())

@@ -29,8 +29,10 @@ class MpcController(LeafSystem):
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6).
         last_step (1): the step after which the walk comes to a stand, else −1.
 
-    Args:
+    Attributes:
         mpc: the compiled problem.
+
+    Args:
         initial: [c, v, p] per axis at the start, shape (2, 3).
         feet: left and right foot at the start, shape (2, 2) [m].
         barriers: (axis, name) in the order of the velocity_bound port.
@@ -47,7 +49,7 @@ class MpcController(LeafSystem):
     ) -> None:
         super().__init__()
         self._latency = latency
-        self._mpc, self._names = mpc, [name for _, name in barriers]
+        self.mpc, self._names = mpc, [name for _, name in barriers]
         horizon = mpc.config.horizon
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._lip = self.DeclareVectorInputPort("lip_state", 6)
@@ -66,8 +68,8 @@ class MpcController(LeafSystem):
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
-        memory = Memory.carried(self._mpc, context.get_discrete_state(self._carried).value())
-        mpc = self._mpc if memory.last_step < 0 else self._mpc.ending_at(round(memory.last_step))
+        memory = Memory.carried(self.mpc, context.get_discrete_state(self._carried).value())
+        mpc = self.mpc if memory.last_step < 0 else self.mpc.ending_at(round(memory.last_step))
         phase, step, _ = self._phase.Eval(context).tolist()
         tick = round(step * mpc.gait.period + phase)
         measured = self._lip.Eval(context).reshape(2, 3)
@@ -89,6 +91,6 @@ class MpcController(LeafSystem):
         cost = plan.cost if solved else 0.0
         elapsed = time.perf_counter() - started
         memory.solver_status = np.array([solved, elapsed, cost, plan.slack, plan.fallbacks, reason])
-        packed = memory.pack(self._mpc)
+        packed = memory.pack(self.mpc)
         for i, place in enumerate(self._places):
             values.set_value(i, packed[place])
