@@ -1,5 +1,7 @@
 """What the controller does when it can't do what it should: each rung of the ladder, and coming to a stand."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from walks import make_mpc, speed_limit, start, walk
@@ -91,13 +93,32 @@ def test_without_any_solution_the_last_plan_is_shifted_within_the_box(monkeypatc
     monkeypatch.setattr(mpc, "_rungs", [])
     plan = mpc.solve(220, memory.state, memory.stance, {}, None, last)
     assert plan.reason == Reason.NOT_OPTIMAL and plan.fallbacks == 1
-    np.testing.assert_allclose(plan.inputs[:, 1:-1], last.inputs[:, 2:])
+    np.testing.assert_allclose(plan.inputs[:, :-1], last.inputs[:, 1:], atol=1e-9)
     low, high = mpc.zmp_box(221, memory.stance, plan.footholds)
     zmp = memory.state[:, 2] + 0.01 * plan.inputs[:, 0]
     assert np.all(zmp >= low - 1e-12) and np.all(zmp <= high + 1e-12)
+    for way, edge in ((-99.0, low), (99.0, high)):  # a plan that leads out of the box is cut off at its edge
+        out = mpc.solve(220, memory.state, memory.stance, {}, None, replace(last, inputs=last.inputs + way))
+        np.testing.assert_allclose(memory.state[:, 2] + 0.01 * out.inputs[:, 0], edge, atol=1e-12)
     assert mpc.solve(221, memory.state, memory.stance, {}, None, plan).fallbacks == 2
     fresh = mpc.solve(0, np.zeros((2, 3)), start(mpc).stance, {}, None, None)
     np.testing.assert_array_equal(fresh.inputs, 0.0)
+
+
+def test_footholds_without_any_solution_are_as_planned_then_as_commanded(monkeypatch: pytest.MonkeyPatch) -> None:
+    mpc = make_mpc()
+    memory = start(mpc)
+    last = list(walk(mpc, 240, memory))[-1][3]
+    never = failing(10**9)
+    monkeypatch.setattr(mpc, "_solvers", [[never(s) for s in axis] for axis in mpc._solvers])
+    monkeypatch.setattr(mpc, "_rungs", [])
+    plan = mpc.solve(240, memory.state, memory.stance, {}, None, last)  # the first tick of a step
+    np.testing.assert_array_equal(plan.footholds[:, 0], last.footholds[:, 1])
+    commanded = mpc.gait.foothold(240 // 40 + 2) - mpc.gait.foothold(240 // 40 + 1)
+    np.testing.assert_allclose(plan.footholds[:, 1] - plan.footholds[:, 0], commanded, atol=1e-12)
+    alone = mpc.solve(240, memory.state, memory.stance, {}, None, None)
+    steps = [mpc.gait.foothold(240 // 40 + ahead) - mpc.gait.foothold(240 // 40) for ahead in (1, 2)]
+    np.testing.assert_allclose(alone.footholds.T - memory.stance[:, 1], steps, atol=1e-12)
 
 
 def test_a_solver_that_gives_up_is_replaced_by_the_independent_one() -> None:

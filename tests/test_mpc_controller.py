@@ -211,3 +211,18 @@ def test_a_landed_foot_is_taken_where_it_is_measured() -> None:
     memory.land(mpc, 121, measured + 1.0)  # not a touchdown
     memory.land(mpc, 120, np.full((2, 2), np.nan))
     np.testing.assert_array_equal(memory.feet, before)
+
+
+def test_the_stances_shown_at_a_new_step_are_those_planned_and_then_as_commanded() -> None:
+    memory, step = start(PLAIN), 6
+    *_, (_, _, stance, plan) = walk(PLAIN, step * 40, memory)
+    last, this, *coming = memory.stance_plan.reshape(4, 2)
+    np.testing.assert_array_equal([last, this], [stance[:, 1], plan.footholds[:, 0]])
+    np.testing.assert_array_equal(coming[0], plan.footholds[:, 1])
+    commanded = PLAIN.gait.foothold(step + 2) - PLAIN.gait.foothold(step + 1)
+    np.testing.assert_allclose(coming[1] - coming[0], commanded, atol=1e-12)
+    # The foot that swings goes from where it stood to the first coming stance, and the other one rests.
+    swinging = 1 if PLAIN.gait.support(step) > 0 else 0
+    ways = memory.foot_plan.reshape(2, 2, 2)
+    np.testing.assert_array_equal(ways[swinging], [stance[:, 1], coming[0]])
+    np.testing.assert_array_equal(ways[1 - swinging], [this, this])

@@ -5,10 +5,11 @@ import pytest
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import LeafSystem
 from walks import make_mpc, speed_limit, start
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, harmonic
-from pdhocbf_drake.biped import Biped, sole_pose
+from pdhocbf_drake.biped import Biped, InverseDynamics, sole_pose
 from pdhocbf_drake.gait import Gait, GaitConfig, swing_point
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
@@ -83,8 +84,8 @@ def _controller(barriers: tuple = (), **state: float) -> tuple[MpcController, ob
     return controller, context
 
 
-def _update(controller: MpcController, context: object) -> None:
-    context.SetDiscreteState(controller.EvalUniquePeriodicDiscreteUpdate(context))  # type: ignore[attr-defined]
+def _update(block: LeafSystem, context: object) -> None:
+    context.SetDiscreteState(block.EvalUniquePeriodicDiscreteUpdate(context))  # type: ignore[attr-defined]
 
 
 def test_controller_starts_physical_and_plans_the_next_tick() -> None:
@@ -108,6 +109,33 @@ def test_controller_plans_from_the_tick_that_the_clock_tells() -> None:
     plan = mpc.solve(3 * 40 + 7, memory.state, memory.stance, {})
     planned = controller.GetOutputPort("zmp_reference").Eval(context)
     np.testing.assert_allclose(planned, np.stack([0.01 * plan.inputs[:, 0], plan.inputs[:, 0]], axis=1).ravel())
+
+
+def test_controller_takes_the_landed_foot_where_it_is_measured_and_leaves_the_other() -> None:
+    controller, context = _controller()
+    controller.GetInputPort("gait_phase").FixValue(context, [0.0, 3.0, 1.0])
+    soles = np.array([[0.31, 0.09, 0.001, 0.0, 0.0, 0.2], [0.5, 0.5, 0.5, 0.5, 0.5, 0.5]])
+    controller.GetInputPort("foot_state").FixValue(context, soles.ravel())
+    _update(controller, context)
+    starts = controller.GetOutputPort("foot_plan").Eval(context).reshape(2, 2, 2)[:, 0]
+    np.testing.assert_array_equal(starts, [[0.31, 0.09], FEET[1]])  # the left one, which now stands
+    np.testing.assert_array_equal(controller.GetOutputPort("stance_plan").Eval(context)[2:4], [0.31, 0.09])
+
+
+def test_controller_that_gives_up_before_the_first_step_goes_on_standing() -> None:
+    mpc = make_mpc(mpc={"stop_ticks": 1})
+    controller = MpcController(mpc, np.zeros((2, 3)), FEET, [])
+    context = controller.CreateDefaultContext()
+    ends = []
+    for tick, measured in ((0, np.zeros(6)), (1, np.full(6, np.nan)), (2, np.zeros(6))):
+        controller.GetInputPort("gait_phase").FixValue(context, [tick, 0.0, 0.0])
+        controller.GetInputPort("lip_state").FixValue(context, measured)
+        _update(controller, context)
+        ends.append(controller.GetOutputPort("stance_plan").Eval(context).reshape(4, 2)[2:])
+    assert controller.GetOutputPort("last_step").Eval(context)[0] == 1.0
+    # The second coming stance was to be one foot, and is now the middle between both.
+    assert abs(ends[0][1, 1]) > 0.05
+    np.testing.assert_allclose(ends[2][1, 1], 0.0, atol=1e-6)
 
 
 def test_controller_is_a_function_of_its_context() -> None:
@@ -200,19 +228,77 @@ def test_kinematics_meets_the_plan_and_its_rates_lead_there(biped: Biped, postur
     assert np.all(np.abs(torque) < biped.effort_limits)
 
 
+def _kinematics(biped: Biped, posture: np.ndarray, **given: object) -> tuple[InverseKinematics, object]:
+    """The block before its first tick, standing still over both feet but for what is given."""
+    block = InverseKinematics(biped, posture, 0.01)
+    context = block.CreateDefaultContext()
+    still = {"com_height": [0.58, 0.0, 0.0], "com_reference": np.zeros(6), "zmp_reference": np.zeros(4)}
+    for name, value in (still | given).items():
+        block.GetInputPort(name).FixValue(context, np.ravel(value))
+    return block, context
+
+
+def _at_rest(left: list[float], right: list[float]) -> np.ndarray:
+    """A foot_reference of two soles that don't move."""
+    return np.array([[left, [0.0] * 3, [0.0] * 3], [right, [0.0] * 3, [0.0] * 3]])
+
+
+@pytest.mark.parametrize(
+    ("lift", "zmp", "share"),
+    [((0.0, 0.0), 0.04, 0.75), ((0.0, 0.0), -0.04, 0.25), ((0.02, 0.0), 0.04, 0.0), ((0.0, 0.02), -0.04, 1.0)],
+)
+def test_each_foot_carries_what_the_zmp_says_and_a_lifted_one_nothing(
+    biped: Biped, posture: np.ndarray, lift: tuple[float, float], zmp: float, share: float
+) -> None:
+    feet = _at_rest([0.05, 0.08, lift[0]], [0.05, -0.08, lift[1]])
+    wanted = {"com_reference": [0.01, 0, 0, 0, 0, 0], "zmp_reference": [0.05, 0.0, zmp, 0.0], "foot_reference": feet}
+    block, context = _kinematics(biped, posture, **wanted)
+    told = block.GetOutputPort("feedforward").Eval(context)
+    # Nothing moves, so that the ZMP is under the CoM whoever carries how much.
+    np.testing.assert_allclose(block.GetOutputPort("whole_body_zmp").Eval(context), [0.01, 0.0], atol=1e-6)
+    _update(block, context)
+    q, v, vdot = np.split(context.get_discrete_state_vector().value(), [19, 37])  # type: ignore[attr-defined]
+    np.testing.assert_allclose(told, InverseDynamics(biped)(q, v, vdot, share).tau, atol=1e-9)
+
+
+def test_kinematics_starts_where_the_last_motion_leads(biped: Biped, posture: np.ndarray) -> None:
+    """A motion that goes on as it was is met in fewer iterations than one that starts from rest, v and v̇ told."""
+    feet = _at_rest([0.0, 0.08, 0.0], [0.0, -0.08, 0.0])
+    block, context = _kinematics(biped, posture, com_reference=[0, 0.5, 3.0, 0, 0, 0], foot_reference=feet)
+    _update(block, context)
+    moving = context.get_discrete_state_vector().value().copy()  # type: ignore[attr-defined]
+    onward = [0.01 * 0.5 + 0.5 * 0.01**2 * 3.0, 0.53, 3.0, 0, 0, 0]
+    block.GetInputPort("com_reference").FixValue(context, onward)
+    iterations = []
+    for kept in (37 + 18, 37, 19):  # all, without the acceleration, without the velocity
+        context.SetDiscreteState(np.where(np.arange(55) < kept, moving, 0.0))  # type: ignore[attr-defined]
+        iterations.append(block.GetOutputPort("ik_status").Eval(context)[2])
+    assert iterations[0] < min(iterations[1:])
+
+
+@pytest.mark.parametrize("support", [1.0, -1.0])
+def test_of_a_plan_out_of_reach_the_standing_foot_is_where_it_should_be(
+    biped: Biped, posture: np.ndarray, support: float
+) -> None:
+    soles = [[0.0, 0.08, 0.0], [0.0, -0.08, 0.0]]
+    standing = 0 if support > 0 else 1
+    soles[1 - standing][0] = 0.9
+    block, context = _kinematics(biped, posture, foot_reference=_at_rest(*soles), gait_phase=[20.0, 3.0, support])
+    assert block.GetOutputPort("ik_status").Eval(context)[0] == 0.0
+    _update(block, context)
+    plant_context = biped.plant.CreateDefaultContext()
+    biped.plant.SetPositions(plant_context, context.get_discrete_state_vector().value()[:19])  # type: ignore[attr-defined]
+    found = [biped.soles[side].frame.CalcPoseInWorld(plant_context).translation() for side in ("left", "right")]
+    missed = np.linalg.norm(np.array(found) - soles, axis=1)
+    assert missed[standing] < 1e-3 and missed[1 - standing] > 0.1
+
+
 def test_a_robot_that_is_raised_has_its_zmp_moved_along_the_ground_reaction(biped: Biped, posture: np.ndarray) -> None:
     """The ZMP is a point of the ground at z = 0: it moves by −Δz (ẍ, ÿ)/(g + z̈), wherever the soles are."""
-    zmp = []
+    zmp, com = [], [0.0, 0.0, 1.2, 0.0, 0.0, -0.8]
     for raised in (0.0, 0.03):
-        block = InverseKinematics(biped, posture, 0.01)
-        context = block.CreateDefaultContext()
-        feet = np.zeros((2, 3, 3))
-        feet[0, 0], feet[1, 0] = [0.0, 0.08, raised], [0.0, -0.08, raised]
-        for name, value in (
-            ("com_height", [0.58 + raised, 0.0, 0.5]), ("com_reference", [0.0, 0.0, 1.2, 0.0, 0.0, -0.8]),
-            ("zmp_reference", np.zeros(4)), ("foot_reference", feet.ravel()),
-        ):  # fmt: skip
-            block.GetInputPort(name).FixValue(context, value)
+        feet, height = _at_rest([0.0, 0.08, raised], [0.0, -0.08, raised]), [0.58 + raised, 0.0, 0.5]
+        block, context = _kinematics(biped, posture, com_height=height, com_reference=com, foot_reference=feet)
         zmp.append(block.GetOutputPort("whole_body_zmp").Eval(context))
         assert block.GetOutputPort("ik_status").Eval(context)[0] == 1.0
     np.testing.assert_allclose(zmp[1] - zmp[0], -0.03 / (9.81 + 0.5) * np.array([1.2, -0.8]), atol=1e-7)
@@ -287,14 +373,29 @@ def test_offset_learned_on_one_foot_is_the_mirror_of_that_learned_on_the_other()
     np.testing.assert_allclose(tables[1], tables[0], atol=1e-15)
 
 
+def test_where_the_walk_comes_to_a_stand_no_offset_is_expected() -> None:
+    block = ZmpOffset(GAIT, 80)
+    context = block.CreateDefaultContext()
+    context.SetDiscreteState(np.full(80, 0.01))
+    block.GetInputPort("gait_phase").FixValue(context, [9.0, 3.0, 1.0])
+    block.GetInputPort("last_step").FixValue(context, [4.0])  # of which ticks 0 … 39 are k + 31 … k + 70
+    x, y = block.GetOutputPort("zmp_offset").Eval(context).reshape(2, 80)
+    np.testing.assert_allclose(x, np.repeat([0.01, 0.01, 0.0], [30, 40, 10]))
+    np.testing.assert_allclose(y, np.repeat([0.01, -0.01, 0.0], [30, 40, 10]))
+
+
 @pytest.mark.parametrize("support", [1.0, -1.0])
 def test_offset_of_a_swinging_leg_is_foretold_by_its_lever_and_not_learned(support: float) -> None:
-    """What the whole body's ZMP shows of the swing is what was expected of it, so that nothing is left to the table."""
+    """What the whole body's ZMP shows of the swing is what was expected of it, so that nothing is left to the table.
+
+    Foretold are the rest of this step and the next one, in which the other foot swings to the stance after the coming.
+    """
     lever, swinging = np.array([-0.002, -0.003]), 1 if support > 0 else 0
     block = ZmpOffset(GAIT, 80, lever)
     context = block.CreateDefaultContext()
     plan = np.array([[[0.0, 0.08], [0.0, 0.08]], [[0.15, -0.08], [0.15, -0.08]]])
     plan[swinging, 1] += [0.3, 0.02]
+    after = plan[1 - swinging, 0] + [0.5, -0.03]
     lift_off, duration = GAIT.config.double_support_ticks, GAIT.swing_ticks() * GAIT.config.tick
 
     def at(tick: int) -> np.ndarray:
@@ -303,18 +404,22 @@ def test_offset_of_a_swinging_leg_is_foretold_by_its_lever_and_not_learned(suppo
         feet[swinging] = swing_point(*plan[swinging], 0.05, duration, (tick - lift_off) * GAIT.config.tick)
         return feet
 
+    def next_step(tick: int) -> np.ndarray:
+        time = (tick - lift_off) * GAIT.config.tick
+        return swing_point(plan[1 - swinging, 1], after, 0.05, duration, time).acceleration
+
     block.GetInputPort("gait_phase").FixValue(context, [10.0, 3.0 if support > 0 else 4.0, support])
     block.GetInputPort("foot_reference").FixValue(context, at(10).ravel())
     block.GetInputPort("foot_plan").FixValue(context, plan.ravel())
-    block.GetInputPort("stance_plan").FixValue(context, np.zeros(8))
+    block.GetInputPort("stance_plan").FixValue(context, [9.0, 9.0, 9.0, 9.0, 9.0, 9.0, *after])
     block.GetInputPort("zmp_reference").FixValue(context, np.zeros(4))
     seen = lever * at(10)[swinging, 2, :2]
     block.GetInputPort("whole_body_zmp").FixValue(context, seen)
     _update(block, context)
     np.testing.assert_allclose(context.get_discrete_state_vector().value(), 0.0, atol=1e-15)  # type: ignore[attr-defined]
-    foretold = block.GetOutputPort("zmp_offset").Eval(context).reshape(2, 80)[:, :29]
-    wanted = [lever * at(tick)[swinging, 2, :2] for tick in range(11, 40)]
-    np.testing.assert_allclose(foretold.T, wanted, atol=1e-9)
+    foretold = block.GetOutputPort("zmp_offset").Eval(context).reshape(2, 80)
+    wanted = [at(tick)[swinging, 2] for tick in range(11, 40)] + [next_step(tick) for tick in range(40)]
+    np.testing.assert_allclose(foretold[:, :69].T, lever * np.array(wanted)[:, :2], atol=1e-9)
     assert np.all(np.abs(seen) > 1e-4)
 
 
