@@ -264,13 +264,13 @@ class PeriodicMpc:
                 reason = max(reason, why)
             results.append(result)
         horizon, n_f = self.config.horizon, self.footholds
-        slacks = np.concatenate([r.decisions[horizon + n_f :] for r in results])
-        slack = float(slacks.max()) if len(slacks) else 0.0
+        slacks = [r.decisions[horizon + n_f :] for r in results]
+        slack = max((float(each.max()) for each in slacks if len(each)), default=0.0)
         if not reason.planned:
             return self._fallback(tick, state, stance, last, reason)
         if reason == Reason.SOLVED and slack > _SLACK_NOTICED:
             reason = Reason.SOFTENED
-        plans = np.stack([r.decisions[: horizon + n_f] for r in results])
+        plans = np.array([r.decisions[: horizon + n_f] for r in results])
         return Plan(
             tick,
             plans[:, :horizon],
@@ -321,11 +321,11 @@ class PeriodicMpc:
         """Corners (2,) of the box (27), without the margin, at a tick; the stance is that of the tick before [m]."""
         before = self.gait.phase(tick - 1)[0]
         step, phase = self.gait.phase(tick)
-        feet = np.hstack([stance, footholds])
         half = self.preview.steps(before).half + self.config.zmp_margin
-        place, weight = step - before, self.gait.box_weight[phase]
-        centre = (1 - weight) * feet[:, place] + weight * feet[:, place + 1]
-        side = (1 - weight) * half[:, place] + weight * half[:, place + 1]
+        place, weight = step - before, float(self.gait.box_weight[phase])
+        feet = np.concatenate([stance, footholds], axis=1)[:, place : place + 2]
+        centre = (1.0 - weight) * feet[:, 0] + weight * feet[:, 1]
+        side = (1.0 - weight) * half[:, place] + weight * half[:, place + 1]
         return centre - side, centre + side
 
     def predict(self, state: np.ndarray, plan: Plan) -> np.ndarray:

@@ -119,14 +119,16 @@ class Memory:
         """Steps the template by the plan's first input and moves on to tick k + 1."""
         gait, tick = mpc.gait, plan.tick
         self.plan = plan
-        self.state = np.array([mpc.vhip.step(tick, state[axis], plan.inputs[axis, 0]) for axis in (0, 1)])
-        eta = mpc.vhip.eta[(tick + 1) % mpc.vhip.period]
-        self.com_reference = np.array([[c, v, eta * (c - p)] for c, v, p in self.state]).ravel()
-        self.zmp_reference = np.stack([self.state[:, 2], plan.inputs[:, 0]], axis=1).ravel()
+        along, aside = plan.inputs[:, 0].tolist()
+        self.state = np.array([mpc.vhip.step(tick, state[0], along), mpc.vhip.step(tick, state[1], aside)])
+        eta = float(mpc.vhip.eta[(tick + 1) % mpc.vhip.period])
+        (x, vx, px), (y, vy, py) = self.state.tolist()
+        self.com_reference = np.array([x, vx, eta * (x - px), y, vy, eta * (y - py)])
+        self.zmp_reference = np.array([px, along, py, aside])
         footholds = plan.footholds
         boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
         low, high = boxes.zmp_box(tick + 1, self.stance, footholds)
-        self.zmp_box = np.stack([low, high], axis=1).ravel()
+        self.zmp_box = np.array([low, high]).T.ravel()
         step, phase = gait.phase(tick + 1)
         if phase == 0:
             support = gait.support(step - 1)
@@ -141,12 +143,12 @@ class Memory:
     def _show(self, mpc: PeriodicMpc, tick: int, footholds: np.ndarray) -> None:
         """Fills the outputs that tell where feet are and go."""
         step, _ = mpc.gait.phase(tick)
-        self.stance_plan = np.concatenate([self.stance.T.ravel(), footholds[:, :2].T.ravel()])
+        self.stance_plan = np.concatenate([self.stance.T, footholds[:, :2].T]).ravel()
         ends = self.feet.copy()
         support = mpc.gait.support(step)
         if support != BOTH:
             ends[_FEET[-support]] = _landing(mpc.gait.support(step + 1), self.stance[:, 1], footholds[:, 0])
-        self.foot_plan = np.hstack([self.feet, ends]).ravel()
+        self.foot_plan = np.concatenate([self.feet, ends], axis=1).ravel()
         if tick == 0:
             low, high = mpc.zmp_box(1, self.stance, footholds)
             self.zmp_box = np.stack([low, high], axis=1).ravel()

@@ -28,16 +28,16 @@ def believed_state(
     state[:, :2] = measured[:, :2]
     if mpc.config.zmp_state == "measured":
         state[:, 2] = measured[:, 2]
-    if not np.all(np.isfinite(state)):
+    if not np.isfinite(state).all():
         return planned, Reason.BAD_MEASUREMENT
-    repeats = np.array_equal(state[:, :2].ravel(), memory.measured)
-    memory.measured = state[:, :2].ravel()
+    seen = state[:, :2].ravel()
+    repeats = bool((seen == memory.measured).all())
+    memory.measured = seen
     if repeats and np.abs(planned[:, :2] - state[:, :2]).max() > _MOVED:
         return planned, Reason.STALE_MEASUREMENT
     if latency:
-        c, v, p = state.T
-        eta = mpc.vhip.eta[tick % mpc.vhip.period]
-        state = np.stack([c + latency * v, v + latency * eta * (c - p), p], axis=1)
+        eta = float(mpc.vhip.eta[tick % mpc.vhip.period])
+        state = np.array([[c + latency * v, v + latency * eta * (c - p), p] for c, v, p in state.tolist()])
     return state, Reason.SOLVED
 
 
