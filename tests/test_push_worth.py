@@ -35,6 +35,7 @@ def test_medians_put_never_last() -> None:
 @pytest.fixture(scope="module")
 def rows() -> list[Measures]:
     worth = TemplateWorth(load_scenario("vhip", ""), 0.02, 0.2, 1.07, [15])
+    worth._gains["nothing"] = np.zeros(1)
     return worth.run([0.5])
 
 
@@ -45,6 +46,10 @@ def test_a_kick_is_seen_at_once_by_the_periodic_bound_alone(rows: list[Measures]
     # An instantaneous gain of velocity is its own largest excess, with any barrier.
     assert {round(row.excess, 3) for row in kicks.values()} == {0.02}
     assert kicks["P-DHOCBF"].recovers <= kicks["none"].recovers
+
+
+def test_what_a_barrier_does_to_the_undisturbed_walk_is_no_answer_to_an_event(rows: list[Measures]) -> None:
+    assert all(math.isnan(row.acts) for row in rows if row.event == "nothing")
 
 
 def test_a_wrong_command_is_held_at_the_bound(rows: list[Measures]) -> None:

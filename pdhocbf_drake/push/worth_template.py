@@ -64,19 +64,24 @@ class TemplateWorth:
         walk = self._free if barrier == NONE else build_walk(with_gamma(plain, gamma))
         without = None if barrier == NONE else self._free.mpc
         memory = self._settle(walk)
+        # A barrier changes the plans of the undisturbed walk too, and that is no answer to an event.
+        still, _ = run_template(walk, memory, self._first, self._scenario.gait.ticks_per_gait, None, without)
+        acts = float(still.action.max()) + ACTS
         rows = []
         for phase, start in self._starts(walk, memory)[0].items():
             for event, gains in self._gains.items():
                 record, _ = run_template(walk, start, self._first + phase, _WATCHED, gains, without)
-                rows.append(self._measured(walk, record, (barrier, gamma, event, phase)))
+                rows.append(self._measured(walk, record, (barrier, gamma, event, phase), acts))
         stride, step = self._scenario.gait.stride * self._command, self._first // walk.gait.period
         other = commanded(walk, stride, step)
         free = None if without is None else commanded(self._free, stride, step).mpc
         record, _ = run_template(other, memory, self._first, 2 * _WATCHED, None, free)
         event = f"command {stride:g} m for {self._scenario.gait.stride:g} m"
-        return [*rows, self._measured(walk, record, (barrier, gamma, event, 0))]
+        return [*rows, self._measured(walk, record, (barrier, gamma, event, 0), acts)]
 
-    def _measured(self, walk: Walk, record: TemplateRecord, which: tuple[str, float, str, int]) -> Measures:
+    def _measured(
+        self, walk: Walk, record: TemplateRecord, which: tuple[str, float, str, int], acts: float
+    ) -> Measures:
         tick, period = self._scenario.gait.tick, walk.gait.period
         ticks = record.first + np.arange(len(record.speed))
         above = record.speed - self._nominal[ticks % period]
@@ -85,7 +90,7 @@ class TemplateWorth:
         com, velocity, zmp = record.states[:, 0].T
         work = np.maximum(walk.vhip.eta[ticks % period] * (com - zmp) * velocity, 0.0).sum() * tick
         return Measures(
-            "template", *which, first_time(bound - record.speed < 0.0, tick), first_time(record.action > ACTS, tick),
+            "template", *which, first_time(bound - record.speed < 0.0, tick), first_time(record.action > acts, tick),
             float(above.max()), recovers, math.ceil(recovers / (period * tick)) if recovers == recovers else math.nan,
             float(work), not bool(record.unplanned.any()),
         )  # fmt: skip
