@@ -72,6 +72,13 @@ def test_a_known_barrier(log):
     assert (found.violations, found.relative_degree, found.gamma, found.unit) == (0, 2, [0.5, 0.5], "m/s")
 
 
+def test_the_relative_degree_is_the_declared_one_where_psi_has_a_lower_order(log):
+    scenario = synthetic.scenario("vhip")
+    first_order = scenario.barriers["forward_speed"].model_copy(update={"gamma": (0.5,), "relative_degree": 2})
+    scenario = scenario.model_copy(update={"barriers": {"forward_speed": first_order}})
+    assert compute_metrics(scenario, log, 1.0, None).barriers["forward_speed"].relative_degree == 2
+
+
 def test_barriers_are_judged_from_from_time_on_only(log):
     log["h"][:200] = -1.0
     assert metrics(log).barriers["forward_speed"].violations == 0

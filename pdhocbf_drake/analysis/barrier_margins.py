@@ -14,11 +14,12 @@ from pdhocbf_drake.simulation.scenario import Scenario
 
 
 class BarrierUse(NamedTuple):
-    """A barrier as a scenario uses it: column of the signal `h`, class-K functions, and the unit of h."""
+    """A barrier as a scenario uses it: column of the signal `h`, class-K functions, relative degree, unit of h."""
 
     column: int
     class_k: tuple[ClassK, ...]
     gamma: tuple[float, ...]
+    relative_degree: int
     unit: str
 
 
@@ -33,11 +34,13 @@ def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
             "x2_lower": (second, "1/s"),
         }
         return {
-            name: BarrierUse(column, tuple(Linear(rate) for rate in gamma), gamma, unit)
+            name: BarrierUse(column, tuple(Linear(rate) for rate in gamma), gamma, len(gamma), unit)
             for column, (name, (gamma, unit)) in enumerate(table.items())
         }
     return {
-        name: BarrierUse(column, config.make_class_k(), config.gamma, config.unit)
+        name: BarrierUse(
+            column, config.make_class_k(), config.gamma, config.relative_degree or len(config.gamma), config.unit
+        )
         for column, (name, config) in enumerate(scenario.barriers.items())
     }
 

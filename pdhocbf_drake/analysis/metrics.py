@@ -117,7 +117,7 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
             violations=int((~(judged >= 0)).sum()) if len(judged) else None,
             psi_min=_finite(record.psi_min) if record else None,
             gamma=list(use.gamma),
-            relative_degree=len(use.class_k),
+            relative_degree=use.relative_degree,
             unit=use.unit,
         )
     return table
