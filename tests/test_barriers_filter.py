@@ -195,6 +195,18 @@ def test_a_failed_solve_lets_the_wanted_input_through_and_says_what_is_missing(m
     assert (result.input[0], result.psi[0], result.slack[0]) == (2.0, -1.5, 1.75)
 
 
+def test_an_input_that_bends_psi_at_one_phase_only_is_refused():
+    class BentAtOddTicks:
+        period, n, m = 2, 1, 1
+
+        def step(self, k, x, u):
+            return x + u + (k % 2) * u * u
+
+    below = AffineBarrier("below", [1.0], constant(1.0), 1, (0.5,))
+    with pytest.raises(InputError, match="psi_1 is not affine in the input"):
+        BarrierFilter(BentAtOddTicks(), [below])
+
+
 def test_what_the_filter_refuses():
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     square = Barrier("square", lambda k, x: 1 - x[0] ** 2, 1, (0.5,))

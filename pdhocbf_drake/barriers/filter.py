@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import lcm
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, MathematicalProgramResult, SolverOptions
 
-from pdhocbf_drake.barriers.barrier import Barrier
+from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_number, number_array, vector
 from pdhocbf_drake.barriers.dynamics import PeriodicSystem
 from pdhocbf_drake.barriers.relative_degree import check_relative_degree
@@ -148,8 +149,10 @@ def _options() -> SolverOptions:
 
 def _check_affine_in_input(barrier: Barrier, system: PeriodicSystem) -> None:
     random = np.random.default_rng(0)
-    for x in random.standard_normal((3, system.n)):
-        slopes = [enforced_psi(barrier, system, 0, x, random.standard_normal(system.m))[1] for _ in range(2)]
+    # A bound shifts ψ_m and does not bend it, so an affine barrier has the phases of the dynamics alone.
+    phases = range(system.period if isinstance(barrier, AffineBarrier) else lcm(system.period, barrier.period))
+    for phase, x in ((phase, x) for phase in phases for x in random.standard_normal((3, system.n))):
+        slopes = [enforced_psi(barrier, system, phase, x, random.standard_normal(system.m))[1] for _ in range(2)]
         if not np.allclose(slopes[0], slopes[1], rtol=1e-9, atol=0.0):
             raise InputError(
                 f'barrier "{barrier.name}": psi_{barrier.order} is not affine in the input, which the filter needs; '
