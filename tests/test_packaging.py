@@ -30,11 +30,12 @@ def test_a_wheel_holds_code_scenarios_template_and_robots(tmp_path, monkeypatch)
     names = set(zipfile.ZipFile(built).namelist())
     wanted = {
         path.relative_to(ROOT).as_posix()
-        for pattern in ("**/*.py", "scenarios/*.yaml", "analysis/*.j2", "py.typed")
+        for pattern in ("**/*.py", "scenarios/*.yaml", "campaigns/*.yaml", "*/*.j2", "py.typed")
         for path in (ROOT / "pdhocbf_drake").glob(pattern)
     }
-    wanted |= {f"pdhocbf_drake/{path.relative_to(ROOT).as_posix()}" for path in (ROOT / "models").rglob("*.urdf")}
-    wanted |= {f"pdhocbf_drake/{path.relative_to(ROOT).as_posix()}" for path in (ROOT / "models").rglob("*.yaml")}
+    for ending in ("urdf", "yaml", "gltf"):
+        files = (ROOT / "models").rglob(f"*.{ending}")
+        wanted |= {f"pdhocbf_drake/{path.relative_to(ROOT).as_posix()}" for path in files}
     assert "pdhocbf_drake/models/package.xml" in names
     assert wanted <= names, sorted(wanted - names)[:5]
     assert not any(name.startswith(("tests/", "runs/")) for name in names)
@@ -62,6 +63,7 @@ def test_constraints_meet_what_the_package_asks_for(pyproject):
         assert requirement.specifier.contains(pinned[requirement.name.lower()]), text
 
 
-def test_the_changelog_knows_the_version():
+def test_the_changelog_begins_with_what_is_not_released_or_with_this_version():
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
-    assert "## Unreleased" in text or f"## {pdhocbf_drake.__version__}" in text
+    first = next(line.split()[1] for line in text.splitlines() if line.startswith("## "))
+    assert first in ("Unreleased", pdhocbf_drake.__version__)

@@ -1,4 +1,4 @@
-"""The command line: `pdhocbf list | run | compare | replay | report`."""
+"""The command line: `pdhocbf VERB`, with the verbs of `pdhocbf_drake.cli.main`."""
 
 from pdhocbf_drake.cli.main import main
 

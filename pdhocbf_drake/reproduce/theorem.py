@@ -60,7 +60,7 @@ def theorem_1(runs: Runs) -> Section:
                 command,
             ),
             Number(
-                "least h under the corrected Theorem 1 (gamma <= 1), at least",
+                "largest violation of h >= 0 under the corrected Lemma 1 and Theorem 1 (gamma <= 1)",
                 0.0,
                 max(0.0, -min(min(v) for g, v in least.items() if g <= 1)),
                 "1",

@@ -21,7 +21,7 @@ class Signal(NamedTuple):
     unit: str
     meaning: str
     elements: tuple[str, ...] = ()
-    only: str = ""  # "robot" or "template" where the other has no such port
+    only: str = ""  # "robot" or "oscillator" where nothing else has such a port
 
 
 JOINTS = tuple(
