@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.push.directions import force, mirrored, parse_directions, parse_phases
+from pdhocbf_drake.push.directions import force, parse_directions, parse_phases
 from pdhocbf_drake.push.legs import soles_overlap
 from pdhocbf_drake.push.results import Impulse, document, table
 from pdhocbf_drake.push.search import largest_survived
@@ -61,11 +61,6 @@ def test_phases_are_a_count_or_a_list() -> None:
 def test_force_times_duration_is_the_impulse() -> None:
     np.testing.assert_allclose(force("-y", 8.0, 0.1), [0.0, -80.0, 0.0])
     np.testing.assert_allclose(force("+x", 3.0, 0.2), [15.0, 0.0, 0.0])
-
-
-def test_the_mirror_of_a_mirror_is_the_push_itself() -> None:
-    assert mirrored("+y", 10, 80) == ("-y", 50)
-    assert mirrored(*mirrored("-x", 70, 80), 80) == ("-x", 70)
 
 
 def test_soles_overlap_where_they_share_ground() -> None:

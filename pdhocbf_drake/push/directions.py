@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
@@ -43,10 +42,3 @@ def force(direction: str, impulse: float, duration: float) -> np.ndarray:
     """The constant force (3,) [N] that gives an impulse [N s] in a duration [s]."""
     angle = np.radians(DIRECTIONS[direction])
     return np.round([np.cos(angle), np.sin(angle), 0.0], 12) * impulse / duration
-
-
-def mirrored(direction: str, phase: int, ticks_per_gait: Sequence[int] | int) -> tuple[str, int]:
-    """The push that is the same one seen in a mirror: half a gait later, left for right."""
-    period = ticks_per_gait if isinstance(ticks_per_gait, int) else ticks_per_gait[0]
-    other = {"+y": "-y", "-y": "+y"}.get(direction, direction)
-    return other, (phase + period // 2) % period
