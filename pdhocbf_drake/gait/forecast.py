@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pdhocbf_drake.gait.gait import LEFT, Gait
+from pdhocbf_drake.gait.swing import least_jerk
 
 
 class SwingForecast:
@@ -59,7 +60,6 @@ class SwingForecast:
         if phase <= self._lift_off:
             return (end - start)[:, None] * self._whole[phase + 1 : phase + 1 + count]
         left = self._left(phase)
-        gap, v, a = end - now[0], now[1] * left, now[2] * left**2
-        third, fourth, fifth = 10 * gap - 6 * v - 1.5 * a, -15 * gap + 8 * v + 1.5 * a, 6 * gap - 3 * v - 0.5 * a
+        _, _, a, third, fourth, fifth = least_jerk(now, end, left)
         terms = np.array([a, 6.0 * third, 12.0 * fourth, 20.0 * fifth]).T
         return (terms / left**2) @ self._powers[phase]

@@ -57,13 +57,22 @@ def swing_onward(now: np.ndarray, end: np.ndarray, remaining: float, ahead: floa
     """
     if ahead >= remaining - 1e-9:
         return np.array([end, np.zeros_like(end), np.zeros_like(end)])
-    p, v, a = now[0], now[1] * remaining, now[2] * remaining**2
-    gap = end - p
-    third = 10.0 * gap - 6.0 * v - 1.5 * a
-    fourth = -15.0 * gap + 8.0 * v + 1.5 * a
-    fifth = 6.0 * gap - 3.0 * v - 0.5 * a
+    p, v, a, third, fourth, fifth = least_jerk(now, end, remaining)
     s = ahead / remaining
     position = p + s * (v + s * (0.5 * a + s * (third + s * (fourth + s * fifth))))
     velocity = v + s * (a + s * (3.0 * third + s * (4.0 * fourth + s * 5.0 * fifth)))
     acceleration = a + s * (6.0 * third + s * (12.0 * fourth + s * 20.0 * fifth))
     return np.array([position, velocity / remaining, acceleration / remaining**2])
+
+
+def least_jerk(now: np.ndarray, end: np.ndarray, remaining: float) -> tuple[np.ndarray, ...]:
+    """p, v, a, c₃, c₄, c₅ of p + v s + a s²/2 + c₃ s³ + c₄ s⁴ + c₅ s⁵, s = time/`remaining`, each of shape (d,) [m].
+
+    The motion of least jerk from `now` (position, velocity, acceleration, (3, d)) to rest at `end` (d,) [m].
+    """
+    p, v, a = now[0], now[1] * remaining, now[2] * remaining**2
+    gap = end - p
+    third = 10.0 * gap - 6.0 * v - 1.5 * a
+    fourth = -15.0 * gap + 8.0 * v + 1.5 * a
+    fifth = 6.0 * gap - 3.0 * v - 0.5 * a
+    return p, v, a, third, fourth, fifth

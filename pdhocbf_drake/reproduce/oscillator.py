@@ -27,8 +27,8 @@ def figure_1(runs: Runs) -> Section:
     for name, config in (("fig1", HARMONIC), ("fig1_limit_cycle", LIMIT_CYCLE)):
         runs.tell(f"Van der Pol with beta = {config.beta:g}")
         tube = VanDerPolTube(config)
-        held, wanted = _held(tube, config)
-        free = tube.run(_TICKS, filtered=False) if config.beta == 0 else _pushed(tube, wanted)
+        wanted = np.zeros(_TICKS) if config.beta == 0 else 0.6 * np.cos(config.tick * np.arange(_TICKS))
+        held, free = tube.run(_TICKS, wanted=wanted), tube.run(_TICKS, filtered=False, wanted=wanted)
         lower, upper = _room(tube, held)
         what = "no input" if config.beta == 0 else "a wanted input of 0.6 cos(t)"
         caption = f"β = {config.beta:g}: with P-DHOCBF and without ({what}); below, the input and the room for it."
@@ -94,23 +94,6 @@ def figure_1(runs: Runs) -> Section:
         ],
         "The barriers do what Fig. 1 shows; what they fight is the drift of the paper's own discretisation.",
     )
-
-
-def _held(tube: VanDerPolTube, config: VanDerPolConfig) -> tuple[Run, np.ndarray]:
-    wanted = np.zeros(_TICKS) if config.beta == 0 else 0.6 * np.cos(config.tick * np.arange(_TICKS))
-    states, inputs, results = [np.array(config.initial_state)], [], []
-    for k in range(_TICKS):
-        results.append(tube.filter(k, states[-1], wanted[k : k + 1]))
-        inputs.append(float(results[-1].input[0]))
-        states.append(tube.system.step(k, states[-1], results[-1].input))
-    return Run(np.array(states), np.array(inputs), results), wanted
-
-
-def _pushed(tube: VanDerPolTube, wanted: np.ndarray) -> Run:
-    states = [np.array(tube.config.initial_state)]
-    for k, u in enumerate(wanted):
-        states.append(tube.system.step(k, states[-1], np.array([u])))
-    return Run(np.array(states), wanted, [])
 
 
 def _room(tube: VanDerPolTube, held: Run) -> tuple[np.ndarray, np.ndarray]:

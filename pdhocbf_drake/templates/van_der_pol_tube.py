@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.barriers import (
     AffineBarrier,
@@ -17,7 +17,7 @@ from pdhocbf_drake.barriers import (
     feasible_width,
     tabulated,
 )
-from pdhocbf_drake.barriers.checks import finite_number, whole_ticks
+from pdhocbf_drake.barriers.checks import finite_array, finite_number, whole_ticks
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.templates.config import VanDerPolConfig
 from pdhocbf_drake.templates.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle
@@ -79,21 +79,24 @@ class VanDerPolTube:
         for barrier in self.barriers:
             check_in_safe_set(barrier, self.system, 0, config.initial_state)
 
-    def run(self, ticks: int, filtered: bool = True, wanted: float = 0.0) -> Run:
-        """The closed loop from the initial state, or the free oscillation if not `filtered`.
+    def run(self, ticks: int, filtered: bool = True, wanted: ArrayLike = 0.0) -> Run:
+        """The closed loop from the initial state, or what the wanted input does by itself if not `filtered`.
 
         Args:
-            wanted: input that the filter starts from [1/s²].
+            wanted: input that the filter starts from, one number or one for each tick, (ticks,) [1/s²].
 
         Raises:
-            InputError: the length is not a whole number of ticks, at least 0, or the wanted input is not finite.
+            InputError: the length is not a whole number of ticks, at least 0; or the wanted input is not finite, or not
+                one number or one for each tick.
         """
-        target = np.array([finite_number("the wanted input", wanted)])
+        length = whole_ticks("the length of a run", ticks, 0)
+        targets = finite_array("the wanted input", wanted)
+        if targets.shape not in ((), (length,)):
+            raise InputError(f"the wanted input must have shape () or ({length},), given {targets.shape}")
         states, inputs, results = [np.array(self.config.initial_state)], [], []
-        for k in range(whole_ticks("the length of a run", ticks, 0)):
-            u = target
+        for k, u in enumerate(np.broadcast_to(targets, length).reshape(-1, 1)):
             if filtered:
-                results.append(self.filter(k, states[-1], target))
+                results.append(self.filter(k, states[-1], u))
                 u = results[-1].input
             inputs.append(float(u[0]))
             states.append(self.system.step(k, states[-1], u))
