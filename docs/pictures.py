@@ -1,6 +1,6 @@
 """Draws the pictures of the README: `python docs/pictures.py` writes the diagram beside this file (needs graphviz).
 
-It is Drake's own Graphviz string of the diagram, less the log, which every vector port goes to, and less the
+It is Drake's own Graphviz string of the diagram, less the log, which the signals go to, and less the
 ports that nothing uses, not even a log.
 """
 
