@@ -5,7 +5,7 @@ import pytest
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import LeafSystem
+from pydrake.systems.framework import Context, LeafSystem
 from walks import make_mpc, speed_limit, start
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, harmonic
@@ -18,6 +18,7 @@ from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_pd import joint_pd
+from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
 from pdhocbf_drake.systems.state_estimator import StateEstimator
@@ -46,6 +47,17 @@ def test_clock_speaks_of_the_next_tick_once_updated() -> None:
     simulator.AdvanceTo(0.805)  # ticks 0 … 80 are over, the robot moves towards tick 81
     np.testing.assert_array_equal(clock.GetOutputPort("gait_phase").Eval(context), [1, 2, -1])
     np.testing.assert_allclose(clock.GetOutputPort("com_height").Eval(context), GAIT.height(81))
+
+
+def test_clock_lets_both_feet_stand_after_the_last_step() -> None:
+    clock = GaitReference(GAIT)
+    simulator = Simulator(clock)
+    context = simulator.get_mutable_context()
+    simulator.AdvanceTo(1.605)  # towards tick 161, the second of step 4
+    for last_step, support in ((-1.0, GAIT.support(4)), (4.0, GAIT.support(4)), (3.0, 0.0)):
+        clock.GetInputPort("last_step").FixValue(context, [last_step])
+        np.testing.assert_array_equal(clock.GetOutputPort("gait_phase").Eval(context), [1, 4, support])
+    assert GAIT.support(4) != 0
 
 
 def test_barrier_schedule_plays_bounds_and_h() -> None:
@@ -238,6 +250,13 @@ def _kinematics(biped: Biped, posture: np.ndarray, **given: object) -> tuple[Inv
     return block, context
 
 
+def _at(biped: Biped, q: np.ndarray) -> Context:
+    """A context of the robot alone, in the posture q (19,)."""
+    context = biped.plant.CreateDefaultContext()
+    biped.plant.SetPositions(context, q)
+    return context
+
+
 def _at_rest(left: list[float], right: list[float]) -> np.ndarray:
     """A foot_reference of two soles that don't move."""
     return np.array([[left, [0.0] * 3, [0.0] * 3], [right, [0.0] * 3, [0.0] * 3]])
@@ -286,9 +305,8 @@ def test_of_a_plan_out_of_reach_the_standing_foot_is_where_it_should_be(
     block, context = _kinematics(biped, posture, foot_reference=_at_rest(*soles), gait_phase=[20.0, 3.0, support])
     assert block.GetOutputPort("ik_status").Eval(context)[0] == 0.0
     _update(block, context)
-    plant_context = biped.plant.CreateDefaultContext()
-    biped.plant.SetPositions(plant_context, context.get_discrete_state_vector().value()[:19])  # type: ignore[attr-defined]
-    found = [biped.soles[side].frame.CalcPoseInWorld(plant_context).translation() for side in ("left", "right")]
+    reached = _at(biped, context.get_discrete_state_vector().value()[:19])  # type: ignore[attr-defined]
+    found = [biped.soles[side].frame.CalcPoseInWorld(reached).translation() for side in ("left", "right")]
     missed = np.linalg.norm(np.array(found) - soles, axis=1)
     assert missed[standing] < 1e-3 and missed[1 - standing] > 0.1
 
@@ -332,6 +350,24 @@ def test_estimator_finds_com_soles_and_zmp(biped: Biped, posture: np.ndarray) ->
     np.testing.assert_allclose(estimator.GetOutputPort("com_z").Eval(context), [0.58, 0.0], atol=1e-7)
     soles = estimator.GetOutputPort("foot_state").Eval(context).reshape(2, 6)
     np.testing.assert_allclose(soles[:, :2], FEET, atol=1e-7)
+
+
+def test_estimator_tells_the_derivatives_of_the_com_and_the_tilt_of_the_soles(biped: Biped) -> None:
+    soles = np.array([[0.05, 0.08, 0.01, 0.05, -0.03, 0.1], [-0.03, -0.08, 0.02, -0.02, 0.04, -0.1]])
+    q, v, step = biped.posture(np.array([0.0, 0.0, 0.57]), *soles), np.linspace(-1.0, 1.0, 18) + 0.07, 1e-6
+    qdot = biped.plant.MapVelocityToQDot(_at(biped, q), v)
+    estimator = StateEstimator(biped)
+    context = estimator.CreateDefaultContext()
+    estimator.GetInputPort("contact_forces").FixValue(context, np.zeros(18))
+    told = []
+    for moved in (-step, step, 0.0):
+        estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([q + moved * qdot, v]))
+        told.append([estimator.GetOutputPort(name).Eval(context).copy() for name in ("lip_state", "com_z")])
+    (lip_before, z_before), (lip_after, z_after), (lip, z) = told
+    np.testing.assert_allclose(lip[[1, 4]], (lip_after - lip_before)[[0, 3]] / (2 * step), atol=1e-6)
+    np.testing.assert_allclose(z[1], (z_after - z_before)[0] / (2 * step), atol=1e-6)
+    np.testing.assert_allclose(estimator.GetOutputPort("foot_state").Eval(context).reshape(2, 6), soles, atol=1e-7)
+    assert np.all(np.abs([*lip[[1, 4]], z[1]]) > 0.01)
 
 
 def test_estimator_in_the_air_puts_the_zmp_under_the_com(biped: Biped, posture: np.ndarray) -> None:
@@ -439,6 +475,8 @@ def test_joint_control_is_pd_with_feedforward_within_the_limits(biped: Biped, po
     np.testing.assert_allclose(torque, biped.kp * 0.2 * 0.01 + biped.kd * 0.2 + feedforward)
     block.GetInputPort("feedforward").FixValue(context, np.full(12, 1e4))
     np.testing.assert_allclose(block.GetOutputPort("actuation").Eval(context), biped.effort_limits)
+    block.GetInputPort("feedforward").FixValue(context, np.full(12, -1e4))
+    np.testing.assert_allclose(block.GetOutputPort("actuation").Eval(context), -biped.effort_limits)
 
 
 def test_a_push_acts_from_its_first_to_its_last_tick() -> None:
@@ -451,6 +489,11 @@ def test_a_push_acts_from_its_first_to_its_last_tick() -> None:
         simulator.AdvanceTo(0.01 * tick + 0.005)
         applied: list[ExternallyAppliedSpatialForce] = block.GetOutputPort("applied_spatial_force").Eval(context)
         assert len(applied) == (tick in (3, 4))
+        for entry in applied:
+            assert entry.body_index == force.body
+            np.testing.assert_array_equal(entry.p_BoBq_B, force.point)
+            np.testing.assert_array_equal(entry.F_Bq_W.translational(), force.force)
+            np.testing.assert_array_equal(entry.F_Bq_W.rotational(), 0.0)
         seen.append(block.GetOutputPort("push").Eval(context)[0])
     assert seen == [0, 0, 0, 5, 5, 0, 0]
 
@@ -463,3 +506,19 @@ def test_a_fall_ends_the_run(height: float) -> None:
     assert simulator.AdvanceTo(0.05).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime
     block.GetInputPort("com_z").FixValue(simulator.get_mutable_context(), [height, 0.0])
     assert simulator.AdvanceTo(0.1).reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition
+
+
+@pytest.mark.parametrize(
+    ("com", "zmp", "fell"),
+    [
+        ((9.0, -3.0), (9.3, -3.4), False), ((9.0, -3.0), (9.5, -3.4), True), ((9.0, -3.0), (9.4, -2.5), True),
+        ((-1.0, 0.0), (1.0, 0.0), True), ((0.0, -1.0), (0.0, 1.0), True), ((0.0, 0.0), (0.0, np.nan), True),
+    ],
+)  # fmt: skip
+def test_a_com_farther_from_the_zmp_than_it_is_high_ends_the_run(com: tuple, zmp: tuple, fell: bool) -> None:
+    block = LeanDetector(0.58, 0.01)
+    simulator = Simulator(block)
+    state = [com[0], 50.0, zmp[0], com[1], 50.0, zmp[1]]
+    block.GetInputPort("lip_state").FixValue(simulator.get_mutable_context(), state)
+    ended = SimulatorStatus.ReturnReason.kReachedTerminationCondition
+    assert (simulator.AdvanceTo(0.05).reason() == ended) == fell
