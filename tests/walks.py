@@ -7,8 +7,9 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier, Linear, constant
 from pdhocbf_drake.gait import Gait, GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
+from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.templates.vhip import Vhip
 
 

@@ -6,8 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
+from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.simulation.build import Walk
 
 NOISE = 0.004  # of the measured CoM velocity, at every tick [m/s]

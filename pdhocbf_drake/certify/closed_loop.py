@@ -9,8 +9,9 @@ import numpy as np
 
 from pdhocbf_drake.barriers.polytope import Array
 from pdhocbf_drake.certify.starts import Start
-from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
+from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.solution import Reason
 
 # A soft barrier's slack is part of the plan; a hard one that had to be softened left none.

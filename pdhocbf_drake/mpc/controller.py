@@ -4,55 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from dataclasses import replace
 
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.gait import Gait
-from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, Parameters, axis_program
-from pdhocbf_drake.mpc.compiled import ParametricQp, compile_program
+from pdhocbf_drake.mpc.axis_program import Parameters
+from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.mpc.program_cache import Compiled, OnDemand, ProgramCache
+from pdhocbf_drake.mpc.plan import Plan
+from pdhocbf_drake.mpc.program_cache import ProgramCache
+from pdhocbf_drake.mpc.programs import Programs
 from pdhocbf_drake.mpc.recovery import recovery_of
-from pdhocbf_drake.mpc.rungs import Rung, without_decay
 from pdhocbf_drake.mpc.solution import QpResult, Reason
-from pdhocbf_drake.mpc.solvers import QpSolver, make_solver
+from pdhocbf_drake.mpc.solvers import QpSolver
 from pdhocbf_drake.mpc.steps import StepPreview
-from pdhocbf_drake.mpc.terminal_set import RELAXED, TerminalSet
-from pdhocbf_drake.mpc.warm_start import guess_rows
+from pdhocbf_drake.mpc.terminal_set import TerminalSet
+from pdhocbf_drake.mpc.theta import Theta
 from pdhocbf_drake.templates.divergent import DivergentComponent
 from pdhocbf_drake.templates.vhip import Vhip
 
 _SLACK_NOTICED = 1e-6  # [m/s]: below this the barrier counts as kept
-
-
-@dataclass(frozen=True)
-class Plan:
-    """One tick's answer.
-
-    Attributes:
-        tick: k.
-        inputs: ZMP velocities u(k) … u(k + H − 1) per axis, shape (2, H) [m/s].
-        footholds: centres of the coming stance feet per axis, shape (2, n_f) [m].
-        active: flags of the active constraints per axis, for the next warm start.
-        slack: the barriers' largest slack [m/s].
-        cost: of both axes; NaN where not solved.
-        reason: why the plan is what it is.
-        fallbacks: ticks in a row without a solution, this one included.
-    """
-
-    tick: int
-    inputs: np.ndarray
-    footholds: np.ndarray
-    active: tuple[np.ndarray, np.ndarray]
-    slack: float
-    cost: float
-    reason: Reason
-    fallbacks: int
-    recovering: bool = False
 
 
 class PeriodicMpc:
@@ -63,6 +37,7 @@ class PeriodicMpc:
         terminal: the terminal sets (20f) of the axes, by axis; none where the tail is demanded instead.
         vhip, divergent: the template and its divergent component.
         qps: `qps[axis][phase]`, the compiled programs.
+        theta: their parameters, `theta(axis, tick, …)`.
 
     Raises:
         InputError: the horizon is not a multiple of the gait (Lemma 2), or a barrier is of another kind.
@@ -95,32 +70,36 @@ class PeriodicMpc:
             )
         self.gait, self.vhip, self.config, self.barriers = gait, vhip, config, barriers
         self.divergent = DivergentComponent(vhip)
-        self.preview = StepPreview(gait, config, self.divergent)
         self.footholds = config.horizon // gait.period
         self.terminal = dict(terminal or {})
-        self.layouts = [
-            Parameters(self.footholds, config.horizon, [b.name for b in group], self._terminal_steps(axis))
-            for axis, group in enumerate(barriers)
-        ]
+        names = ([b.name for b in barriers[0]], [b.name for b in barriers[1]])
+        ends = [self.terminal[axis].period // gait.period if axis in self.terminal else 0 for axis in (0, 1)]
+        self.theta = Theta(gait, config, self.divergent, names, (ends[0], ends[1]))
         self.recovery: PeriodicMpc | None = None
-        compiled = [self._compiled(axis, cache) for axis in (0, 1)]
+        self.programs = Programs(gait, vhip, self.divergent, config, barriers, self.terminal)
+        compiled = [self.programs.compiled(axis, cache) for axis in (0, 1)]
         self.qps: list[Sequence[ParametricQp]] = [axis.qps for axis in compiled]
         self._solvers: list[Sequence[QpSolver]] = [axis.solvers for axis in compiled]
         if not on_demand:
             self.prepare()
         # A terminal set has more facets at some phases than at others; without one all phases have the same rows.
         self.rows = [len(qps[0].A) if on_demand else max(len(qp.A) for qp in qps) for qps in self.qps]
-        self._rungs = self._rungs_below()
+        self._rungs = self.programs.rungs(self.qps)
         if config.recovery is not None:
             self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, on_demand=True)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
-        self._theta_of_step = lru_cache(maxsize=4)(self._step_parameters)
-        self._periodic_tail = [
-            (self.divergent.discounts(phase, config.horizon)[-1], self.divergent.offset_row(phase))
-            for phase in range(gait.period)
-        ]
         self._endings: dict[int, PeriodicMpc] = {}
+
+    @property
+    def preview(self) -> StepPreview:
+        """What the gait commands over the horizon."""
+        return self.theta.preview
+
+    @property
+    def layouts(self) -> list[Parameters]:
+        """Where each part of θ lies, by axis."""
+        return self.theta.layouts
 
     def prepare(self) -> None:
         """Compiles whatever is not compiled yet, the programs of a disturbed walk included."""
@@ -134,101 +113,9 @@ class PeriodicMpc:
         if step not in self._endings:
             other = self._endings[step] = copy(self)
             other.gait = self.gait.ending_at(step)
-            other.preview = StepPreview(other.gait, self.config, self.divergent)
-            other._theta_of_step = lru_cache(maxsize=4)(other._step_parameters)
+            other.theta = self.theta.ending_at(step)
             other.recovery = None if self.recovery is None else self.recovery.ending_at(step)
         return self._endings[step]
-
-    def _rungs_below(self) -> list[Rung]:
-        """What is solved where the scenario's own problem has no solution, see `mpc.rungs`."""
-        own = Rung(Reason.CROSS_SOLVED, lambda axis, phase: self.qps[axis][phase], "clarabel")
-        soft = self.config.model_copy(update={"barrier": "soft"})
-        hard = self.config.barrier == "hard" and any(self.barriers)
-        softened = [Rung(Reason.SOFTENED, partial(self._compile, config=soft), self.config.solver)] if hard else []
-        relaxed = Rung(Reason.RELAXED, partial(self._compile, config=soft, elastic=True), self.config.solver)
-        return [own, *softened, relaxed]
-
-    def _terminal_steps(self, axis: int) -> int:
-        return self.terminal[axis].period // self.gait.period if axis in self.terminal else 0
-
-    def _compiled(self, axis: int, cache: ProgramCache) -> Compiled:
-        """The programs of one axis; they depend on the axis by its barriers and terminal set alone."""
-        barriers, terminal = self.barriers[axis], self.terminal.get(axis)
-        written = self.config.model_dump_json(exclude={"recovery"})
-        matrices = (self.gait.box_weight.tobytes(), self.vhip.A.tobytes(), self.vhip.B.tobytes())
-        key = (written, matrices, tuple(map(id, barriers)), id(terminal))
-        return cache.get(key, (tuple(barriers), terminal), lambda: self._make(axis))
-
-    def _make(self, axis: int) -> Compiled:
-        count, solver = self.gait.period, self.config.solver
-        qps = OnDemand(count, lambda phase: self._compile(axis, phase))
-        solvers = OnDemand(count, lambda phase: make_solver(solver, qps[phase], BOUND_ROWS, guess_rows(qps, phase)))
-        return Compiled(qps, solvers)
-
-    def _compile(self, axis: int, phase: int, config: MpcConfig | None = None, elastic: bool = False) -> ParametricQp:
-        barriers = without_decay(self.barriers[axis]) if elastic else self.barriers[axis]
-        program = axis_program(
-            self.gait, self.vhip, self.divergent, barriers, config or self.config, phase,
-            self.terminal.get(axis), elastic,
-        )  # fmt: skip
-        return compile_program(program.prog, program.decisions, program.parameters)
-
-    def theta(
-        self, axis: int, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
-        offset: np.ndarray | None, plan: Plan | None,
-    ) -> np.ndarray:  # fmt: skip
-        """The parameters of one axis at one tick, laid out as `Parameters` says."""
-        step, phase = self.gait.phase(tick)
-        place, here = self.layouts[axis].places, float(stance[1])
-        of_step, centre = self._theta_of_step(axis, step)
-        theta = of_step.copy()
-        correction = self.config.path_correction[axis]
-        theta[place["target"]] += here + min(max(centre - here, -correction), correction)
-        if plan is not None and plan.tick // self.gait.period == step:
-            self._hold_landing(theta, place, phase, plan.footholds[axis, 0] - here)
-        theta[place["state"]] = state
-        theta[place["stance"]] = stance
-        theta[place["tail"]] = self._tail(axis, tick, state)
-        if offset is not None:
-            theta[place["offset"]] = offset
-        for barrier in self.barriers[axis]:
-            theta[place[f"bound_{barrier.name}"]] = bounds[barrier.name]
-        if axis in self.terminal:
-            # Where the plan ends: H is a multiple of two steps, so at a step of the same parity.
-            count = self._terminal_steps(axis)
-            in_force = (np.arange(count) == step % count) & self.preview.repeats(tick)
-            theta[place["terminal"]] = np.where(in_force, 0.0, RELAXED)
-        return theta
-
-    def _hold_landing(self, theta: np.ndarray, place: Mapping[str, slice], phase: int, planned: float) -> None:
-        """Narrows the limits of the next step to what the swing foot can still do, around the step planned so far."""
-        config, gait = self.config, self.gait
-        low, high = place["step_lower"].start, place["step_upper"].start
-        left = gait.period - phase - config.freeze_ticks
-        if left <= 0:
-            theta[low] = theta[high] = planned
-        elif config.swing_acceleration is not None and phase > gait.config.double_support_ticks:
-            room = config.swing_acceleration / 10.0 * (left * gait.config.tick) ** 2
-            theta[low] = min(max(theta[low], planned - room), theta[high])
-            theta[high] = max(min(theta[high], planned + room), theta[low])
-
-    def _step_parameters(self, axis: int, step: int) -> tuple[np.ndarray, float]:
-        """The part of θ that holds all through a step (targets as seen from the stance, else zeros), and its centre."""
-        ahead, place = self.preview.steps(step), self.layouts[axis].places
-        theta = np.zeros(self.layouts[axis].size)
-        theta[place["target"]] = np.cumsum(ahead.moves[axis])
-        theta[place["step_lower"]] = ahead.lower[axis]
-        theta[place["step_upper"]] = ahead.upper[axis]
-        theta[place["half"]] = ahead.half[axis]
-        return theta, float(ahead.centre[axis])
-
-    def _tail(self, axis: int, tick: int, state: np.ndarray) -> float:
-        if self.config.tail == "truncated":
-            return 0.0
-        if self.config.tail == "periodic" and self.preview.repeats(tick):
-            discount, offset_row = self._periodic_tail[tick % self.gait.period]
-            return float(discount * (offset_row @ state))
-        return float(self.preview.anticipative_tail(tick)[axis])
 
     def solve(
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],

@@ -11,7 +11,8 @@ import numpy as np
 
 from pdhocbf_drake.gait.gait import BOTH, LEFT
 from pdhocbf_drake.mpc.axis_program import layout
-from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.mpc.solution import Reason
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pdhocbf_drake.mpc.controller import PeriodicMpc, Plan
+from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.solution import Reason
 
 _MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
