@@ -13,6 +13,7 @@ from pdhocbf_drake.analysis.feet import slip_max, zmp_margins
 from pdhocbf_drake.analysis.metrics import base_yaw, compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 
@@ -76,7 +77,9 @@ def test_the_relative_degree_is_the_declared_one_where_psi_has_a_lower_order(log
     scenario = synthetic.scenario("vhip")
     first_order = scenario.barriers["forward_speed"].model_copy(update={"gamma": (0.5,), "relative_degree": 2})
     scenario = scenario.model_copy(update={"barriers": {"forward_speed": first_order}})
-    assert compute_metrics(scenario, log, 1.0, None).barriers["forward_speed"].relative_degree == 2
+    found = compute_metrics(scenario, log, 1.0, None)
+    assert found.barriers["forward_speed"].relative_degree == 2
+    assert "least ψ_1 " in dict(summary_rows(found))["barrier forward_speed"]
 
 
 def test_barriers_are_judged_from_from_time_on_only(log):

@@ -69,7 +69,7 @@ def _barrier(barrier: BarrierMetrics) -> str:
     violations = _count(barrier.violations, "violation")
     return (
         f"h at least {_of(barrier.h_min, barrier.unit)}, mean {_of(barrier.h_mean, barrier.unit)}, "
-        f"{violations}; least ψ_{barrier.relative_degree} {_of(barrier.psi_min, barrier.unit)}"
+        f"{violations}; least ψ_{len(barrier.gamma)} {_of(barrier.psi_min, barrier.unit)}"
     )
 
 
