@@ -28,6 +28,7 @@ class Trial(NamedTuple):
 
     @property
     def survived(self) -> bool:
+        """Whether the walk went on."""
         return self.ending == SURVIVED
 
 

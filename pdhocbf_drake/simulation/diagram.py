@@ -74,6 +74,7 @@ class Wiring:
         self._ports[name] = port
 
     def port(self, name: str) -> OutputPort:
+        """The output port known under a name."""
         return self._ports[name]
 
     def connect(self, system: System, *names: str) -> None:
@@ -91,6 +92,7 @@ class Wiring:
         self._logged += names
 
     def build(self, name: str) -> LoggedDiagram:
+        """The diagram, with one sink for all that is logged."""
         ports = [self._ports[signal] for signal in self._logged]
         signals = self.builder.AddNamedSystem("signals", Multiplexer([port.size() for port in ports]))
         for i, port in enumerate(ports):
