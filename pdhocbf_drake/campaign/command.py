@@ -6,16 +6,15 @@ import argparse
 import json
 import sys
 from collections import Counter
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Final
 
 from pdhocbf_drake.campaign.config import CampaignConfig
 from pdhocbf_drake.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
-from pdhocbf_drake.campaign.progress import Tell, run_progress
 from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError
+from pdhocbf_drake.progress import Tell, run_progress
 from pdhocbf_drake.simulation.run_folder import REPORT, replaced_file
+from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.yaml_text import write_yaml
 
 SUMMARY: Final = "campaign.json"
@@ -81,9 +80,9 @@ def _run_missing(
         return ""
     try:
         where = existing_cluster(options.scheduler) if options.scheduler else local_cluster(options.workers or cores())
-        with where as client, _stoppable() as asked, run_progress(name, len(store.rows), len(planned)) as tell:
+        with where as client, stop_requests() as asked, run_progress(name, len(store.rows), len(planned)) as tell:
             for outcome in dispatch(client, missing, config.run_seconds):
-                if asked():
+                if asked.is_set():
                     return "interrupted"
                 if outcome is not None:
                     store.add(outcome)
@@ -95,15 +94,6 @@ def _run_missing(
             raise
         return str(error)
     return ""
-
-
-@contextmanager
-def _stoppable() -> Iterator[Any]:
-    """Whether Ctrl-C or SIGTERM has asked for an end; the second time they take effect at once."""
-    from pdhocbf_drake.cli.stopping import stop_requests
-
-    with stop_requests() as requested:
-        yield requested.is_set
 
 
 def _show(tell: Tell, rows: dict[int, dict[str, Any]]) -> None:

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 import pdhocbf_drake
-from pdhocbf_drake.cli.stopping import stop_requests
 from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.stopping import stop_requests
 
 _DESCRIPTION = "Periodic safety for walking robots, simulated with Drake."
 _CODES = (

@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 
 from tqdm import tqdm
 
-from pdhocbf_drake.cli.stopping import stop_requests
+from pdhocbf_drake.stopping import stop_requests
 
 Progress = Callable[[float], None]
 

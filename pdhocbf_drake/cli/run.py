@@ -13,7 +13,6 @@ from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.cli.progress import say, shown_progress
-from pdhocbf_drake.cli.stopping import interruptible
 from pdhocbf_drake.simulation.checks import unused_settings
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder, write_run
@@ -21,6 +20,7 @@ from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import check_watchable, simulate
+from pdhocbf_drake.stopping import interruptible
 
 _ENDED_EARLY = 3  # exit code of a run that fell, or that Drake gave up
 

@@ -7,8 +7,8 @@ import json
 from pathlib import Path
 
 from pdhocbf_drake.biped import Biped
-from pdhocbf_drake.campaign.progress import run_progress
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.progress import run_progress
 from pdhocbf_drake.push.directions import parse_directions, parse_phases
 from pdhocbf_drake.push.figures import draw_phases, draw_polar
 from pdhocbf_drake.push.folder import result_folder

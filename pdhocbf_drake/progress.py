@@ -1,4 +1,4 @@
-"""How a campaign tells where it is: a bar with the time left on a terminal, plain lines otherwise."""
+"""How many runs tell where they are: a bar with the time left on a terminal, plain lines otherwise."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from tqdm import tqdm
 
 Tell = Callable[[int, str], None]
-_LINES = 20  # plain lines a campaign
+_LINES = 20  # plain lines a command
 
 
 @contextmanager
