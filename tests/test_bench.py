@@ -151,6 +151,11 @@ def test_a_walk_is_the_same_only_if_nothing_got_worse() -> None:
         assert not loops._same(first, {**first, **change})
 
 
+def test_resident_growth_is_a_difference_however_short_the_walk() -> None:
+    grown = startup.resident_growth(load_scenario("vhip", SHORT), 2.0, 0.4)
+    assert abs(grown) < 0.5 * startup._resident()
+
+
 def test_a_table_says_nothing_where_there_is_nothing() -> None:
     assert table(["a", "b"], [["x", None], ["y", float("nan")]]).splitlines()[2:] == ["x  -", "y  -"]
     assert callable(report)

@@ -50,16 +50,20 @@ def template_loop(duration: float, repeats: int) -> dict[str, float]:
 def robot_loop(duration: float) -> dict[str, Any]:
     """The walking robot, the same plant standing, and the same plant walking from a recording, in turns.
 
-    All at a plant step of 1 ms. The last one holds no Python: less than it costs, no controller can make the loop.
+    All at a plant step of 1 ms, and timed from the first step on. The last one holds no Python: less than it costs, no
+    controller can make the loop.
     """
     scenario = load_scenario("walking", "plant: {time_step: 0.001}")
     walk = build_walk(scenario)
     robot = Biped.load(scenario.robot)
     logged = make_diagram(scenario)
     recording = _started(logged.diagram)
-    recording.AdvanceTo(duration)
+    standing = scenario.gait.start_steps * scenario.gait.ticks_per_step * scenario.tick
+    recording.AdvanceTo(standing + duration)
     replayed = replayed_plant(scenario, walk, robot, logged.recorded(recording.get_context()))
     three = [_started(diagram) for diagram in (logged.diagram, bare_plant(scenario, walk, robot), replayed)]
+    for simulator in three:
+        simulator.AdvanceTo(standing)
     walls = np.array([[_advanced(simulator, _CHUNK) for simulator in three] for _ in range(round(duration / _CHUNK))])
     ticks = _CHUNK / scenario.tick
     loop, bare, replay = np.median(walls, axis=0)

@@ -64,7 +64,7 @@ def resident_growth(scenario: Scenario, duration: float, settle: float) -> float
     for second in range(1, round(duration) + 1):
         simulator.AdvanceTo(float(second))
         logged.forget(simulator.get_mutable_context())
-        if second == round(settle):
+        if second == max(1, round(settle)):
             before = _resident()
     return float(_resident() - before)
 
