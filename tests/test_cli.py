@@ -293,3 +293,12 @@ def test_output_that_goes_nowhere_is_no_traceback(sink, says):
         capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(root)}, timeout=60, check=False,
     )  # fmt: skip
     assert says in done.stderr and not any(word in done.stderr for word in ("Traceback", "BrokenPipe", "unexpected"))
+
+
+def test_numpy_is_told_to_use_one_thread_before_it_loads() -> None:
+    code = (
+        "import os, sys; from pdhocbf_drake.cli.main import main; assert 'numpy' not in sys.modules; "
+        "main(['list']); assert os.environ['OPENBLAS_NUM_THREADS'] == '1'"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    subprocess.run([sys.executable, "-c", code], check=True, env=environment)

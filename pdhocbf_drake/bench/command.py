@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -27,8 +26,6 @@ def run(options: argparse.Namespace) -> int:
     place: Path | None = options.json
     if place is not None and not place.parent.is_dir():
         raise InputError(f"--json: the folder {place.parent} does not exist")
-    # Before numpy loads: a second BLAS thread costs more than it brings on matrices of this size.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from pdhocbf_drake.bench.benchmark import FULL, QUICK, measure
     from pdhocbf_drake.bench.plots import draw
     from pdhocbf_drake.bench.tables import report

@@ -47,6 +47,8 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command line; gives the exit code."""
     words = list(sys.argv[1:] if arguments is None else arguments)
+    # Small matrices: more BLAS threads only get in each other's way. NumPy reads this when a verb loads it.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         with stop_requests() as asked:  # an import that Ctrl-C cuts in two fails with whatever it was at
             parser, used, module = _parser(words)
