@@ -151,6 +151,15 @@ def test_a_set_survives_its_file_and_refuses_another_walk(found, terminal, tmp_p
         assert all(np.array_equal(a, b) for a, b in zip(rows.bounds, loaded[axis].bounds, strict=True))
     with pytest.raises(InputError, match=r"was made for stride = 0\.15, but the scenario has 0\.1; certify the"):
         load_terminal_sets(file, {**limits, "stride": 0.1})
+    for change, told in (
+        (f"gait: {{start_steps: {scenario.gait.start_steps + 1}}}", "was made for odd start_steps = "),
+        ("mpc: {step_reach: [0.3, 0.3]}", "was made for step_reach = None"),
+    ):
+        other = load_scenario("vhip", change)
+        start, reach = scenario.gait.model_copy(update={"start_steps": other.gait.start_steps}), other.mpc.step_reach
+        mpc = scenario.mpc.model_copy(update={"step_reach": reach})
+        with pytest.raises(InputError, match=told):
+            load_terminal_sets(file, limits_of(start, mpc, scenario.barriers))
     with pytest.raises(InputError, match="does not exist; `pdhocbf certify` writes one"):
         load_terminal_sets(tmp_path / "none.npz", limits)
     file.write_text("nonsense")
