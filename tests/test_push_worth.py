@@ -8,10 +8,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from synthetic import walk_log
 
+from pdhocbf_drake.push import worth_robot
+from pdhocbf_drake.push.endings import SURVIVED
 from pdhocbf_drake.push.measures import Measures, first_time, recovery_time, summarised
+from pdhocbf_drake.push.rig import Trial
 from pdhocbf_drake.push.worth_command import table
+from pdhocbf_drake.push.worth_robot import RobotWorth
 from pdhocbf_drake.push.worth_template import TemplateWorth
+from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 
 
@@ -50,6 +56,27 @@ def test_a_kick_is_seen_at_once_by_the_periodic_bound_alone(rows: list[Measures]
 
 def test_what_a_barrier_does_to_the_undisturbed_walk_is_no_answer_to_an_event(rows: list[Measures]) -> None:
     assert all(math.isnan(row.acts) for row in rows if row.event == "nothing")
+
+
+class _MadeUpRig:
+    """A robot whose barrier changes the undisturbed input by 5 mm/s, and by 20 mm/s from 70 ms after a kick on."""
+
+    def __init__(self, scenario: Scenario, phases: list[int]) -> None:
+        self._braked = bool(scenario.barriers)
+
+    def trial(self, phase: int, force: np.ndarray, duration: float, watch: float) -> Trial:
+        log = walk_log(duration=watch)
+        if self._braked:
+            log["zmp_reference"][:, 1] -= np.where((np.arange(len(log)) >= 7) & (force[0] == 30.0), 0.02, 0.005)
+        return Trial(SURVIVED, log)
+
+
+def test_on_the_robot_too_it_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(worth_robot, "PushRig", _MadeUpRig)
+    found = RobotWorth(load_scenario("walking", ""), 3.0, 20.0, 1.07, [0]).run([0.5])
+    acts = {row.event.split()[0]: row.acts for row in found if row.barrier == "P-DHOCBF"}
+    assert acts["kick"] == pytest.approx(0.07)
+    assert math.isnan(acts["push"]) and math.isnan(acts["command"])
 
 
 def test_a_wrong_command_is_held_at_the_bound(rows: list[Measures]) -> None:

@@ -21,9 +21,9 @@ class Measures(NamedTuple):
     Attributes:
         plant, barrier, gamma, event, phase: which experiment; gamma is NaN without a barrier, phase a tick.
         notices: until the barrier's own h < 0 on the measured state [s].
-        acts: until the ZMP velocity differs from what the same controller does without the barrier [s]: on the template
-            from the same state, and by 1 mm/s more than it ever does in the undisturbed gait; on the robot by 1 mm/s
-            from the walk that met the same event without the barrier.
+        acts: until the ZMP velocity differs by 1 mm/s more than it ever does in an undisturbed gait from what the same
+            controller does without the barrier [s]: on the template from the same state, on the robot in the walk that
+            met the same event.
         excess: largest velocity above the nominal orbit [m/s].
         recovers: until the velocity stays within the periodic margin of the orbit [s].
         steps: the same in steps, rounded up.

@@ -39,6 +39,7 @@ class RobotWorth:
         }
         self._margin = periodic_margin(variant(scenario, PERIODIC))
         self._nominal: Array = np.zeros(gait.ticks_per_gait)
+        self._still: Array = np.zeros(0)
         self._inputs: dict[tuple[str, int], Array] = {}
 
     def run(self, gammas: Sequence[float], tell: Callable[[str], None] = lambda words: None) -> list[Measures]:
@@ -50,22 +51,26 @@ class RobotWorth:
         if barrier != NONE:
             scenario = with_gamma(scenario, gamma)
         rig = PushRig(scenario, self._phases)
+        still = rig.trial(self._phases[0], np.zeros(3), 0.1, 2.2 * self._step).log
+        inputs = still.element("zmp_reference", "ux")
         if barrier == NONE:
-            log = rig.trial(self._phases[0], np.zeros(3), 0.1, 2.2 * self._step).log
-            at = np.round(log.time / scenario.gait.tick).astype(int) % len(self._nominal)
-            self._nominal[at] = log.element("lip_state", "vx")
+            at = np.round(still.time / scenario.gait.tick).astype(int) % len(self._nominal)
+            self._nominal[at] = still.element("lip_state", "vx")
+            self._still = inputs
+        # A barrier changes the plans of the undisturbed walk too, and that is no answer to an event.
+        acts = float(_apart(inputs, self._still).max()) + ACTS
         rows = []
         for phase in self._phases:
             for event, (force, duration) in self._forces.items():
                 trial = rig.trial(phase, np.array([force, 0.0, 0.0]), duration, _WATCHED)
-                rows.append(self._measured(trial, (barrier, gamma, event, phase)))
+                rows.append(self._measured(trial, (barrier, gamma, event, phase), acts))
         stride = scenario.gait.stride
         faster = PushRig(_commanded(scenario, self._command), self._phases[:1])
         trial = faster.trial(self._phases[0], np.zeros(3), 0.1, _WATCHED)
         event = f"command {stride * self._command:g} m for {stride:g} m"
-        return [*rows, self._measured(trial, (barrier, gamma, event, self._phases[0]))]
+        return [*rows, self._measured(trial, (barrier, gamma, event, self._phases[0]), acts)]
 
-    def _measured(self, trial: Trial, which: tuple[str, float, str, int]) -> Measures:
+    def _measured(self, trial: Trial, which: tuple[str, float, str, int], acts: float) -> Measures:
         log, tick = trial.log, self._scenario.gait.tick
         barrier, _, event, phase = which
         speed = log.element("lip_state", "vx")
@@ -73,15 +78,20 @@ class RobotWorth:
         inputs = log.element("zmp_reference", "ux")
         if barrier == NONE:
             self._inputs[event, phase] = inputs
-        free = self._inputs[event, phase]
-        both = min(len(free), len(inputs))
+        action = _apart(inputs, self._inputs[event, phase])
         noticed = log["h"].min(axis=1) < 0.0 if "h" in log else np.zeros(len(log), dtype=bool)
         recovers = recovery_time(above, self._margin, tick) if trial.survived else math.nan
         return Measures(
-            "robot", *which, first_time(noticed, tick), first_time(abs(inputs[:both] - free[:both]) > ACTS, tick),
+            "robot", *which, first_time(noticed, tick), first_time(action > acts, tick),
             float(above.max()), recovers, math.ceil(recovers / self._step) if recovers == recovers else math.nan,
             _work(log, tick), trial.survived,
         )  # fmt: skip
+
+
+def _apart(inputs: Array, others: Array) -> Array:
+    """Size of the difference for as long as both walk."""
+    both = min(len(inputs), len(others))
+    return np.abs(inputs[:both] - others[:both])
 
 
 def _work(log: RunLog, tick: float) -> float:
