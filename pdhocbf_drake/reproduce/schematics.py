@@ -55,7 +55,6 @@ def _side(log: RunLog, rows: np.ndarray) -> Picture:
     axes.plot(x[::_EVERY], height[::_EVERY], "o", ms=6, color=palette.MEASURED_COM)
     axes.plot(zmp, np.zeros(len(rows)), ".", ms=4, color=palette.MEASURED_ZMP, label="ZMP at each tick")
     axes.set_aspect("equal", adjustable="datalim")
-    axes.set_ylim(-0.03, 0.66)
     axes.set_xlabel("x [m]")
     label(axes, "z", "m")
     legend(axes, 3)
