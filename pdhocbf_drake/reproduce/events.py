@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.gait import Gait
+from pdhocbf_drake.gait import Gait, GaitConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.reproduce.calibration import PAPER_PERIODIC
@@ -64,7 +64,8 @@ class Laboratory:
     def __init__(self, runs: Runs) -> None:
         self.walks: dict[str, Walk] = {case: runs.walk(*request) for case, request in CASES.items()}
         self.free: PeriodicMpc = self.walks["free"].mpc
-        self.period = self.walks["free"].gait.period
+        self.gait: GaitConfig = self.walks["free"].gait.config
+        self.period = self.gait.ticks_per_step
         self._starts: dict[str, list[Memory]] = {}
         for case, walk in self.walks.items():
             memory = run_template(walk, standing(walk), 0, SETTLED)[1]

@@ -26,7 +26,7 @@ from pdhocbf_drake.reproduce.record import Picture, Section
 from pdhocbf_drake.reproduce.runs import Runs
 from pdhocbf_drake.reproduce.walk import ROBOT
 
-_FIRST, _GAIT, _EVERY = 320, 80, 20  # ticks
+_SETTLED, _POSES = 3, 4  # gaits before the one that is shown, pictures of it
 _SIZE = (900, 900)
 _WHITE = Rgba(1.0, 1.0, 1.0)
 _VIEWS = {"side": (0.0, -2.6, 0.15), "oblique": (1.8, -1.75, 0.6)}  # camera, from the middle of the walk [m]
@@ -37,9 +37,11 @@ def figure_5(runs: Runs) -> Section:
     """Five poses of one gait in two views, and the replay of the run."""
     run = runs.run(*ROBOT["periodic"])
     runs.tell("rendering the snapshots")
-    rows = np.arange(_FIRST, _FIRST + _GAIT + 1, _EVERY)
+    gait = run.scenario.gait
+    first = gait.start_steps * gait.ticks_per_step + _SETTLED * gait.ticks_per_gait
+    rows = first + gait.ticks_per_gait * np.arange(_POSES + 1) // _POSES
     poses = run.log["robot_state"][rows]
-    studio = Studio(run.scenario.robot, poses)
+    studio = Studio(run.scenario.robot, poses, gait.com_height)
     figure = Figure(figsize=(8.5, 4.9))
     for axes, view in zip(figure.subplots(1, 2), _VIEWS, strict=True):
         axes.imshow(_ghosted([studio.photo(pose, view) for pose in poses], studio.photo(None, view)))
@@ -51,7 +53,8 @@ def figure_5(runs: Runs) -> Section:
         "CoM y [m]": run.log.element("lip_state", "y")[rows],
     }
     data |= {f"position {i}": poses[:, i] for i in range(19)}
-    caption = f"Fig. 5: one gait of the recorded walk, a pose every {0.01 * _EVERY:g} s; the last one solid."
+    every = gait.tick * gait.ticks_per_gait / _POSES
+    caption = f"Fig. 5: one gait of the recorded walk, a pose every {every:g} s; the last one solid."
     return Section(
         "Fig. 5: snapshots of the walk",
         ["Rendered by Drake from the recorded joint angles. The replay of the whole run is below."],
@@ -62,9 +65,9 @@ def figure_5(runs: Runs) -> Section:
 
 
 class Studio:
-    """The robot before a camera, on a plain floor."""
+    """The robot before a camera that looks at it from a height [m], on a plain floor."""
 
-    def __init__(self, robot: str, poses: NDArray[np.float64]) -> None:
+    def __init__(self, robot: str, poses: NDArray[np.float64], height: float) -> None:
         builder = DiagramBuilder()
         self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
         Biped.load(robot).add_to(self._plant)
@@ -82,7 +85,7 @@ class Studio:
         self._scene_graph = scene_graph
         self._context = self._diagram.CreateDefaultContext()
         size = self._plant.num_positions()
-        self._middle = np.array([poses[:, 4].mean(), poses[:, 5].mean(), 0.58])
+        self._middle = np.array([poses[:, 4].mean(), poses[:, 5].mean(), height])
         self._away = np.array(poses[0, :size])
         self._away[4] += 100.0  # out of sight
         info = CameraInfo(*_SIZE, 0.62)

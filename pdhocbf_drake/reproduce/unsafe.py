@@ -16,11 +16,12 @@ from pdhocbf_drake.reproduce.events import CASES, SETTLED, Laboratory, Outcome, 
 from pdhocbf_drake.reproduce.record import Number, Picture, Section
 from pdhocbf_drake.reproduce.runs import Runs
 from pdhocbf_drake.reproduce.template_walk import run_template
-from pdhocbf_drake.reproduce.unsafe_tables import BARRIERS, braking, command_table, count, kick_table, push_table
+from pdhocbf_drake.reproduce.unsafe_findings import conclusions, finding
+from pdhocbf_drake.reproduce.unsafe_tables import BARRIERS, command_table, count, kick_table, push_table
 
 KICKS = (0.01, 0.02, 0.03, 0.05)  # [m/s]
 SHOWN_KICK, SHOWN_PHASE = 0.02, 15  # where the constant bound is far away
-PUSHES = (0.05, 0.1, 0.2, 0.4)  # [m/s²], for the 0.4 s of one step
+PUSHES = (0.05, 0.1, 0.2, 0.4)  # [m/s²], for one step
 COMMANDS = (0.152, 0.155, 0.16, 0.17, 0.18)  # [m] a step, where 0.15 m is right
 _TICKS = 120
 _SHOWN_COMMAND, _SHOWN_PUSH = 0.16, 0.2
@@ -31,30 +32,33 @@ _COMMAND = "pdhocbf reproduce --only fig7"
 def figure_7(runs: Runs) -> Section:
     """What each barrier notices, when it acts, and what that changes."""
     laboratory = Laboratory(runs)
+    period, tick, stride = laboratory.period, laboratory.gait.tick, laboratory.gait.stride
+    step = f"{period * tick:g} s"
     by_size: dict[float, Mapping[str, list[Outcome]]] = {}
     for size in KICKS:
-        runs.tell(f"velocity kicks of {1e3 * size:g} mm/s at 40 phases, three cases")
+        runs.tell(f"velocity kicks of {1e3 * size:g} mm/s at {period} phases, three cases")
         by_size[size] = kicks(laboratory, size, _TICKS)
     runs.tell("sustained pushes and wrong speed commands")
-    pushes = {a: {c: laboratory.run(c, 0, np.full(40, a * 0.01), _TICKS) for c in CASES} for a in PUSHES}
+    pushes = {a: {c: laboratory.run(c, 0, np.full(period, a * tick), _TICKS) for c in CASES} for a in PUSHES}
     orders = {stride: _commanded(laboratory, stride) for stride in COMMANDS}
     shown = {case: by_size[SHOWN_KICK][case][SHOWN_PHASE] for case in CASES}
+    wrong = f"steps of {_SHOWN_COMMAND:g} m commanded instead of {stride:g} m"
     events = [
-        ("fig7_kick", f"a kick of {1e3 * SHOWN_KICK:g} mm/s at phase {SHOWN_PHASE} of 40", shown, 60),
-        ("fig7_push", f"a push of {_SHOWN_PUSH:g} m/s² for 0.4 s", pushes[_SHOWN_PUSH], 100),
-        ("fig7_command", f"steps of {_SHOWN_COMMAND:g} m commanded instead of 0.15 m", orders[_SHOWN_COMMAND], 200),
+        ("fig7_kick", f"a kick of {1e3 * SHOWN_KICK:g} mm/s at phase {SHOWN_PHASE} of {period}", shown, 60),
+        ("fig7_push", f"a push of {_SHOWN_PUSH:g} m/s² for {step}", pushes[_SHOWN_PUSH], 100),
+        ("fig7_command", wrong, orders[_SHOWN_COMMAND], 200),
     ]
     pictures = [_trajectories(laboratory, *event) for event in events]
     pictures.append(_phases(by_size))
     noticed = {case: [count(o.notices == 0 for o in by_size[s][case]) for s in KICKS] for case in BARRIERS}
     return Section(
         "Fig. 7: unsafe events, as an experiment",
-        [_definitions(), *_conclusions(by_size, orders)],
+        [_definitions(), *conclusions(by_size, orders, laboratory.nominal)],
         pictures,
-        [kick_table(by_size), push_table(pushes), command_table(orders)],
+        [kick_table(by_size), push_table(pushes, step), command_table(orders, stride)],
         [
             Number(
-                f"kick of {1e3 * size:g} mm/s: phases of 40 at which {look.CASE_NAMES[case]} sees h < 0 at once",
+                f"kick of {1e3 * size:g} mm/s: phases of {period} at which {look.CASE_NAMES[case]} sees h < 0 at once",
                 None,
                 noticed[case][i],
                 "phases",
@@ -65,8 +69,7 @@ def figure_7(runs: Runs) -> Section:
             for i, size in enumerate(KICKS)
             for case in BARRIERS
         ],
-        "As an alarm the periodic barrier is clearly better. Inside an MPC both act before their bound is crossed, and "
-        "what the periodic one buys is a tighter limit, kept.",
+        finding(by_size, pushes, orders),
     )
 
 
@@ -85,7 +88,7 @@ def _trajectories(
     laboratory: Laboratory, name: str, event: str, outcomes: Mapping[str, Outcome], ticks: int
 ) -> Picture:
     figure, (axes,) = panels(1, height=3.6)
-    time = 0.01 * np.arange(ticks)
+    time = laboratory.gait.tick * np.arange(ticks)
     phases = (outcomes["free"].record.first + np.arange(ticks)) % laboratory.period
     nominal = laboratory.nominal[phases]
     low = min(float(o.record.speed[:ticks].min()) for o in outcomes.values())
@@ -108,7 +111,7 @@ def _trajectories(
         data[f"{look.CASE_NAMES[case]} [m/s]"] = speed
         if case in BARRIERS:
             data[f"bound, {look.CASE_NAMES[case]} [m/s]"] = outcome.bound[:ticks]
-            _mark(axes, outcome, case, ticks)
+            _mark(axes, outcome, case, time)
     for marker, _, meaning in _MARKERS.values():
         axes.plot([], [], marker, ms=7, color="white", mec="black", label=meaning)
     axes.margins(x=0.02)
@@ -120,18 +123,19 @@ def _trajectories(
     return Picture(name, caption, figure, data)
 
 
-def _mark(axes: Axes, outcome: Outcome, case: str, ticks: int) -> None:
+def _mark(axes: Axes, outcome: Outcome, case: str, time: np.ndarray) -> None:
     for tick, (marker, size, _) in ((outcome.acts, _MARKERS["acts"]), (outcome.notices, _MARKERS["notices"])):
-        if tick < ticks:
+        if tick < len(time):
             at = round(tick)
             colour = look.CASE_COLOURS[case]
-            axes.plot(0.01 * at, outcome.record.speed[at], marker, ms=size, color=colour, mec="black", zorder=5)
+            axes.plot(time[at], outcome.record.speed[at], marker, ms=size, color=colour, mec="black", zorder=5)
 
 
 def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
     figure = Figure(figsize=(8.5, 2.0 * len(KICKS) + 0.8))
     axes = figure.subplots(len(KICKS), 1, sharex=True)
-    data: dict[str, np.ndarray] = {"phase [ticks]": np.arange(40)}
+    period = len(by_size[KICKS[0]]["free"])
+    data: dict[str, np.ndarray] = {"phase [ticks]": np.arange(period)}
     for axis, (size, cases) in zip(axes, by_size.items(), strict=True):
         for case, outcomes in cases.items():
             recovers = np.array([o.recovers for o in outcomes])
@@ -157,7 +161,8 @@ def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
     axes[-1].set_xlabel("phase of the step at which the kick comes [ticks]")
     legend(axes[0], 3)
     caption = (
-        "Fig. 7, kicks at all 40 phases: ticks until the velocity stays within 7.3 mm/s above the nominal one. "
+        f"Fig. 7, kicks at all {period} phases: ticks until the velocity stays within {1e3 * PAPER_PERIODIC:g} mm/s "
+        "above the nominal one. "
         "Squares below: phases at which the barrier's own h < 0 at once."
     )
     return Picture("fig7_phases", caption, figure, data)
@@ -168,47 +173,5 @@ def _definitions() -> str:
         "The same event meets the same settled walk under Case 1, Case 2 and no barrier (γ = 0.5, soft). A barrier "
         "notices when its own h < 0 on the measured state; it acts when the controller's ZMP velocity differs by more "
         "than 10 mm/s from what the same program without the barrier would do from the same state; the walk has "
-        "recovered once the velocity stays within 7.3 mm/s above the nominal one."
+        f"recovered once the velocity stays within {1e3 * PAPER_PERIODIC:g} mm/s above the nominal one."
     )
-
-
-def _conclusions(
-    by_size: Mapping[float, Mapping[str, list[Outcome]]], orders: Mapping[float, Mapping[str, Outcome]]
-) -> list[str]:
-    faint = {c: count(b < 1e-3 for cases in by_size.values() for b in braking(cases, c)) for c in BARRIERS}
-    acts = count(o.acts <= 1 for cases in by_size.values() for o in cases["constant"])
-    mean = {c: [np.mean([o.recovers for o in cases[c]]) for cases in by_size.values()] for c in CASES}
-    large = by_size[KICKS[-1]]
-    slower = count(c.recovers > f.recovers for c, f in zip(large["constant"], large["free"], strict=True))
-    excess = {c: 1e3 * max(0.0, *(orders[s][c].peak - PAPER_PERIODIC for s in COMMANDS)) for c in CASES}
-    seen = {c: count(o.notices == 0 for cases in by_size.values() for o in cases[c]) for c in BARRIERS}
-    return [
-        f"What holds of the paper's claim: as an alarm, the periodic barrier sees {seen['periodic']} of these "
-        f"{40 * len(KICKS)} kicks at once, the constant one {seen['constant']}: it misses those that stay under it, "
-        f"{40 - count(o.notices == 0 for o in by_size[0.01]['constant'])} of 40 "
-        "at 10 mm/s. The walk comes back after "
-        + ", ".join(
-            f"{mean['periodic'][i]:.0f} ticks against {mean['constant'][i]:.0f} (DCBF) and {mean['free'][i]:.0f} "
-            f"(none) at {1e3 * size:g} mm/s"
-            for i, size in enumerate(KICKS)
-        )
-        + ".",
-        f"What holds in part: “the DCBF is unable to react”. Inside an MPC a barrier constrains the prediction, so "
-        f"it acts "
-        f"before its bound is crossed: the constant one acts within a tick in {acts} of {40 * len(KICKS)} kicks. "
-        f"But it "
-        f"often does little: in {faint['constant']} of them it slows the walk by less than 1 mm/s within half a step "
-        f"(periodic: {faint['periodic']}).",
-        "What does not hold: “such a deviation would not occur under P-DHOCBF”. No barrier undoes a kick: the "
-        "excess is "
-        "there before any input can work, and h < 0 until the walk has braked.",
-        f"Where a barrier can hurt: after kicks of {1e3 * KICKS[-1]:g} mm/s the constant barrier recovers more "
-        f"slowly than "
-        f"no barrier at {slower} of 40 phases: it brakes hard, then lets the velocity lie above nominal but under "
-        f"its bound.",
-        "All this compares a tight bound with a loose one, and only a periodic bound can be that tight: a constant one "
-        "at the periodic bound's mean would lie below the walk's own peaks.",
-        "Where the periodic barrier shows its worth: when the plan itself would break it. Under a wrong speed "
-        f"command it lets the velocity exceed the periodic bound by {excess['periodic']:.1g} mm/s at most, the "
-        f"constant one by {excess['constant']:.1f} mm/s and no barrier by {excess['free']:.0f} mm/s.",
-    ]

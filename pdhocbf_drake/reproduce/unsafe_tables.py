@@ -17,6 +17,7 @@ BARRIERS = ("constant", "periodic")
 def kick_table(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Table:
     """One row a kick and case."""
     rows = []
+    phases = max(len(cases["free"]) for cases in by_size.values())
     for size, cases in by_size.items():
         free = np.array([o.recovers for o in cases["free"]])
         for case, outcomes in cases.items():
@@ -37,26 +38,26 @@ def kick_table(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Table:
     header = (
         "kick [mm/s]",
         "case",
-        "phases with h < 0 at once (of 40)",
+        f"phases with h < 0 at once (of {phases})",
         "phases with action within a tick",
         "brakes by, mean [mm/s]",
         "recovery, mean [ticks]",
         "longest",
         "phases slower than without",
     )
-    return Table("Velocity kicks at each of the 40 phases", header, rows)
+    return Table(f"Velocity kicks at each of the {phases} phases", header, rows)
 
 
-def push_table(pushes: Mapping[float, Mapping[str, Outcome]]) -> Table:
-    """One row a push and case."""
+def push_table(pushes: Mapping[float, Mapping[str, Outcome]], step: str) -> Table:
+    """One row a push and case; `step` tells how long a push lasts."""
     last = ("recovery [ticks]", lambda o: f"{o.recovers:.0f}")
-    return _event_table("A sustained push, 0.4 s from the start of a step on", "push [m/s²]", last, pushes)
+    return _event_table(f"A sustained push, {step} from the start of a step on", "push [m/s²]", last, pushes)
 
 
-def command_table(orders: Mapping[float, Mapping[str, Outcome]]) -> Table:
-    """One row a command and case."""
+def command_table(orders: Mapping[float, Mapping[str, Outcome]], right: float) -> Table:
+    """One row a command and case; `right` is the stride that the bounds were made for [m]."""
     last = ("above the periodic bound [mm/s]", lambda o: f"{1e3 * max(0.0, o.peak - PAPER_PERIODIC):.1f}")
-    caption = "A wrong speed command, for the rest of the walk (right: 0.15 m)"
+    caption = f"A wrong speed command, for the rest of the walk (right: {right:g} m)"
     return _event_table(caption, "commanded stride [m]", last, orders)
 
 
@@ -76,8 +77,9 @@ def _event_table(
 
 def braking(cases: Mapping[str, list[Outcome]], case: str) -> list[float]:
     """Per phase: by how much the velocity falls below that without a barrier, within half a step [m/s]."""
+    half = max(1, len(cases["free"]) // 2)  # an outcome for each tick of a step
     return [
-        float((free.record.speed - outcome.record.speed)[:20].max())
+        float((free.record.speed - outcome.record.speed)[:half].max())
         for outcome, free in zip(cases[case], cases["free"], strict=True)
     ]
 
