@@ -109,6 +109,16 @@ def test_compare_tells_both_margins_and_their_ratio(tmp_path, capsys):
     assert f"{folders[0]} has less than a period of 0.4 s from 50 s on: it ended at 4.00 s" in capsys.readouterr().err
 
 
+def test_compare_begins_where_the_first_runs_scenario_does(tmp_path, capsys):
+    for name, start in (("early", 1.25), ("late", 2.01)):
+        run = synthetic.run("vhip")
+        with new_run_folder(tmp_path / name) as folder:
+            write_run(folder, run._replace(scenario=run.scenario.model_copy(update={"from_time": start})))
+    for first, second, start in (("early", "late", "1.25"), ("late", "early", "2.01")):
+        assert main(["compare", str(tmp_path / first), str(tmp_path / second)]) == 0
+        assert capsys.readouterr().out.count(f"m/s from {start} s on") == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

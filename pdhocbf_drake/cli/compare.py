@@ -14,17 +14,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("first", type=Path, metavar="RUN")
     parser.add_argument("second", type=Path, metavar="RUN")
     parser.add_argument(
-        "--from-time", type=_seconds, default=2.0, metavar="S", help="start of the steady state [s], 2.0 unless told"
-    )
+        "--from-time", type=_seconds, metavar="S",
+        help="start of the steady state [s]; that of the first run's scenario (its from_time) unless told",
+    )  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> int:
     """Prints the margins and M."""
     places = options.first, options.second
     runs = read_run(places[0]), read_run(places[1])
-    for found in compare(*runs, options.from_time, (str(places[0]), str(places[1]))):
+    start = runs[0].scenario.from_time if options.from_time is None else options.from_time
+    for found in compare(*runs, start, (str(places[0]), str(places[1]))):
         for place, one, name, margin in zip(places, runs, found.names, found.margins, strict=True):
-            mean = f"mean h {margin:.5g} {found.unit} from {options.from_time:g} s on"
+            mean = f"mean h {margin:.5g} {found.unit} from {start:g} s on"
             print(f"{place}: {one.scenario.name}, barrier {name}: {mean}")
         print(f"M = {100 * found.ratio:.1f} %: {_meaning(found.ratio)}")
     return 0
