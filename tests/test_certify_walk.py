@@ -60,7 +60,7 @@ def test_inside_can_be_saved_and_outside_can_not_says_an_independent_program(axi
     limits = template.with_barriers(barriers)
     inside, outside = inside_starts(kept, 4, random), outside_starts(limits, kept, 6, random)
     for start in inside:
-        assert Rescue(template, barriers, REACH, start.phase).exists(start.state)
+        assert Rescue(template, barriers, REACH, start.phase).excess(start.state) <= SAVED
     for start in outside:
         assert Rescue(template, barriers, REACH, start.phase).excess(start.state) > 10 * SAVED
 
@@ -73,8 +73,8 @@ def test_edges_are_sharp(forward):
         program = Rescue(template, [forward.bounds[0].barrier], REACH, phase)
         vertex = part.vertices[random.integers(len(part.vertices))]
         outward = (vertex - part.centre) / np.linalg.norm(vertex - part.centre)
-        assert program.exists(vertex - 1e-5 * outward)
-        assert not program.exists(vertex + 1e-3 * outward)
+        assert program.excess(vertex - 1e-5 * outward) <= SAVED
+        assert program.excess(vertex + 1e-3 * outward) > SAVED
 
 
 def test_a_tighter_bound_never_enlarges_the_set():
@@ -155,8 +155,8 @@ def test_the_largest_kick_is_the_largest_that_can_be_saved(forward):
         kick = kick_range(template, forward.kept, phase, state)
         program = Rescue(template, barriers, REACH, phase)
         for change in kick:
-            assert program.exists(template.state(phase, state[0], state[1] + 0.999 * change))
-            assert not program.exists(template.state(phase, state[0], state[1] + change + 1e-3 * np.sign(change)))
+            assert program.excess(template.state(phase, state[0], state[1] + 0.999 * change)) <= SAVED
+            assert program.excess(template.state(phase, state[0], state[1] + change + 1e-3 * np.sign(change))) > SAVED
         push = push_range(template, forward.kept, phase, state, 1)
         assert push.low < 0.0 < push.high
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from walks import make_mpc, speed_limit, start, walk
+from walks import make_mpc, predicted, speed_limit, start, walk
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
@@ -54,7 +54,7 @@ def test_a_state_beyond_rescue_misses_its_tail_by_as_little_as_it_can() -> None:
     lost[0, 1] += 2.0  # [m/s]: no ZMP in any box, no foothold within reach brings this back
     plan = mpc.solve(220, lost, memory.stance, {}, None, last)
     assert plan.reason == Reason.RELAXED and plan.reason.planned and plan.fallbacks == 0
-    zmp = mpc.predict(lost, plan)[:, 1, 2]
+    zmp = predicted(mpc, lost, plan)[:, 1, 2]
     low, high = mpc.zmp_box(221, memory.stance, plan.footholds)
     assert np.all(zmp >= low - 1e-9) and np.all(zmp <= high + 1e-9)
     assert zmp[0] == pytest.approx(high[0], abs=1e-6)  # all the braking there is

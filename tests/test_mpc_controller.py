@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver, Solve
-from walks import make_mpc, speed_limit, start, walk
+from walks import make_mpc, predicted, speed_limit, start, walk
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.axis_program import axis_program, box_weights
@@ -56,14 +56,14 @@ def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() 
     mpc = PLAIN
     for tick, state, stance, plan in walk(mpc, 300):
         assert plan.reason == Reason.SOLVED
-        predicted = mpc.predict(state, plan)
+        future = predicted(mpc, state, plan)
         low, high = mpc.zmp_box(tick + 1, stance, plan.footholds)
-        assert np.all(predicted[:, 1, 2] >= low - 1e-9) and np.all(predicted[:, 1, 2] <= high + 1e-9)
+        assert np.all(future[:, 1, 2] >= low - 1e-9) and np.all(future[:, 1, 2] <= high + 1e-9)
         if not mpc.preview.repeats(tick):
             continue
         for axis in (0, 1):
-            first = mpc.divergent.offset_row(tick) @ predicted[axis, 0]
-            end = mpc.divergent.offset_row(tick + 80) @ predicted[axis, -1]
+            first = mpc.divergent.offset_row(tick) @ future[axis, 0]
+            end = mpc.divergent.offset_row(tick + 80) @ future[axis, -1]
             assert end == pytest.approx(first, abs=1e-8)
 
 
@@ -76,7 +76,7 @@ def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: floa
     offset = side * np.array([0.02 * np.ones(80), 0.01 * np.ones(80)])
     plan = mpc.solve(tick, memory.state, memory.stance, {}, offset, last)
     assert plan.reason == Reason.SOLVED
-    zmp = mpc.predict(memory.state, plan)[:, 1:, 2] + offset
+    zmp = predicted(mpc, memory.state, plan)[:, 1:, 2] + offset
     weights, feet = box_weights(mpc.gait, tick % 40, 80, 2), np.hstack([memory.stance, plan.footholds])
     half = np.array(mpc.gait.config.zmp_box)[:, None] / 2.0 - margin
     beyond = np.abs(zmp - feet @ weights.T) - half
@@ -116,7 +116,7 @@ def test_a_landing_is_held_in_the_last_ticks_of_a_step(phase: int, held: bool) -
 def test_other_tails_end_where_they_say(tail: str) -> None:
     mpc = make_mpc(mpc={"tail": tail})
     for tick, state, _, plan in walk(mpc, 200):
-        end = mpc.divergent.offset_row(tick + 80) @ mpc.predict(state, plan)[0, -1]
+        end = mpc.divergent.offset_row(tick + 80) @ predicted(mpc, state, plan)[0, -1]
         discount = mpc.divergent.discounts(tick, 80)[-1]
         wanted = 0.0 if tail == "truncated" else mpc.preview.anticipative_tail(tick)[0] / discount
         assert end == pytest.approx(wanted, abs=1e-8)
@@ -195,6 +195,12 @@ def test_memory_survives_packing() -> None:
     copy = Memory.unpack(mpc, vector)
     np.testing.assert_array_equal(copy.pack(mpc), vector)
     assert copy.plan is not None and memory.plan is not None and copy.plan.tick == memory.plan.tick
+    for name in ("measured", "state", "feet", "stance"):
+        np.testing.assert_array_equal(getattr(copy, name), getattr(memory, name))
+        np.testing.assert_array_equal(vector[Memory.layout(mpc)[name]], getattr(memory, name).ravel())
+    for name in ("inputs", "footholds"):
+        np.testing.assert_array_equal(getattr(copy.plan, name), getattr(memory.plan, name))
+        np.testing.assert_array_equal(vector[Memory.layout(mpc)[name]], getattr(memory.plan, name).ravel())
     fresh = start(mpc)
     assert Memory.unpack(mpc, fresh.pack(mpc)).plan is None
 

@@ -28,6 +28,12 @@ def start(mpc: PeriodicMpc) -> Memory:
     return Memory.at_start(mpc, np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]]))
 
 
+def predicted(mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> np.ndarray:
+    """[c, v, p] at k … k + H per axis under the plan's inputs, shape (2, H + 1, 3)."""
+    phi, gamma = mpc.vhip.prediction(plan.tick, mpc.config.horizon)
+    return np.array([phi @ state[axis] + gamma @ plan.inputs[axis] for axis in (0, 1)])
+
+
 def walk(mpc: PeriodicMpc, ticks: int, memory: Memory | None = None, kick: dict[int, np.ndarray] | None = None):
     """Yields (tick, state, stance, plan) of the closed loop on the template."""
     memory = memory or start(mpc)

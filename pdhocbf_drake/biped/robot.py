@@ -112,11 +112,6 @@ class Biped:
         clipped[quaternion] /= max(float(np.linalg.norm(clipped[quaternion])), 1e-12)
         return clipped
 
-    def inside_limits(self, q: np.ndarray) -> bool:
-        """Whether every joint of q (19,) is within its limits."""
-        joints, (lower, upper) = q[self.q_index], self.position_limits.T
-        return bool(((joints >= lower) & (joints <= upper)).all())
-
     def _check_base(self, instance: ModelInstanceIndex) -> None:
         plant, config = self.plant, self.config
         floating = [plant.get_body(index) for index in sorted(plant.GetFloatingBaseBodies(), key=int)]

@@ -98,7 +98,3 @@ class Rescue:
         if result.status != 0:
             raise PdhocbfError(f"the rescue program ended with: {result.message}")
         return float(result.fun)
-
-    def exists(self, state: Array) -> bool:
-        """Whether some plan keeps all limits for T ticks."""
-        return self.excess(state) <= SAVED

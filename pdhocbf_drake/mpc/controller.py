@@ -214,8 +214,3 @@ class PeriodicMpc:
         centre = (1.0 - weight) * feet[:, 0] + weight * feet[:, 1]
         side = (1.0 - weight) * half[:, place] + weight * half[:, place + 1]
         return centre - side, centre + side
-
-    def predict(self, state: np.ndarray, plan: Plan) -> np.ndarray:
-        """The predicted [c, v, p] at k … k + H per axis, shape (2, H + 1, 3)."""
-        phi, gamma = self.vhip.prediction(plan.tick, self.config.horizon)
-        return np.array([phi @ state[axis] + gamma @ plan.inputs[axis] for axis in (0, 1)])

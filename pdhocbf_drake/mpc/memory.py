@@ -181,23 +181,25 @@ class Memory:
     @classmethod
     def carried(cls, mpc: PeriodicMpc, vector: np.ndarray) -> Memory:
         """From the packed vector's part behind the outputs, as copies; the outputs are left to `advance`."""
-        own = np.array(vector)
-        # The first 27 places are those of `sizes`: 9 single numbers, then measured, state, feet, stance.
-        last_step, degraded, x, y, disturbed, quiet, tick, fallbacks, recovering = own[:9].tolist()
-        horizon, n_f, rows = mpc.config.horizon, mpc.footholds, mpc.rows[0]
-        feet_from = 27 + 2 * horizon
-        active_from = feet_from + 2 * n_f
+        places = cls.layout(mpc)
+        own, outputs = np.array(vector), places["last_step"].start
+
+        def part(name: str) -> np.ndarray:
+            place = places[name]
+            return own[place.start - outputs : place.stop - outputs]
+
+        x, y, disturbed, quiet = part("disturbance").tolist()
+        tick, fallbacks, recovering = part("plan").tolist()
         plan = None
         if tick >= 0:
             plan = Plan(
-                round(tick), own[27:feet_from].reshape(2, horizon), own[feet_from:active_from].reshape(2, n_f),
-                (own[active_from : active_from + rows], own[active_from + rows :]), 0.0, math.nan, Reason.SOLVED,
-                round(fallbacks), bool(recovering),
+                round(tick), part("inputs").reshape(2, -1), part("footholds").reshape(2, -1),
+                (part("active_x"), part("active_y")), 0.0, math.nan, Reason.SOLVED, round(fallbacks), bool(recovering),
             )  # fmt: skip
         return cls(
-            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, own[13:19].reshape(2, 3), own[19:23].reshape(2, 2),
-            own[23:27].reshape(2, 2), last_step, degraded, own[9:13], plan,
-            Disturbance(np.array([x, y]), bool(disturbed), round(quiet)),
+            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, part("state").reshape(2, 3), part("feet").reshape(2, 2),
+            part("stance").reshape(2, 2), float(part("last_step")[0]), float(part("degraded")[0]),
+            part("measured"), plan, Disturbance(np.array([x, y]), bool(disturbed), round(quiet)),
         )  # fmt: skip
 
 

@@ -62,15 +62,6 @@ class Disturbance(NamedTuple):
         quiet = 0 if trouble or moved > config.calm else self.quiet + 1
         return Disturbance(astray, quiet < config.calm_ticks, quiet)
 
-    def packed(self) -> np.ndarray:
-        """As one vector (4,)."""
-        return np.array([*self.astray, self.active, self.quiet])
-
-    @classmethod
-    def unpacked(cls, vector: np.ndarray) -> Disturbance:
-        """The inverse of `packed`."""
-        return cls(vector[:2], bool(vector[2]), round(vector[3]))
-
 
 CALM = Disturbance(np.zeros(2), False, 0)
 

@@ -57,12 +57,6 @@ def orbit_through(positions: ArrayLike, tick: float) -> NDArray[np.float64]:
     return np.stack([x1, (np.roll(x1, -1) - x1) / _positive_tick(tick)], axis=1)
 
 
-def orbit_input(system: VanDerPol, orbit: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The input that keeps the state on the orbit, (N,) [1/s²]."""
-    after = np.roll(orbit[:, 1], -1)
-    return np.asarray((after - orbit[:, 1]) / system.tick - [system.drift(x) for x in orbit])
-
-
 def harmonic_orbit(amplitude: float, period: int, tick: float) -> NDArray[np.float64]:
     """x₁(k) = amplitude·cos(2πk/N), eq. (17), (N, 2); N = `period` must be whole, and 2π/δ is not.
 
