@@ -15,7 +15,7 @@ class BarrierMetrics(BaseModel):
     violations: int | None = Field(description="ticks with h < 0, or with an h that is no number")
     psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
-    relative_degree: int = Field(description="m")
+    relative_degree: int = Field(description="declared relative degree, in ticks")
     unit: str = Field(description="unit of h")
 
 

@@ -25,7 +25,8 @@ class InvariantSet:
 
         C_k = X_k ∩ Pre_k(C_{k+1}),   Pre_k(C) = {x : A_k x + B_k u + c_k ∈ C for some u ∈ U_k},   C_{k+N} = C_k.
 
-    From x(k) ∈ C_k some admissible inputs keep x(j) ∈ X_j for all j ≥ k, and from elsewhere none do.
+    From x(k) ∈ C_k some admissible inputs keep x(j) ∈ X_j for all j ≥ k, and from elsewhere none do; both up to
+    `residual`, since the iteration ends.
 
     Attributes:
         sets: C_k, one per phase; empty if there is no such set.
@@ -44,7 +45,7 @@ class InvariantSet:
 
     @property
     def enforceable(self) -> bool:
-        """Whether some states can be kept within the limits for ever."""
+        """Whether some states can be kept within the limits for ever, up to `residual`."""
         return self.first_failing_phase is None
 
 

@@ -30,7 +30,7 @@ _SLACK_NOTICED = 1e-6  # [m/s]: below this the barrier counts as kept
 
 
 class PeriodicMpc:
-    """Problem (36) for every phase of the step, compiled at start.
+    """Problem (36) for every phase of the step, compiled at start (that of a disturbed walk, when first needed).
 
     Attributes:
         barriers: the barriers of the axes x and y.

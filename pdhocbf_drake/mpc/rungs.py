@@ -3,7 +3,8 @@
 1. own        what the scenario asks for; solved once more by the independent solver where the first one gives up.
 2. softened   only below a hard barrier: its rows get slacks with an exact price.
 3. relaxed    stability row (or terminal set) paid for instead of demanded, barriers soft and without decay (γ = 1).
-              Only ZMP boxes and step limits are left, which some ZMP and footholds always meet.
+              Only ZMP boxes and step limits are left; where these contradict each other, no rung has a solution
+              (`Reason.INFEASIBLE`).
 
 Below them the controller shifts its last plan; and a walk that stays degraded comes to a stand.
 """

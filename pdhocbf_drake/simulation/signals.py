@@ -108,7 +108,7 @@ SIGNALS: tuple[Signal, ...] = (
     ),
     Signal(
         "joint_state",
-        "state_estimator",
+        "joint_encoders",
         24,
         "rad, rad/s",
         "measured joint positions, then velocities",
