@@ -48,7 +48,7 @@ def literal_against_corrected(runs: Runs) -> Section:
             _refusal("barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}"),
             "computed from the dynamics: 2 with the ZMP velocity as input",
         ),
-        ("H no multiple of the gait", _refusal("mpc: {horizon: 60}"), "H = 80"),
+        ("H no multiple of the gait", _refusal("mpc: {horizon: 60}"), f"H = {runs.walk(*SOFT).mpc.config.horizon}"),
     ]
     command = "pdhocbf reproduce --only literal"
     return Section(

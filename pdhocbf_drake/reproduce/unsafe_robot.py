@@ -21,7 +21,7 @@ EVENTS: dict[str, dict[str, Request]] = {
         for case, name in _NAMES.items()
     },
 }
-_FROM, _GAIT = 200, 80  # [ticks]
+_FROM = 200  # [ticks]
 
 
 def figure_7_robot(runs: Runs) -> Section:
@@ -75,8 +75,9 @@ def _finding(runs: Runs) -> str:
     """What each case makes of the two events, in numbers."""
     push, order = EVENTS.values()
     peak = {case: _speed(runs.run(*push[case])).max() for case in _NAMES}
-    mean = {case: _speed(runs.run(*order[case]))[-_GAIT:].mean() for case in _NAMES}
-    right = 0.15 / 0.4
+    gait = runs.run(*push["free"]).scenario.gait
+    mean = {case: _speed(runs.run(*order[case]))[-gait.ticks_per_gait :].mean() for case in _NAMES}
+    right = gait.stride / (gait.ticks_per_step * gait.tick)
     faster = {case: 1e3 * (speed - right) for case, speed in mean.items()}
     return (
         f"The push takes the robot to {peak['free']:.3f} m/s without a barrier, to {peak['constant']:.3f} with the "
