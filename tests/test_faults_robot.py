@@ -119,7 +119,7 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
         def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
             return self.inner.solve(theta, guess)._replace(ok=False, infeasible=False)
 
-    mpc = rig._diagram.GetSubsystemByName("mpc_controller")._mpc
+    mpc = rig._diagram.GetSubsystemByName("mpc_controller").mpc
     failing = [[Fails(solver) if phase % 5 == 0 else solver for phase, solver in enumerate(a)] for a in mpc._solvers]
     monkeypatch.setattr(mpc, "_solvers", failing)
     if not second:

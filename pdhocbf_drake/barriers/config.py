@@ -53,6 +53,8 @@ class BoundConfig(Config):
         allowed = ", ".join((*needed, *optional))
         if missing := [key for key in needed if key not in given]:
             raise ValueError(f'a bound of kind "{self.kind}" needs {missing[0]}; it takes: {allowed}')
+        if self.margin is not None and self.margin < 0.0:
+            raise ValueError(f"margin must be at least 0: the orbit itself would be outside (given: {self.margin:g})")
         if unused := sorted(given - {*needed, *optional}):
             raise ValueError(f'a bound of kind "{self.kind}" does not use {unused[0]}; it takes: {allowed}')
         return self

@@ -13,6 +13,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.certify.report import certificate_data, certificate_lines
 from pdhocbf_drake.certify.scenario_certificate import ScenarioCertificate, certify_scenario
 from pdhocbf_drake.certify.terminal import terminal_sets
@@ -34,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "scenario", metavar="SCENARIO",
         help="as for run; or a YAML file of another periodic linear system with A, B, states and inputs",
     )  # fmt: skip
-    parser.add_argument("--text", default="", metavar="YAML", help="overrides, such as 'gait: {stride: 0.1}'")
+    add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/certify-NAME")
     parser.add_argument(
         "--reach", type=float, metavar="M",

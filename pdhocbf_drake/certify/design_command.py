@@ -8,10 +8,12 @@ from typing import Any
 
 import yaml
 
+from pdhocbf_drake.barriers import Linear
 from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.certify.design import Envelope, designed_barrier
 from pdhocbf_drake.certify.report import share
 from pdhocbf_drake.certify.scenario_certificate import ScenarioCertificate, certify_scenario
+from pdhocbf_drake.config import as_name
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import Run, read_run, replaced_file
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -35,6 +37,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Designs, certifies, writes and tells; gives the exit code."""
+    for rate in options.gamma:
+        Linear(rate)  # refuses what is no class-K function
+    if as_name(options.name) != options.name:
+        raise InputError(f"--name must be letters, digits, '_', '-' or '.', at most 100 (given: {options.name!r})")
     recorded = read_run(options.run)
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time

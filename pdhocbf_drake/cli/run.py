@@ -12,6 +12,7 @@ from pydrake.geometry import Meshcat
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
+from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.cli.progress import say, shown_progress
 from pdhocbf_drake.simulation.checks import unused_settings
 from pdhocbf_drake.simulation.provenance import Provenance
@@ -20,8 +21,9 @@ from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import check_watchable, simulate
-from pdhocbf_drake.stopping import interruptible
+from pdhocbf_drake.stopping import interruptible, stop_requests
 
+_STOPPED = "interrupted after the run"
 _ENDED_EARLY = 3  # exit code of a run that fell, or that Drake gave up
 
 
@@ -29,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, what to change in it, and where to put the run."""
     what = "a name from `pdhocbf list`, or a YAML file, or FILE:NAME for one of several in a file"
     parser.add_argument("scenario", metavar="SCENARIO", help=what)
-    parser.add_argument("--text", default="", metavar="YAML", help="overrides, such as 'gait: {stride: 0.1}'")
+    add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="the run folder; otherwise a new one in ./runs")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser")
     parser.add_argument("--no-replay", action="store_true", help="leave replay.html out")
@@ -44,10 +46,14 @@ def run(options: argparse.Namespace) -> int:
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
     place = options.out or _new_place(scenario)
     with interruptible(), new_run_folder(place) as folder:
-        recorded = _recorded(scenario, options.meshcat)
-        write_run(folder, recorded)
-        metrics = write_metrics(recorded, folder)
-        done, lost = _write_pages(recorded, metrics, folder, not options.no_replay)
+        with stop_requests() as asked:  # what was recorded is written before such a request takes effect
+            recorded = _recorded(scenario, options.meshcat)
+            write_run(folder, recorded)
+            metrics = write_metrics(recorded, folder)
+        if asked.is_set():
+            done, lost = list[str](), _STOPPED
+        else:
+            done, lost = _write_pages(recorded, metrics, folder, not options.no_replay)
     _tell(metrics, place, done)
     if lost:
         say(f"pdhocbf: {lost}; `pdhocbf report {place}` makes up what is missing")
@@ -96,7 +102,7 @@ def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: boo
         write_report(recorded, metrics, folder, page)
         done.append(REPORT)
     except KeyboardInterrupt:
-        return done, "interrupted after the run"
+        return done, _STOPPED
     except OSError as error:
         reason = error.strerror or str(error).rpartition(": ")[2]
         return done, f"the run is complete, but {REPORT if REPLAY in done else REPLAY} can't be written: {reason}"

@@ -6,6 +6,7 @@ import argparse
 import json
 from pathlib import Path
 
+from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.biped import Biped
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.progress import run_progress
@@ -25,9 +26,9 @@ RESULT = "push.json"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the pushes to try, and where to put what is found."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
-    parser.add_argument("--text", default="", metavar="YAML", help="overrides, such as 'gait: {stride: 0.1}'")
+    add_overrides(parser)
     parser.add_argument("--directions", default="+x,-x,+y,-y", metavar="LIST", help="such as +x,+y or forward,left")
-    phases = "how many, evenly spread over the gait, or a list of its ticks such as 0,10,20"
+    phases = "how many, evenly spread over the gait, or a list of its ticks such as 0,10,20 (or '0,' for one)"
     parser.add_argument("--phases", default="8", metavar="N|LIST", help=phases)
     parser.add_argument(
         "--barriers", default=",".join(BARRIERS), metavar="LIST", help="which of " + ", ".join(BARRIERS)

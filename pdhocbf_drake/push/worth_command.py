@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import styled
 from pdhocbf_drake.analysis.palette import CASES
+from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.push.directions import parse_phases
 from pdhocbf_drake.push.folder import result_folder
@@ -39,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the events, the range of γ, and where to put what is found."""
     what = "a name from `pdhocbf list`, or FILE[:NAME]; a template (such as vhip) takes a minute, a robot several"
     parser.add_argument("scenario", metavar="SCENARIO", help=what)
-    parser.add_argument("--text", default="", metavar="YAML", help="overrides, such as 'gait: {stride: 0.1}'")
+    add_overrides(parser)
     parser.add_argument("--gamma", default="0.05,0.1,0.2,0.5,1", metavar="LIST", help="class-K rates in (0, 1]")
     parser.add_argument("--phases", default="8", metavar="N|LIST", help="ticks at which events begin, as for push")
     parser.add_argument("--kick", type=float, metavar="SIZE", help="velocity gained [m/s], or on a robot impulse [N s]")
@@ -56,6 +57,10 @@ def run(options: argparse.Namespace) -> int:
     if scenario.system not in _SIZES:
         raise InputError(f"scenario.system: 'vhip' or 'biped' is needed (given: {scenario.system!r})")
     gammas = _gammas(options.gamma)
+    for name in ("kick", "push", "command"):
+        size = getattr(options, name)
+        if size is not None and not (np.isfinite(size) and size > 0.0):
+            raise InputError(f"--{name} must be a finite number above 0 (given: {size:g})")
     kick, push = _SIZES[scenario.system]
     sizes = (options.kick or kick, options.push or push, options.command)
     ticks = scenario.gait.ticks_per_step if scenario.system == "vhip" else scenario.gait.ticks_per_gait

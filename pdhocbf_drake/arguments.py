@@ -1,0 +1,19 @@
+"""Command-line arguments that several verbs have in common."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+
+def add_overrides(parser: argparse.ArgumentParser) -> None:
+    """`--text YAML`, once: of two the first would be lost without a word."""
+    what = "overrides, such as 'gait: {stride: 0.1}'"
+    parser.add_argument("--text", default="", metavar="YAML", action=_Once, help=what)
+
+
+class _Once(argparse.Action):
+    def __call__(self, parser: argparse.ArgumentParser, options: argparse.Namespace, value: Any, *_: Any) -> None:
+        if getattr(options, self.dest) != self.default:
+            parser.error(f"{self.option_strings[0]} is given twice; put all of it into one, such as '{{a: 1, b: 2}}'")
+        setattr(options, self.dest, value)
