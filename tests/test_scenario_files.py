@@ -154,6 +154,7 @@ _BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 
         ("barriers: {forward_speed: {gamma: [1.5, 0.5]}}", r"gamma"),
         ("barriers: {forward_speed: {gamma: [0.0, 0.5]}}", r"gamma"),
         ("plant: {time_stepp: 0.001}", r"unknown key 'time_stepp'; Drake's MultibodyPlantConfig has: .*time_step"),
+        ("plant: {time_step: -0.001}", r"time_step must be above 0 s, given -0.001"),
         ("plant: {time_step: .nan}", r"time_step must be a finite number, given nan"),
         ("plant: {contact_model: glue}", r"Unknown contact_model: 'glue'"),
         ("simulator: {integration_scheme: guess}", r"Unknown integration scheme: guess"),

@@ -17,7 +17,7 @@ from pdhocbf_drake.errors import InputError
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """How much to measure, and where the numbers go."""
-    parser.add_argument("--quick", action="store_true", help="a small version, under a minute")
+    parser.add_argument("--quick", action="store_true", help="a small version, about a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers, and the plots beside them")
 
 

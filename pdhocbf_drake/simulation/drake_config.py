@@ -28,6 +28,8 @@ def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
         discrete_contact_approximation="sap", contact_model="point", use_sampled_output_ports=False
     )
     config = _load(MultibodyPlantConfig, data, defaults)
+    if config.time_step < 0.0:  # Drake would end the process
+        raise ValueError(f"time_step must be above 0 s, given {config.time_step:g}")
     _try(lambda: AddMultibodyPlant(config, DiagramBuilder()), "plant")
     return config
 
