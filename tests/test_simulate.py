@@ -35,7 +35,7 @@ def test_every_block_has_a_name_and_the_drawing_shows_it() -> None:
     diagram = make_diagram(load_scenario("walking")).diagram
     names = [system.get_name() for system in diagram.GetSystems()]
     chain = {
-        "gait_reference", "barrier_schedule", "mpc_controller", "foot_reference", "inverse_kinematics", "joint_pd",
+        "gait_reference", "barrier_schedule", "mpc_controller", "foot_reference", "inverse_kinematics", "joint_targets",
         "plant", "scene_graph", "state_estimator",
     }  # fmt: skip
     assert chain <= set(names) and not any(name.startswith("drake/") for name in names)
@@ -46,7 +46,7 @@ def test_every_block_has_a_name_and_the_drawing_shows_it() -> None:
 def test_no_port_of_the_chain_is_left_open() -> None:
     diagram = make_diagram(load_scenario("walking")).diagram
     context = diagram.CreateDefaultContext()
-    for name in ("barrier_schedule", "mpc_controller", "foot_reference", "inverse_kinematics", "joint_pd"):
+    for name in ("barrier_schedule", "mpc_controller", "foot_reference", "inverse_kinematics", "joint_targets"):
         block = diagram.GetSubsystemByName(name)
         for i in range(block.num_input_ports()):
             port = block.get_input_port(i)

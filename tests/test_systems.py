@@ -5,19 +5,21 @@ import pytest
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import Context, LeafSystem
+from pydrake.systems.framework import Context, DiagramBuilder, LeafSystem
 from walks import make_mpc, speed_limit, start
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, harmonic
 from pdhocbf_drake.biped import Biped, InverseDynamics, sole_pose
 from pdhocbf_drake.gait import Gait, GaitConfig, swing_point
 from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.simulation.biped_diagram import add_robot, model_instance
+from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
-from pdhocbf_drake.systems.joint_pd import joint_pd
+from pdhocbf_drake.systems.joint_targets import joint_targets
 from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
@@ -459,24 +461,42 @@ def test_offset_of_a_swinging_leg_is_foretold_by_its_lever_and_not_learned(suppo
     assert np.all(np.abs(seen) > 1e-4)
 
 
-def test_joint_control_is_pd_with_feedforward_within_the_limits(biped: Biped, posture: np.ndarray) -> None:
+def test_joint_targets_move_evenly_in_the_order_of_the_motors(biped: Biped, posture: np.ndarray) -> None:
     start_angles = posture[biped.q_index]
-    block = joint_pd(biped, start_angles, 0.001)
+    block = joint_targets(biped, start_angles, 0.001)
     simulator = Simulator(block)
     context = simulator.get_mutable_context()
-    rates, feedforward = np.full(12, 0.2), np.linspace(-3.0, 3.0, 12)
+    rates, feedforward = np.linspace(-0.3, 0.2, 12), np.linspace(-3.0, 3.0, 12)
     block.GetInputPort("desired_state").FixValue(context, np.concatenate([np.zeros(12), rates]))
-    block.GetInputPort("estimated_state").FixValue(context, np.concatenate([start_angles, np.zeros(12)]))
     block.GetInputPort("feedforward").FixValue(context, feedforward)
-    torque = block.GetOutputPort("actuation").Eval(context)
-    np.testing.assert_allclose(torque, biped.kd * 0.2 + feedforward)
-    simulator.AdvanceTo(0.0095)  # ten steps of the integrator: the target has moved by 10 ms of its rate
-    torque = block.GetOutputPort("actuation").Eval(context)
-    np.testing.assert_allclose(torque, biped.kp * 0.2 * 0.01 + biped.kd * 0.2 + feedforward)
-    block.GetInputPort("feedforward").FixValue(context, np.full(12, 1e4))
-    np.testing.assert_allclose(block.GetOutputPort("actuation").Eval(context), biped.effort_limits)
-    block.GetInputPort("feedforward").FixValue(context, np.full(12, -1e4))
-    np.testing.assert_allclose(block.GetOutputPort("actuation").Eval(context), -biped.effort_limits)
+    simulator.AdvanceTo(0.0095)  # ten steps of the integral; half a step more is the middle of the step that follows
+    told = block.GetOutputPort("plant_desired_state").Eval(context)
+    np.testing.assert_allclose(told[:12][biped.u_index], start_angles + 0.0105 * rates, atol=1e-15)
+    np.testing.assert_allclose(told[12:][biped.u_index], rates)
+    np.testing.assert_allclose(block.GetOutputPort("plant_actuation").Eval(context)[biped.u_index], feedforward)
+
+
+@pytest.mark.parametrize("push", [0.0, 1e4])
+def test_the_plants_joint_control_is_implicit_pd_with_feedforward_within_the_limits(biped: Biped, push: float) -> None:
+    """τ = sat(kp (q* − q⁺) + kd (q̇* − q̇⁺) + feedforward), with q⁺ and q̇⁺ at the end of the step."""
+    scenario = load_scenario("walking")
+    builder = DiagramBuilder()
+    plant = add_robot(builder, scenario, biped, biped.bent_knee)
+    robot = model_instance(plant, biped)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    rates, feedforward = np.linspace(-0.3, 0.2, 12), np.linspace(-3.0, 3.0, 12) + push
+    joints = biped.bent_knee[biped.q_index] + 0.003
+    order = np.argsort(biped.u_index)
+    plant.get_desired_state_input_port(robot).FixValue(context, np.concatenate([joints[order], rates[order]]))
+    plant.get_actuation_input_port().FixValue(context, feedforward[order])
+    torque = plant.get_net_actuation_output_port(robot).Eval(context)[biped.u_index]
+    simulator.AdvanceTo(plant.time_step())
+    q, v = plant.GetPositions(context)[biped.q_index], plant.GetVelocities(context)[biped.v_index]
+    wanted = biped.kp * (joints - q) + biped.kd * (rates - v) + feedforward
+    np.testing.assert_allclose(torque, np.clip(wanted, -biped.effort_limits, biped.effort_limits), rtol=1e-5, atol=1e-4)
+    assert bool(push) == bool(np.all(np.abs(torque) == biped.effort_limits))
 
 
 def test_a_push_acts_from_its_first_to_its_last_tick() -> None:

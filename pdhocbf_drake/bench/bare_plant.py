@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
-from pydrake.systems.primitives import ConstantVectorSource, MatrixGain, TrajectorySource
+from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from pdhocbf_drake.biped import Biped
-from pdhocbf_drake.simulation.biped_diagram import add_robot, initial_posture
+from pdhocbf_drake.simulation.biped_diagram import add_robot, connect_joints, initial_posture
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.systems.joint_pd import joint_pd
+from pdhocbf_drake.systems.joint_targets import joint_targets
 
 
 def bare_plant(scenario: Scenario, walk: Walk, biped: Biped) -> Diagram:
@@ -41,15 +41,9 @@ def _driven(scenario: Scenario, walk: Walk, biped: Biped, desired: System, feedf
     builder = DiagramBuilder()
     posture = initial_posture(walk, biped)
     plant = add_robot(builder, scenario, biped, posture)
-    pd = builder.AddNamedSystem("joint_pd", joint_pd(biped, posture[biped.q_index], plant.time_step()))
-    select = np.zeros((24, 37))
-    select[np.arange(12), biped.q_index] = select[12 + np.arange(12), 19 + biped.v_index] = 1.0
-    measured = MatrixGain(select)
-    for port, source in (("desired_state", desired), ("feedforward", feedforward), ("estimated_state", measured)):
+    targets = builder.AddNamedSystem("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
+    for port, source in (("desired_state", desired), ("feedforward", feedforward)):
         builder.AddSystem(source)
-        builder.Connect(source.get_output_port(), pd.GetInputPort(port))
-    builder.Connect(plant.get_state_output_port(), measured.get_input_port())
-    motors = builder.AddSystem(MatrixGain(np.eye(12)[np.argsort(biped.u_index)]))
-    builder.Connect(pd.GetOutputPort("actuation"), motors.get_input_port())
-    builder.Connect(motors.get_output_port(), plant.get_actuation_input_port())
+        builder.Connect(source.get_output_port(), targets.GetInputPort(port))
+    connect_joints(builder, plant, biped, targets)
     return builder.Build()

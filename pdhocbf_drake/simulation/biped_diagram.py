@@ -6,8 +6,8 @@ import numpy as np
 from pydrake.geometry import Box, Meshcat, ProximityProperties, RoleAssign, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import DiagramBuilder
+from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, PdControllerGains
+from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
 from pdhocbf_drake.biped import Biped, sole_pose
@@ -21,7 +21,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
-from pdhocbf_drake.systems.joint_pd import joint_pd
+from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.state_estimator import StateEstimator
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
@@ -40,6 +40,7 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
     below = RigidTransform([0.0, 0.0, -_GROUND[2] / 2.0])
     plant.RegisterCollisionGeometry(plant.world_body(), below, ground, "ground", friction)
     _set_friction(plant, scene_graph, friction)
+    _set_gains(plant, biped)
     plant.Finalize()
     plant.SetDefaultPositions(posture)
     return plant
@@ -53,6 +54,18 @@ def _set_friction(plant: MultibodyPlant, scene_graph: SceneGraph, friction: Coul
             properties = ProximityProperties(inspector.GetProximityProperties(geometry))
             properties.UpdateProperty("material", "coulomb_friction", friction)
             scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+
+
+def _set_gains(plant: MultibodyPlant, biped: Biped) -> None:
+    """Joint PD inside the plant's step, τ = sat(kp (q* − q) + kd (q̇* − q̇) + feedforward) at the step's end.
+
+    Being implicit it is stable at any gain, and needs no small step.
+    """
+    gains = dict(zip(biped.joint_names, zip(biped.kp, biped.kd, strict=True), strict=True))
+    # Asked for those of one model instance, a plant that is not finalized yet names none.
+    for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
+        p, d = gains[actuator.joint().name()]
+        actuator.set_controller_gains(PdControllerGains(p=p, d=d))
 
 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
@@ -74,7 +87,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
         AddDefaultVisualization(wiring.builder, meshcat)
     wiring.offer("robot_state", plant.get_state_output_port())
-    robot = plant.GetBodyByName(biped.config.base_link).model_instance()
+    robot = model_instance(plant, biped)
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
 
     estimator = wiring.add("state_estimator", StateEstimator(biped))
@@ -85,11 +98,11 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.builder.Connect(plant.get_state_output_port(), encoders.get_input_port())
     wiring.offer("joint_state", encoders.get_output_port())
 
-    controller = add_controller(wiring, walk, initial, feet, plant.time_step())
+    controller = add_controller(wiring, walk, initial, feet, LATENCY * plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
     kinematics = wiring.add("inverse_kinematics", InverseKinematics(biped, posture, config.tick))
     offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon, swing_lever(biped, posture)))
-    pd = wiring.add("joint_pd", joint_pd(biped, posture[biped.q_index], plant.time_step()))
+    targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
     connect_controller(wiring, walk, controller)
     wiring.connect(controller, "zmp_offset")
@@ -107,11 +120,11 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
         "stance_plan",
     )
     wiring.connect(detector, "com_z")
-    wiring.connect(pd, "desired_state", "feedforward")
-    wiring.builder.Connect(wiring.port("joint_state"), pd.GetInputPort("estimated_state"))
-    motors = wiring.add("motors", MatrixGain(np.eye(12)[np.argsort(biped.u_index)]))
-    wiring.builder.Connect(pd.GetOutputPort("actuation"), motors.get_input_port())
-    wiring.builder.Connect(motors.get_output_port(), plant.get_actuation_input_port())
+    wiring.connect(targets, "desired_state", "feedforward")
+    connect_joints(wiring.builder, plant, biped, targets)
+    actuation = wiring.add("torque_sensors", MatrixGain(np.eye(12)[biped.u_index]))
+    wiring.builder.Connect(plant.get_net_actuation_output_port(robot), actuation.get_input_port())
+    wiring.offer("actuation", actuation.get_output_port())
     if scenario.pushes:
         push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
         applied = plant.get_applied_spatial_force_input_port()
@@ -120,6 +133,18 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.log("com_z", "foot_state", "joint_state", "foot_reference", "desired_state", "feedforward", "actuation")
     wiring.log("robot_state")
     return wiring.build("biped_walk")
+
+
+def connect_joints(builder: DiagramBuilder, plant: MultibodyPlant, biped: Biped, targets: Diagram) -> None:
+    """Connects `joint_targets` to the plant's PD."""
+    robot = model_instance(plant, biped)
+    builder.Connect(targets.GetOutputPort("plant_desired_state"), plant.get_desired_state_input_port(robot))
+    builder.Connect(targets.GetOutputPort("plant_actuation"), plant.get_actuation_input_port())
+
+
+def model_instance(plant: MultibodyPlant, biped: Biped) -> ModelInstanceIndex:
+    """Which of the plant's models is the robot."""
+    return plant.GetBodyByName(biped.config.base_link).model_instance()
 
 
 def _joint_selector(biped: Biped) -> np.ndarray:

@@ -22,7 +22,7 @@ T = TypeVar("T")
 
 def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
     """Drake's config from scenario data; raises ValueError with one sentence."""
-    # SAP, because TAMSI ignores the joints' implicit PD gains; points, because hydroelastic soles take twice the time;
+    # SAP, since TAMSI ignores the joints' implicit PD gains; points, because hydroelastic soles take twice the time;
     # no sampled outputs, because with them the plant steps before the blocks that measure it at the same instant.
     defaults = MultibodyPlantConfig(
         discrete_contact_approximation="sap", contact_model="point", use_sampled_output_ports=False
@@ -30,6 +30,8 @@ def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
     config = _load(MultibodyPlantConfig, data, defaults)
     if config.time_step < 0.0:  # Drake would end the process
         raise ValueError(f"time_step must be above 0 s, given {config.time_step:g}")
+    if config.discrete_contact_approximation == "tamsi":
+        raise ValueError("discrete_contact_approximation tamsi ignores the joints' PD; allowed: sap, similar, lagged")
     _try(lambda: AddMultibodyPlant(config, DiagramBuilder()), "plant")
     return config
 

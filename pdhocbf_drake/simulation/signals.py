@@ -134,7 +134,7 @@ SIGNALS: tuple[Signal, ...] = (
         "robot",
     ),
     Signal("feedforward", "inverse_kinematics", 12, "N m", "inverse-dynamics torque", JOINTS, "robot"),
-    Signal("actuation", "joint_pd", 12, "N m", "torque applied, within the effort limits", JOINTS, "robot"),
+    Signal("actuation", "torque_sensors", 12, "N m", "torque applied, within the effort limits", JOINTS, "robot"),
     Signal("push", "push_schedule", 3, "N", "external force on the torso or the template", ("fx", "fy", "fz")),
     Signal(
         "robot_state",
