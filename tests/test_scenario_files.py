@@ -156,7 +156,7 @@ _BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 
         ("plant: {time_stepp: 0.001}", r"unknown key 'time_stepp'; Drake's MultibodyPlantConfig has: .*time_step"),
         ("plant: {time_step: -0.001}", r"time_step must be above 0 s, given -0.001"),
         ("plant: {time_step: .nan}", r"time_step must be a finite number, given nan"),
-        ("plant: {discrete_contact_approximation: tamsi}", "tamsi ignores the joints' PD; allowed: sap, similar, lagged"),
+        ("plant: {discrete_contact_approximation: tamsi}", "tamsi ignores the joints' PD; allowed: sap"),
         ("plant: {contact_model: glue}", r"Unknown contact_model: 'glue'"),
         ("simulator: {integration_scheme: guess}", r"Unknown integration scheme: guess"),
         ("pushes: [{force: [10, 0, 0]}]", r"either at a time \[s\] or at a step"),
