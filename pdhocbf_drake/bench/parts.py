@@ -10,6 +10,7 @@ import numpy as np
 from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import Tick, solve, theta
 from pdhocbf_drake.bench.routes import AXES
+from pdhocbf_drake.mpc.affine_map import write_affine
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
 from pdhocbf_drake.mpc.warm_start import guess_rows
 from pdhocbf_drake.simulation.build import Walk
@@ -50,7 +51,7 @@ def _axis(solver: DaqpQp, walk: Walk, given: Tick, axis: int) -> np.ndarray:
     times = [clock()]
     parameters = theta(walk.mpc, given, axis)
     times.append(clock())
-    solver._bounds.write(parameters, solver._limits)
+    write_affine(*solver._bounds, parameters, solver._limits)
     times.append(clock())
     sense = solver._cold if active is None else solver._guessed(active)
     times.append(clock())

@@ -12,6 +12,7 @@ from scipy.sparse import csc_matrix
 from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import Tick, solve, theta
 from pdhocbf_drake.bench.sparse_program import sparse_qp
+from pdhocbf_drake.mpc.affine_map import write_affine
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
 from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.warm_start import guess_rows
@@ -79,7 +80,7 @@ class Core(Route):
             solver = self._solvers[axis][given.tick % len(self._solvers[axis])]
             parameters = theta(self.mpc, given, axis)
             start = now()
-            solver._bounds.write(parameters, solver._limits)
+            write_affine(*solver._bounds, parameters, solver._limits)
             total += now() - start
             solver.solve(parameters, None if given.last is None else given.last.active[axis])
             total += solver.core_seconds

@@ -2,7 +2,8 @@
 
 from pdhocbf_drake.biped.config import ROLES, SIDES, RobotConfig, Side
 from pdhocbf_drake.biped.damped import row_weights
-from pdhocbf_drake.biped.feedforward import Feedforward, InverseDynamics, left_share_of_zmp
+from pdhocbf_drake.biped.feedforward import Feedforward, InverseDynamics
+from pdhocbf_drake.biped.ground import left_share_of_zmp, zmp_of_wrenches
 from pdhocbf_drake.biped.ik import IkResult, Motion, WholeBodyIk
 from pdhocbf_drake.biped.locate import load_robot_config, models_folder, robot_file, robot_names
 from pdhocbf_drake.biped.posture import Posture, PostureRates, sole_pose
@@ -34,4 +35,5 @@ __all__ = [
     "row_weights",
     "sole_pose",
     "swing_lever",
+    "zmp_of_wrenches",
 ]

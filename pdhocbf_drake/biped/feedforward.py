@@ -8,6 +8,7 @@ import numpy as np
 from pydrake.multibody.tree import MultibodyForces
 
 from pdhocbf_drake.biped.task_space import TaskSpace
+from pdhocbf_drake.jit import compiled
 
 if TYPE_CHECKING:
     from pdhocbf_drake.biped.robot import Biped
@@ -44,23 +45,30 @@ class InverseDynamics:
         # CalcInverseDynamics leaves gravity and joint damping out unless they are among the applied forces.
         plant.CalcForceElementsContribution(task.context, self._forces)
         needed = plant.CalcInverseDynamics(task.context, vdot, self._forces)
-        # Of the ground: moment about the base's origin and force, then the lever of that force at the shared point.
-        mx, my, mz, fx, fy, fz = needed[self._base].tolist()
-        left, right = (sole.tolist() for sole in task.sole_positions())
-        share, rest = left_share, 1.0 - left_share
-        base = q[self._base_position].tolist()
-        x, y, z = (share * a + rest * b - c for a, b, c in zip(left, right, base, strict=True))
-        wrench = np.array([fx, fy, fz, mx - (y * fz - z * fy), my - (z * fx - x * fz), mz - (x * fy - y * fx)])
-        both = np.concatenate([share * wrench, rest * wrench])
-        needed -= both @ task.jacobian()[6:]
+        both = write_shared_wrench(
+            needed, self._base, q[self._base_position], task.places(), left_share, task.jacobian()
+        )
         return Feedforward(needed[self._joints], both[:6], both[6:])
 
 
-def left_share_of_zmp(zmp: np.ndarray, left: np.ndarray, right: np.ndarray) -> float:
-    """Where the ZMP (2,) projects on the way from the right sole's centre (2,) to the left's: 0 … 1."""
-    (x, y), (from_x, from_y), (to_x, to_y) = zmp.tolist(), right.tolist(), left.tolist()
-    way_x, way_y = to_x - from_x, to_y - from_y
-    length = way_x * way_x + way_y * way_y
-    if length == 0.0:
-        return 0.5
-    return min(max(((x - from_x) * way_x + (y - from_y) * way_y) / length, 0.0), 1.0)
+@compiled
+def write_shared_wrench(
+    needed: np.ndarray, base: np.ndarray, origin: np.ndarray, places: np.ndarray, share: float, jacobian: np.ndarray
+) -> np.ndarray:
+    """Takes the ground's part out of the generalized forces `needed` (18,); gives the wrenches on both soles (12,)."""
+    # Of the ground: moment about the base's origin and force, then the lever of that force at the shared point.
+    mx, my, mz = needed[base[0]], needed[base[1]], needed[base[2]]
+    fx, fy, fz = needed[base[3]], needed[base[4]], needed[base[5]]
+    rest = 1.0 - share
+    # Places are CoM (3), then rotation and origin (3 x 4) of torso, left and right sole.
+    x = share * places[18] + rest * places[30] - origin[0]
+    y = share * places[22] + rest * places[34] - origin[1]
+    z = share * places[26] + rest * places[38] - origin[2]
+    both = np.empty(12)
+    wrench = (fx, fy, fz, mx - (y * fz - z * fy), my - (z * fx - x * fz), mz - (x * fy - y * fx))
+    for i in range(6):
+        both[i], both[6 + i] = share * wrench[i], rest * wrench[i]
+    for j in range(18):
+        for i in range(12):
+            needed[j] -= both[i] * jacobian[6 + i, j]
+    return both

@@ -9,6 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.biped.config import Side
 from pdhocbf_drake.biped.damped import nearest_posture, row_weights
+from pdhocbf_drake.biped.linear_algebra import largest, within_limits
 from pdhocbf_drake.biped.posture import Posture, PostureRates
 from pdhocbf_drake.biped.task_space import TargetPoses, TaskSpace
 
@@ -93,15 +94,14 @@ class WholeBodyIk:
         for iteration in range(NEWTON_ITERATIONS):
             task.set_positions(q)
             error = task.error(goal)
-            worst = float(abs(error).max())
+            worst = largest(error)
             if worst < TOLERANCE:
                 return IkResult(q, True, iteration, worst, "")
-            try:
-                step = np.linalg.solve(task.jacobian(), error)
-            except np.linalg.LinAlgError:
+            step = task.solved(error)
+            if step is None or not largest(step) <= LARGEST_STEP:
                 return self._damped(goal, q, iteration, loose)
             moved = task.moved(q, step)
-            if abs(step).max() > LARGEST_STEP or not self._within(moved):
+            if not self._within(moved):
                 return self._damped(goal, q, iteration, loose)
             q = moved
         return self._damped(goal, q, NEWTON_ITERATIONS, loose)
@@ -134,9 +134,7 @@ class WholeBodyIk:
 
     def _within(self, q: np.ndarray) -> bool:
         """Whether every joint of q (19,) is within its limits, and its quaternion has length one."""
-        joints, quaternion = q[self._joints], q[self._quaternion]
-        within = ((joints >= self._lower) & (joints <= self._upper)).all()
-        return bool(within) and abs(quaternion @ quaternion - 1.0) < 1e-12
+        return within_limits(q, self._joints, self._lower, self._upper, self._quaternion)
 
     def _limited(self, v: np.ndarray) -> np.ndarray:
         """v (18,), which is changed, with joint speeds within their limits."""
@@ -145,16 +143,15 @@ class WholeBodyIk:
 
     def _solved(self, wanted: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:
         """J⁻¹ wanted; damped least squares where that asks for joint motion no robot makes."""
+        if weights is None:
+            solution = self.task_space.solved(wanted)
+            if solution is not None and largest(solution) < _WILD:
+                return solution
         jacobian = self.task_space.jacobian()
         if weights is not None:
             weighted = weights[:, None] * jacobian
             normal = weighted.T @ weighted + _STRETCHED_DAMPING * np.eye(len(wanted))
             return np.linalg.solve(normal, weighted.T @ (weights * np.nan_to_num(wanted)))
-        inverse = self.task_space.inverse_jacobian()
-        if inverse is not None:
-            solution: np.ndarray = inverse @ wanted
-            if abs(solution).max() < _WILD:
-                return solution
         wanted = np.nan_to_num(wanted, nan=0.0, posinf=0.0, neginf=0.0)
         return np.linalg.solve(jacobian.T @ jacobian + 1e-3 * np.eye(len(wanted)), jacobian.T @ wanted)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -10,14 +9,16 @@ import numpy as np
 from pydrake.math import RollPitchYaw, RotationMatrix
 from pydrake.multibody.tree import JacobianWrtVariable
 
+from pdhocbf_drake.biped.linear_algebra import factorize, moved_along, substitute
 from pdhocbf_drake.biped.posture import Posture
+from pdhocbf_drake.jit import compiled
 
 if TYPE_CHECKING:
     from pdhocbf_drake.biped.robot import Biped
 
 _ORIGIN = np.zeros(3)
 _TORSO_ROWS = np.arange(3, 6)
-_SOLE_ROWS = (np.array([9, 10, 11, 6, 7, 8]), np.array([15, 16, 17, 12, 13, 14]))  # as Drake has them: turns first
+_SOLES = (6, 12)  # first rows of the left and right sole: how they move; how they turn is three rows on
 _TURNS = (slice(3, 6), slice(9, 12), slice(15, 18))
 _SMALL_TURN = 2.99  # trace of a rotation matrix, 1 + 2 cos: above it the sine of the angle stands for the angle
 
@@ -52,8 +53,10 @@ class TaskSpace:
         self._places = np.empty(39)
         self._com, self._poses = self._places[:3], self._places[3:].reshape(3, 3, 4)
         self._placed = False
+        self._error = np.empty(21)
         self._jacobian: np.ndarray | None = None
-        self._inverse: np.ndarray | None = None
+        self._factors, self._pivots = np.empty((18, 18)), np.empty(18, dtype=np.int64)
+        self._factorized: bool | None = None
 
     def set_positions(self, q: np.ndarray) -> None:
         """Moves to q (19,)."""
@@ -61,7 +64,7 @@ class TaskSpace:
         if key != self._key:
             self._plant.SetPositions(self.context, q)
             self._key = key
-            self._placed, self._jacobian, self._inverse = False, None, None
+            self._placed, self._jacobian, self._factorized = False, None, None
 
     def set_state(self, q: np.ndarray, v: np.ndarray) -> None:
         """Moves to q (19,) with generalized velocity v (18,)."""
@@ -74,11 +77,7 @@ class TaskSpace:
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """q ⊕ step (18,): along q̇ = N(q) v, quaternion normalized; the task space stays at q."""
         self.set_positions(q)
-        moved: np.ndarray = self._plant.MapVelocityToQDot(self.context, step)
-        moved += q
-        quaternion = moved[self._quaternion]
-        moved[self._quaternion] = quaternion / math.sqrt(quaternion @ quaternion)
-        return moved
+        return moved_along(q, self._plant.MapVelocityToQDot(self.context, step), self._quaternion)
 
     def posture(self) -> Posture:
         """Where CoM, soles and torso are."""
@@ -89,7 +88,7 @@ class TaskSpace:
 
     def sole_positions(self) -> tuple[np.ndarray, np.ndarray]:
         """Centres of the left and the right sole in the world (3,) [m]."""
-        poses = self._located().copy()[3:].reshape(3, 3, 4)
+        poses = self.places()[3:].reshape(3, 3, 4).copy()
         return poses[1, :, 3], poses[2, :, 3]
 
     def error(self, target: TargetPoses) -> np.ndarray:
@@ -97,15 +96,14 @@ class TaskSpace:
 
         Below 0.1 rad the sine stands for the angle, which is equal to third order: enough for Newton's method.
         """
-        error: np.ndarray = target.map @ self._located()
-        error += target.offset
-        if not error[18:].min() >= _SMALL_TURN:
+        error = self._error
+        if not write_error(target.map, target.offset, self.places(), error):
             for i in np.flatnonzero(error[18:] < _SMALL_TURN):
                 error[_TURNS[i]] = _rotation_vector(target.rotations[i], self._poses[i, :, :3])
-        return error[:18]
+        return error[:18].copy()
 
-    def _located(self) -> np.ndarray:
-        """CoM and poses as one vector (39,), which the next call overwrites."""
+    def places(self) -> np.ndarray:
+        """CoM (3), then rotation and origin (3 x 4) of torso, left and right sole; the next call overwrites them."""
         if not self._placed:
             context, poses = self.context, self._poses
             self._com[:] = self._plant.CalcCenterOfMassPositionInWorld(context)
@@ -125,19 +123,18 @@ class TaskSpace:
                 jacobian[_TORSO_ROWS, self._base[:3]] = 1.0
             else:
                 jacobian[3:6] = plant.CalcJacobianSpatialVelocity(context, kind, self._torso, _ORIGIN, world, world)[:3]
-            for rows, frame in zip(_SOLE_ROWS, self._soles, strict=True):
-                jacobian[rows] = plant.CalcJacobianSpatialVelocity(context, kind, frame, _ORIGIN, world, world)
+            for row, frame in zip(_SOLES, self._soles, strict=True):
+                sole = plant.CalcJacobianSpatialVelocity(context, kind, frame, _ORIGIN, world, world)
+                jacobian[row : row + 3], jacobian[row + 3 : row + 6] = sole[3:], sole[:3]  # Drake has turns first
             self._jacobian = jacobian
         return self._jacobian
 
-    def inverse_jacobian(self) -> np.ndarray | None:
-        """J(q)⁻¹ (18, 18), worked out once for each q; None where J is singular."""
-        if self._inverse is None:
-            try:
-                self._inverse = np.linalg.inv(self.jacobian())
-            except np.linalg.LinAlgError:
-                return None
-        return self._inverse
+    def solved(self, wanted: np.ndarray) -> np.ndarray | None:
+        """J(q)⁻¹ wanted (18,), with one factorization for each q; None where J is singular."""
+        if self._factorized is None:
+            self._factors[:] = self.jacobian()
+            self._factorized = factorize(self._factors, self._pivots)
+        return substitute(self._factors, self._pivots, wanted) if self._factorized else None
 
     def bias(self) -> np.ndarray:
         """J̇(q, v) v (18,) [m/s², rad/s²]."""
@@ -148,8 +145,9 @@ class TaskSpace:
         if not self._torso_is_base:
             acceleration = plant.CalcBiasSpatialAcceleration(context, kind, self._torso, _ORIGIN, world, world)
             bias[3:6] = acceleration.rotational()
-        for rows, frame in zip(_SOLE_ROWS, self._soles, strict=True):
-            bias[rows] = plant.CalcBiasSpatialAcceleration(context, kind, frame, _ORIGIN, world, world).get_coeffs()
+        for row, frame in zip(_SOLES, self._soles, strict=True):
+            sole = plant.CalcBiasSpatialAcceleration(context, kind, frame, _ORIGIN, world, world).get_coeffs()
+            bias[row : row + 3], bias[row + 3 : row + 6] = sole[3:], sole[:3]
         return bias
 
 
@@ -195,3 +193,14 @@ def _rotation_vector(target: np.ndarray, present: np.ndarray) -> np.ndarray:
     turn = RotationMatrix.ProjectToRotationMatrix(target @ present.T).ToAngleAxis()
     vector: np.ndarray = turn.axis() * turn.angle()
     return vector
+
+
+@compiled
+def write_error(rows: np.ndarray, offset: np.ndarray, places: np.ndarray, out: np.ndarray) -> bool:
+    """offset + rows · places; whether all three turns are small."""
+    for i in range(len(offset)):
+        total = offset[i]
+        for j in range(len(places)):
+            total += rows[i, j] * places[j]
+        out[i] = total
+    return out[18] >= _SMALL_TURN and out[19] >= _SMALL_TURN and out[20] >= _SMALL_TURN

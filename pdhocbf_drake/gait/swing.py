@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.jit import compiled
+
 
 class SwingPoint(NamedTuple):
     """A point of the swing: position [m], velocity [m/s], acceleration [m/s²], each of shape (3,)."""
@@ -39,6 +41,7 @@ def swing_point(start: np.ndarray, end: np.ndarray, height: float, duration: flo
     return SwingPoint(base + blend * move + lift * up, blend_v * move + lift_v * up, blend_a * move + lift_a * up)
 
 
+@compiled
 def swing_onward(now: np.ndarray, end: np.ndarray, remaining: float, ahead: float) -> np.ndarray:
     """Where a foot that is on its way will be, when it is to come to rest at `end` after `remaining` seconds.
 
@@ -55,24 +58,30 @@ def swing_onward(now: np.ndarray, end: np.ndarray, remaining: float, ahead: floa
     Returns:
         Position, velocity, acceleration after `ahead` seconds, shape (3, d).
     """
-    if ahead >= remaining - 1e-9:
-        return np.array([end, np.zeros_like(end), np.zeros_like(end)])
-    p, v, a, third, fourth, fifth = least_jerk(now, end, remaining)
+    out = np.zeros((3, len(end)))
+    arrived = ahead >= remaining - 1e-9
     s = ahead / remaining
-    position = p + s * (v + s * (0.5 * a + s * (third + s * (fourth + s * fifth))))
-    velocity = v + s * (a + s * (3.0 * third + s * (4.0 * fourth + s * 5.0 * fifth)))
-    acceleration = a + s * (6.0 * third + s * (12.0 * fourth + s * 20.0 * fifth))
-    return np.array([position, velocity / remaining, acceleration / remaining**2])
+    for axis in range(len(end)):
+        if arrived:
+            out[0, axis] = end[axis]
+        else:
+            c = least_jerk(now[0, axis], now[1, axis], now[2, axis], end[axis], remaining)
+            out[0, axis] = c[0] + s * (c[1] + s * (0.5 * c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
+            out[1, axis] = (c[1] + s * (c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])))) / remaining
+            out[2, axis] = (c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * 20.0 * c[5]))) / remaining**2
+    return out
 
 
-def least_jerk(now: np.ndarray, end: np.ndarray, remaining: float) -> tuple[np.ndarray, ...]:
-    """p, v, a, c₃, c₄, c₅ of p + v s + a s²/2 + c₃ s³ + c₄ s⁴ + c₅ s⁵, s = time/`remaining`, each of shape (d,) [m].
+@compiled
+def least_jerk(
+    position: float, velocity: float, acceleration: float, end: float, remaining: float
+) -> tuple[float, float, float, float, float, float]:
+    """p, v, a, c₃, c₄, c₅ of p + v s + a s²/2 + c₃ s³ + c₄ s⁴ + c₅ s⁵, s = time/`remaining` [m].
 
-    The motion of least jerk from `now` (position, velocity, acceleration, (3, d)) to rest at `end` (d,) [m].
+    The motion of least jerk along one axis from where a foot is now to rest at the end.
     """
-    p, v, a = now[0], now[1] * remaining, now[2] * remaining**2
-    gap = end - p
+    v, a, gap = velocity * remaining, acceleration * remaining**2, end - position
     third = 10.0 * gap - 6.0 * v - 1.5 * a
     fourth = -15.0 * gap + 8.0 * v + 1.5 * a
     fifth = 6.0 * gap - 3.0 * v - 0.5 * a
-    return p, v, a, third, fourth, fifth
+    return position, v, a, third, fourth, fifth

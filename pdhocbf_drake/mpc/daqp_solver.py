@@ -9,14 +9,14 @@ import daqp
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.affine_map import AffineMap
+from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.mpc.affine_map import AffineMap, write_affine
 from pdhocbf_drake.mpc.compiled import ParametricQp
-from pdhocbf_drake.mpc.quadratic_form import QuadraticForm
+from pdhocbf_drake.mpc.quadratic_form import QuadraticForm, quadratic_value
 from pdhocbf_drake.mpc.slacks import Slacks, find_slacks
 from pdhocbf_drake.mpc.solution import QpResult
 
 _EQUALITY, _SOFT = 5, 8
-_SENSES = np.array([0, 1, 3], dtype=np.int32)  # of the flags 0, +1 (active) and, at index -1, active at the lower bound
 _SETTINGS = {"primal_tol": 1e-10, "dual_tol": 1e-10, "iter_limit": 2000}
 _INFEASIBLE, _OPTIMAL, _SOFTENED, _DEPENDENT = -1, 1, 2, -6
 _WORDS = {
@@ -64,11 +64,7 @@ class DaqpQp:
             raise InputError(
                 f"bound rows {list(bound_rows)}: {len(hard)} rows are needed, one a decision (given: {is_bound.sum()})"
             )
-        # One-sided rows last, so that their upper bounds, which are infinite, are at the end and never written.
-        general = left[~is_bound]
-        one_sided = np.isposinf(qp.upper.offset[general])
-        order = np.concatenate([left[is_bound], general[~one_sided], general[one_sided]])
-        self._hard, self._order = _as_slice(hard), _as_slice(order)
+        order = np.concatenate([left[is_bound], left[~is_bound]])
         self._guess_from = order if guess_rows is None else guess_rows[order]
         A, P = qp.A[np.ix_(order, hard)], qp.P[np.ix_(hard, hard)]
         bounds = int(is_bound.sum())
@@ -76,19 +72,20 @@ class DaqpQp:
         rows = A[bounds:] @ W
         f, F = qp.linear.offset[hard], qp.linear.matrix[hard]
         w, w_map = _unconstrained_optimum(P, f, F)
-        self._centre = _centre_of_all(len(qp.P), hard, w, w_map)
-        self._w_of_y = AffineMap(np.zeros(len(hard)), W)
-        self._curvature = np.diag(P).copy() if np.count_nonzero(P) == np.count_nonzero(np.diag(P)) else P
-        self._value = _value_at_optimum(qp.constant, f, F, w, w_map)
+        self._centre = _centre_of_all(len(qp.P), hard, w, w_map).arrays
+        w_of_y = AffineMap(np.zeros(len(hard)), W)
+        curvature = np.diag(P)[:, None].copy() if np.count_nonzero(P) == np.count_nonzero(np.diag(P)) else P
+        self._size, self._way_back = len(hard), (*w_of_y.arrays[1:], curvature, hard, order)
+        self._value = _value_at_optimum(qp.constant, f, F, w, w_map).arrays
 
         # Bounds of A (w − w°), lower then upper: one map into one array, whose halves the solver reads.
-        self._bounds = _stacked_bounds(qp, order, A @ w, A @ w_map)
-        self._limits = self._bounds.offset.copy()
+        bounds_map = _stacked_bounds(qp, order, A @ w, A @ w_map)
+        self._bounds, self._limits = bounds_map.arrays, bounds_map.offset.copy()
         self._low, self._high = np.split(self._limits, 2)
-        changes = np.split(self._bounds.matrix, 2)
+        changes = np.split(bounds_map.matrix, 2)
         equal = (self._low == self._high) & np.all(changes[0] == changes[1], axis=1)
-        self._equal = np.flatnonzero(equal)
         self._cold = np.where(equal, _EQUALITY, np.where(np.isin(order, slacks.rows), _SOFT, 0)).astype(np.int32)
+        self._sense = self._cold.copy()
         self._model = self._set_up(W.T @ P @ W, np.ascontiguousarray(rows))
         self._soften(slacks, order, rows, bounds)
 
@@ -113,20 +110,17 @@ class DaqpQp:
 
     def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
         """Solves at θ, starting from the active set guessed by the last tick's `QpResult.active`."""
-        self._bounds.write(theta, self._limits)
+        write_affine(*self._bounds, theta, self._limits)
         flag, y, multipliers = self._run(self._cold if guess is None else self._guessed(guess))
         if flag < 0 and guess is not None:  # a guess must never change the answer
             flag, y, multipliers = self._run(self._cold)
         return self._answer(theta, flag, y, multipliers)
 
     def _answer(self, theta: np.ndarray, flag: int, y: np.ndarray, multipliers: np.ndarray) -> QpResult:
-        active = np.zeros(len(self.qp.A))
-        active[self._order] = np.sign(multipliers)
-        away = self._w_of_y(y)
-        steep = self._curvature * away if self._curvature.ndim == 1 else self._curvature @ away
-        cost = 0.5 * float(away @ steep) + self._value(theta)
-        decisions = self._centre(theta)
-        decisions[self._hard] += away
+        decisions, active = np.empty(len(self.qp.P)), np.zeros(len(self.qp.A))
+        write_affine(*self._centre, theta, decisions)
+        cost = quadratic_value(*self._value, theta)
+        cost += move_from_centre(*self._way_back, y, multipliers, decisions, active)
         if flag == _SOFTENED:
             slack = np.maximum(0.0, self._low[self._soft] - self._soft_rows @ y)
             decisions[self._slacks.columns] = slack
@@ -135,16 +129,14 @@ class DaqpQp:
         return QpResult(flag > 0, decisions, cost, active, flag == _INFEASIBLE, word)
 
     def _guessed(self, guess: np.ndarray) -> np.ndarray:
-        sense: np.ndarray = _SENSES.take(guess.take(self._guess_from).astype(np.intp))
-        sense |= self._cold
-        sense[self._equal] = _EQUALITY
-        return sense
+        write_senses(guess, self._guess_from, self._cold, self._sense)
+        return self._sense
 
     def _run(self, sense: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
         """Exit flag, y and multipliers at the present limits."""
         flag = self._model.update(bupper=self._high, blower=self._low, sense=sense)
         if flag < 0:
-            return flag, np.zeros(len(self._w_of_y)), np.zeros(len(sense))
+            return flag, np.zeros(self._size), np.zeros(len(sense))
         y, _, flag, info = self._model.solve()
         self.core_seconds, self.iterations = info["solve_time"], info["iterations"]
         if flag > 0 and not math.isfinite(y.sum()):
@@ -153,9 +145,41 @@ class DaqpQp:
         return flag, y, info["lam"]
 
 
-def _as_slice(places: np.ndarray) -> slice | np.ndarray:
-    """A slice, which copies nothing, where the places are 0, 1, 2 …"""
-    return slice(0, len(places)) if np.array_equal(places, np.arange(len(places))) else places
+@compiled
+def write_senses(guess: np.ndarray, source: np.ndarray, cold: np.ndarray, out: np.ndarray) -> None:
+    """Flags +1 upper, −1 lower, 0 inactive of the rows `source`, as DAQP wants them beside what rows always are."""
+    for row in range(len(cold)):
+        flag = guess[source[row]]
+        out[row] = cold[row]
+        if cold[row] != 5:  # an equality is always active
+            out[row] |= 1 if flag > 0.0 else 3 if flag < 0.0 else 0
+
+
+@compiled
+def move_from_centre(
+    starts: np.ndarray, columns: np.ndarray, values: np.ndarray, curvature: np.ndarray, hard: np.ndarray,
+    order: np.ndarray, y: np.ndarray, multipliers: np.ndarray, decisions: np.ndarray, active: np.ndarray,
+) -> float:  # fmt: skip
+    """Adds M⁻¹ y to the hard decisions, fills in the flags, and gives what the cost grows by: ½ |M⁻¹ y|²_P."""
+    away = np.empty(len(hard))
+    for i in range(len(hard)):
+        total = 0.0
+        for k in range(starts[i], starts[i + 1]):
+            total += values[k] * y[columns[k]]
+        away[i] = total
+        decisions[hard[i]] += total
+    for row in range(len(order)):
+        if multipliers[row] != 0.0:
+            active[order[row]] = 1.0 if multipliers[row] > 0.0 else -1.0
+    cost = 0.0
+    if curvature.shape[1] == 1:  # P is diagonal
+        for i in range(len(hard)):
+            cost += 0.5 * curvature[i, 0] * away[i] * away[i]
+    else:
+        for i in range(len(hard)):
+            for j in range(len(hard)):
+                cost += 0.5 * away[i] * curvature[i, j] * away[j]
+    return cost
 
 
 def _unconstrained_optimum(P: np.ndarray, f: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

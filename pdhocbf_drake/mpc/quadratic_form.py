@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from pdhocbf_drake.jit import compiled
+
 _NOISE = 1e-12  # coefficients below this part of what they are the difference of are rounding
 
 
@@ -21,10 +23,12 @@ class QuadraticForm:
 
     def __call__(self, theta: np.ndarray) -> float:
         """V(θ)."""
-        if not len(self._used):
-            return self.constant
-        t = theta[self._used]
-        return float(t @ (0.5 * (self._matrix @ t) + self._vector) + self.constant)
+        return quadratic_value(*self.arrays, theta)
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+        """What `quadratic_value` needs: the parameters that show, R and r for them, c."""
+        return self._used, self._matrix, self._vector, self.constant
 
     def plus(self, matrix: np.ndarray, vector: np.ndarray, constant: float) -> QuadraticForm:
         """The sum with another form; coefficients that cancel up to rounding are taken to be zero."""
@@ -46,6 +50,20 @@ class QuadraticForm:
         r = np.zeros(self._size)
         r[self._used] = self._vector
         return r
+
+
+@compiled
+def quadratic_value(
+    used: np.ndarray, matrix: np.ndarray, vector: np.ndarray, constant: float, theta: np.ndarray
+) -> float:
+    """½ tᵀR t + rᵀt + c with t = θ[used]."""
+    total = constant
+    for i in range(len(used)):
+        slope = vector[i]
+        for j in range(len(used)):
+            slope += 0.5 * matrix[i, j] * theta[used[j]]
+        total += theta[used[i]] * slope
+    return total
 
 
 def _sum(a: np.ndarray, b: np.ndarray) -> np.ndarray:

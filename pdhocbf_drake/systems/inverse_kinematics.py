@@ -10,14 +10,15 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, Value
 
 from pdhocbf_drake.biped import (
     Biped,
-    Feedforward,
     InverseDynamics,
     Posture,
     PostureRates,
     Side,
     WholeBodyIk,
     left_share_of_zmp,
+    zmp_of_wrenches,
 )
+from pdhocbf_drake.jit import compiled
 
 _SWINGING: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the foot that stands
 _STILL = np.zeros(36)
@@ -87,15 +88,7 @@ class InverseKinematics(LeafSystem):
     def _solve(self, context: Context, value: AbstractValue) -> None:
         state = context.get_discrete_state_vector().value()
         last, way = state[:19], self._period * (state[19:37] + 0.5 * self._period * state[37:])
-        # derivative, then as `PostureRates` has them: CoM, torso, left sole, right sole
-        wanted = np.zeros((3, 18))
-        com = self._com.Eval(context)
-        wanted[:, 0], wanted[:, 1] = com[:3], com[3:]
-        wanted[:, 2] = self._height.Eval(context)
-        feet = self._feet.Eval(context).reshape(2, 3, 3)
-        wanted[:, 6:9], wanted[:, 12:15] = feet
-        zmp = self._zmp.Eval(context)[::2]
-
+        wanted = _wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context))
         loose = self._swing_foot(context)
         seed = self._ik.task_space.moved(last, way)
         place, first, second = ((row[:3], row[6:12], row[12:], row[3:6]) for row in wanted)
@@ -108,29 +101,37 @@ class InverseKinematics(LeafSystem):
         elif right[2] > 0.0:
             share = 1.0
         else:
-            share = left_share_of_zmp(zmp, left[:2], right[:2])
+            share = left_share_of_zmp(self._zmp.Eval(context)[::2], left, right)
         torque = self._dynamics(q, motion.v, motion.vdot, share)
-        joints = q[self._joints]
-        rates = (joints - last[self._joints]) / self._period
         value.set_value(
             _Answer(
                 np.concatenate([q, motion.v, motion.vdot] if found.ok else [q, _STILL]),
-                np.concatenate([joints, rates]),
+                _targets(q, last, self._joints, self._period),
                 torque.tau,
-                _zmp(torque, left, right),
+                zmp_of_wrenches(torque.left, left, torque.right, right),
                 np.array([found.ok, min(found.error, 1e3), found.iterations]),
             )
         )
 
 
-def _zmp(torque: Feedforward, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Point on the ground where the wrenches on both soles have no horizontal moment, shape (2,) [m]."""
-    force = about_x = about_y = 0.0
-    for wrench, sole in ((torque.left, left), (torque.right, right)):
-        x, y, z = sole[:3].tolist()
-        fx, fy, fz, mx, my, _ = wrench.tolist()
-        about_x += mx + y * fz - z * fy
-        about_y += my + z * fx - x * fz
-        force += fz
-    force = max(force, 1e-6)
-    return np.array([-about_y / force, about_x / force])
+@compiled
+def _targets(q: np.ndarray, last: np.ndarray, joints: np.ndarray, period: float) -> np.ndarray:
+    """Joint angles, then the constant rates that lead there from the last ones."""
+    count = len(joints)
+    out = np.empty(2 * count)
+    for i in range(count):
+        out[i] = q[joints[i]]
+        out[count + i] = (q[joints[i]] - last[joints[i]]) / period
+    return out
+
+
+@compiled
+def _wanted(com: np.ndarray, height: np.ndarray, feet: np.ndarray) -> np.ndarray:
+    """Place, velocity and acceleration (3, 18) of CoM, torso, left and right sole, as `PostureRates` has them."""
+    wanted = np.zeros((3, 18))
+    for order in range(3):
+        wanted[order, 0], wanted[order, 1], wanted[order, 2] = com[order], com[3 + order], height[order]
+        for axis in range(3):
+            wanted[order, 6 + axis] = feet[3 * order + axis]
+            wanted[order, 12 + axis] = feet[9 + 3 * order + axis]
+    return wanted

@@ -9,10 +9,12 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.gait import Gait
-from pdhocbf_drake.gait.forecast import SwingForecast
+from pdhocbf_drake.gait.forecast import SwingForecast, add_swing_accelerations
+from pdhocbf_drake.jit import compiled
 
 _RATE = 0.5  # how much of a new step goes into the table [1]
 _FEET = {"foot_reference": 18, "foot_plan": 8, "stance_plan": 8}
+_NO_FEET = np.zeros(18)
 _LARGEST_SWING = 0.12  # [m]
 _LARGEST = 0.08  # [m]: more is not a swinging leg but a fall
 
@@ -43,8 +45,9 @@ class ZmpOffset(LeafSystem):
         super().__init__()
         self._gait, self._period, self._horizon = gait, gait.period, horizon
         self._swing = SwingForecast(gait, horizon)
-        self._lever = np.zeros(2) if lever is None else np.asarray(lever, dtype=float)
-        self._pushed = bool(self._lever.any())
+        along, aside = (0.0, 0.0) if lever is None else np.asarray(lever, dtype=float).tolist()
+        self._lever = (along, aside)
+        self._pushed = any(self._lever)
         self._sides = lru_cache(maxsize=4)(self._sides_from)
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._seen = self.DeclareVectorInputPort("whole_body_zmp", 2)
@@ -61,34 +64,23 @@ class ZmpOffset(LeafSystem):
         tick, _, support = self._phase.Eval(context).tolist()
         table = context.get_discrete_state_vector().value().copy()
         if support:
-            x, _, y, _ = self._planned.Eval(context).tolist()
-            seen_x, seen_y = self._seen.Eval(context).tolist()
-            ahead, aside = seen_x - x, seen_y - y
-            if self._pushed:
-                foot = self._foot_reference.Eval(context)[9:] if support > 0 else self._foot_reference.Eval(context)
-                ahead -= self._lever[0] * foot[6]
-                aside -= self._lever[1] * foot[7]
-            if math.isfinite(ahead) and math.isfinite(aside):
-                for place, seen in ((round(tick), ahead), (round(tick) + self._period, aside * support)):
-                    table[place] += _RATE * (min(max(seen, -_LARGEST), _LARGEST) - table[place])
+            reference = self._foot_reference.Eval(context) if self._pushed else _NO_FEET
+            _learn(round(tick), support, self._seen.Eval(context), self._planned.Eval(context), reference, self._lever,
+                   table)  # fmt: skip
         values.set_value(table)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, step, _ = self._phase.Eval(context).tolist()
         last = self._last.Eval(context)[0] if self._last.HasValue(context) else -1.0
         here = slice(round(tick) + 1, round(tick) + 1 + self._horizon)
-        side = self._sides(round(step), last)[here]
-        table = context.get_discrete_state_vector().value().reshape(2, -1)
-        expected = np.tile(table, len(self._sides(round(step), last)) // self._period)[:, here]
-        expected[0] *= np.abs(side)
-        expected[1] *= side
+        side, expected = self._sides(round(step), last)[here], np.empty((2, self._horizon))
+        _repeat(round(tick), side, context.get_discrete_state_vector().value(), expected)
         if self._pushed:
             reference = self._foot_reference.Eval(context).reshape(2, 3, 3)
             plan = self._foot_plan.Eval(context).reshape(2, 2, 2)
             after = self._stance_plan.Eval(context)[6:]
-            moved = self._swing.accelerations(round(tick), side, reference, plan, after)
-            moved *= self._lever[:, None]
-            expected += np.minimum(np.maximum(moved, -_LARGEST_SWING), _LARGEST_SWING)
+            add_swing_accelerations(self._swing.timing, self._swing.whole, round(tick), side, reference, plan, after,
+                                    self._lever, _LARGEST_SWING, expected)  # fmt: skip
         output.SetFromVector(expected.ravel())
 
     def _sides_from(self, step: int, last_step: float) -> np.ndarray:
@@ -96,3 +88,28 @@ class ZmpOffset(LeafSystem):
         gait = self._gait.ended_by(last_step)
         steps = range(step, step + self._horizon // self._period + 2)
         return np.repeat([float(gait.support(index)) for index in steps], self._period)
+
+
+@compiled
+def _repeat(phase: int, side: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
+    """The table (2 N,) from the next tick on, on the side where each step stands, none in a stand."""
+    period = len(table) // 2
+    for i in range(len(side)):
+        place = (phase + 1 + i) % period
+        out[0, i] = table[place] * abs(side[i])
+        out[1, i] = table[period + place] * side[i]
+
+
+@compiled
+def _learn(
+    phase: int, support: float, seen: np.ndarray, planned: np.ndarray, feet: np.ndarray, lever: tuple[float, float],
+    table: np.ndarray,
+) -> None:  # fmt: skip
+    """Takes in what this tick's ZMP differs by, less what the swing foot explains; what is not finite is left out."""
+    period = len(table) // 2
+    foot = 9 if support > 0.0 else 0  # the one that swings
+    ahead = seen[0] - planned[0] - lever[0] * feet[foot + 6]
+    aside = (seen[1] - planned[2] - lever[1] * feet[foot + 7]) * support
+    if math.isfinite(ahead) and math.isfinite(aside):
+        table[phase] += _RATE * (min(max(ahead, -_LARGEST), _LARGEST) - table[phase])
+        table[period + phase] += _RATE * (min(max(aside, -_LARGEST), _LARGEST) - table[period + phase])
