@@ -10,7 +10,6 @@ import numpy as np
 from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import Tick, solve, theta
 from pdhocbf_drake.bench.routes import AXES
-from pdhocbf_drake.mpc.affine_map import write_affine
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
 from pdhocbf_drake.mpc.warm_start import guess_rows
 from pdhocbf_drake.simulation.build import Walk
@@ -51,7 +50,7 @@ def _axis(solver: DaqpQp, walk: Walk, given: Tick, axis: int) -> np.ndarray:
     times = [clock()]
     parameters = theta(walk.mpc, given, axis)
     times.append(clock())
-    write_affine(*solver._bounds, parameters, solver._limits)
+    least = solver.prepare(parameters)
     times.append(clock())
     sense = solver._cold if active is None else solver._guessed(active)
     times.append(clock())
@@ -59,7 +58,7 @@ def _axis(solver: DaqpQp, walk: Walk, given: Tick, axis: int) -> np.ndarray:
     times.append(clock())
     y, _, flag, info = solver._model.solve()
     times.append(clock())
-    solver._answer(parameters, flag, y, info["lam"])
+    solver._answer(parameters, least, flag, y, info["lam"])
     times.append(clock())
     spent = np.diff(times)
     core = info["solve_time"]

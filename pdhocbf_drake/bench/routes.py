@@ -12,7 +12,6 @@ from scipy.sparse import csc_matrix
 from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.bench.recording import Tick, solve, theta
 from pdhocbf_drake.bench.sparse_program import sparse_qp
-from pdhocbf_drake.mpc.affine_map import write_affine
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
 from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.warm_start import guess_rows
@@ -80,7 +79,7 @@ class Core(Route):
             solver = self._solvers[axis][given.tick % len(self._solvers[axis])]
             parameters = theta(self.mpc, given, axis)
             start = now()
-            write_affine(*solver._bounds, parameters, solver._limits)
+            solver.prepare(parameters)
             total += now() - start
             solver.solve(parameters, None if given.last is None else given.last.active[axis])
             total += solver.core_seconds

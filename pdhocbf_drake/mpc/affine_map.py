@@ -2,9 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TypeAlias
+
 import numpy as np
 
 from pdhocbf_drake.jit import compiled
+
+Sparse: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""A matrix in compressed rows: starts, columns, values; row i is values[starts[i] : starts[i + 1]] in these columns."""
+
+Affine: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""An affine map: its offset, then its matrix as in `Sparse`."""
 
 
 class AffineMap:
@@ -17,16 +25,16 @@ class AffineMap:
         offset: the constant part, shape (m,).
         parameters: number of columns of M.
         changing: which rows of b depend on θ at all, shape (m,).
-        starts, columns, values: row i of M is values[starts[i] : starts[i + 1]] in these columns.
+        arrays: offset, and M in compressed rows.
     """
 
     def __init__(self, offset: np.ndarray, matrix: np.ndarray) -> None:
         self.offset = np.array(offset, dtype=float)
         self.parameters = matrix.shape[1]
-        rows, self.columns = np.nonzero(matrix)
-        self.values = matrix[rows, self.columns].astype(float)
-        self.starts = np.searchsorted(rows, np.arange(len(matrix) + 1))
-        self.changing = np.diff(self.starts) > 0
+        rows, columns = np.nonzero(matrix)
+        starts = np.searchsorted(rows, np.arange(len(matrix) + 1))
+        self.changing = np.diff(starts) > 0
+        self.arrays: Affine = (self.offset, starts.astype(np.int32), columns.astype(np.int32), matrix[rows, columns])
 
     def __len__(self) -> int:
         return len(self.offset)
@@ -38,15 +46,11 @@ class AffineMap:
         return b
 
     @property
-    def arrays(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """What `write_affine` needs: offset, starts, columns, values."""
-        return self.offset, self.starts, self.columns, self.values
-
-    @property
     def matrix(self) -> np.ndarray:
         """M, shape (m, n_θ)."""
+        _, starts, columns, values = self.arrays
         matrix = np.zeros((len(self.offset), self.parameters))
-        matrix[np.repeat(np.arange(len(matrix)), np.diff(self.starts)), self.columns] = self.values
+        matrix[np.repeat(np.arange(len(matrix)), np.diff(starts)), columns] = values
         return matrix
 
 

@@ -10,9 +10,8 @@ import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.jit import compiled
-from pdhocbf_drake.mpc.affine_map import AffineMap, write_affine
+from pdhocbf_drake.mpc.affine_map import Affine, AffineMap, Sparse, write_affine
 from pdhocbf_drake.mpc.compiled import ParametricQp
-from pdhocbf_drake.mpc.quadratic_form import QuadraticForm, quadratic_value
 from pdhocbf_drake.mpc.slacks import Slacks, find_slacks
 from pdhocbf_drake.mpc.solution import QpResult
 
@@ -36,10 +35,11 @@ class DaqpQp:
     Slacks that soften one row each (`find_slacks`) are left to DAQP, which prices a violated row by itself, so that
     a row that is kept costs nothing. Of the other decisions w the solver sees y = M (w − w°(θ)):
 
-    - w° = −P⁻¹ f(θ) is the optimum without constraints, so that the linear cost vanishes, and with it the work
-      that it would make;
     - M holds the rows named in `bound_rows`, square and invertible, so that they become simple bounds on y, which an
       active-set method handles at no cost. Without bound rows M = 1.
+    - w° is the optimum without constraints, so that the linear cost vanishes, and with it the work that it would
+      make. It is found at each θ from L Lᵀ = M⁻ᵀ P M⁻¹: over a horizon L is banded where P M⁻¹ is full, and reading
+      what is full takes longer than solving with what is not.
 
     Attributes:
         core_seconds, iterations: what DAQP says of its last solve, on its own clock [s].
@@ -69,24 +69,25 @@ class DaqpQp:
         A, P = qp.A[np.ix_(order, hard)], qp.P[np.ix_(hard, hard)]
         bounds = int(is_bound.sum())
         W = _inverse(A[:bounds], bound_rows) if bound_rows else np.eye(len(hard))
-        rows = A[bounds:] @ W
-        f, F = qp.linear.offset[hard], qp.linear.matrix[hard]
-        w, w_map = _unconstrained_optimum(P, f, F)
-        self._centre = _centre_of_all(len(qp.P), hard, w, w_map).arrays
-        w_of_y = AffineMap(np.zeros(len(hard)), W)
-        curvature = np.diag(P)[:, None].copy() if np.count_nonzero(P) == np.count_nonzero(np.diag(P)) else P
-        self._size, self._way_back = len(hard), (*w_of_y.arrays[1:], curvature, hard, order)
-        self._value = _value_at_optimum(qp.constant, f, F, w, w_map).arrays
-
-        # Bounds of A (w − w°), lower then upper: one map into one array, whose halves the solver reads.
-        bounds_map = _stacked_bounds(qp, order, A @ w, A @ w_map)
-        self._bounds, self._limits = bounds_map.arrays, bounds_map.offset.copy()
+        rows, hessian = A[bounds:] @ W, _cleaned(W.T @ P @ W)
+        hessian = 0.5 * (hessian + hessian.T)
+        gradient = AffineMap(W.T @ qp.linear.offset[hard], _cleaned(W.T @ qp.linear.matrix[hard]))
+        lower, upper = qp.lower, qp.upper
+        own = AffineMap(
+            np.concatenate([lower.offset[order], upper.offset[order]]),
+            np.vstack([lower.matrix[order], upper.matrix[order]]),
+        )
+        root = _root(hessian)
+        self._to_limits = (gradient.arrays, own.arrays, root, _sparse(_cleaned(rows.copy())))
+        self._way_back = (root, _sparse(W), hard, order)
+        self._optimum, self._limits = np.zeros(len(hard)), own.offset.copy()
         self._low, self._high = np.split(self._limits, 2)
-        changes = np.split(bounds_map.matrix, 2)
+
+        changes = np.split(own.matrix, 2)
         equal = (self._low == self._high) & np.all(changes[0] == changes[1], axis=1)
         self._cold = np.where(equal, _EQUALITY, np.where(np.isin(order, slacks.rows), _SOFT, 0)).astype(np.int32)
         self._sense = self._cold.copy()
-        self._model = self._set_up(W.T @ P @ W, np.ascontiguousarray(rows))
+        self._model = self._set_up(hessian, np.ascontiguousarray(rows))
         self._soften(slacks, order, rows, bounds)
 
     def _set_up(self, hessian: np.ndarray, rows: np.ndarray) -> daqp.Model:
@@ -94,7 +95,7 @@ class DaqpQp:
         model.settings = _SETTINGS
         # Bounds at θ = 0 may contradict each other (a step's limits, say), so set up with open ones.
         wide = np.where(self._cold == _EQUALITY, 0.0, 1e30)
-        flag, _ = model.setup(0.5 * (hessian + hessian.T), None, rows, wide, -wide, self._cold)
+        flag, _ = model.setup(hessian, None, rows, wide, -wide, self._cold)
         if flag < 0:
             raise InputError(f"the compiled program can't be set up in DAQP: {_WORDS.get(flag, f'exit {flag}')}")
         return model
@@ -110,17 +111,22 @@ class DaqpQp:
 
     def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
         """Solves at θ, starting from the active set guessed by the last tick's `QpResult.active`."""
-        write_affine(*self._bounds, theta, self._limits)
+        least = self.prepare(theta)
         flag, y, multipliers = self._run(self._cold if guess is None else self._guessed(guess))
         if flag < 0 and guess is not None:  # a guess must never change the answer
             flag, y, multipliers = self._run(self._cold)
-        return self._answer(theta, flag, y, multipliers)
+        return self._answer(theta, least, flag, y, multipliers)
 
-    def _answer(self, theta: np.ndarray, flag: int, y: np.ndarray, multipliers: np.ndarray) -> QpResult:
-        decisions, active = np.empty(len(self.qp.P)), np.zeros(len(self.qp.A))
-        write_affine(*self._centre, theta, decisions)
-        cost = quadratic_value(*self._value, theta)
-        cost += move_from_centre(*self._way_back, y, multipliers, decisions, active)
+    def prepare(self, theta: np.ndarray) -> float:
+        """Works out y° and the limits on y at θ; gives what the cost is at w°, less its constant part."""
+        return float(write_limits(*self._to_limits, theta, self._optimum, self._limits))
+
+    def _answer(
+        self, theta: np.ndarray, least: float, flag: int, y: np.ndarray, multipliers: np.ndarray
+    ) -> QpResult:
+        decisions, active = np.zeros(len(self.qp.P)), np.zeros(len(self.qp.A))
+        cost = self.qp.constant(theta) + least
+        cost += write_decisions(*self._way_back, self._optimum, y, multipliers, decisions, active)
         if flag == _SOFTENED:
             slack = np.maximum(0.0, self._low[self._soft] - self._soft_rows @ y)
             decisions[self._slacks.columns] = slack
@@ -136,7 +142,7 @@ class DaqpQp:
         """Exit flag, y and multipliers at the present limits."""
         flag = self._model.update(bupper=self._high, blower=self._low, sense=sense)
         if flag < 0:
-            return flag, np.zeros(self._size), np.zeros(len(sense))
+            return flag, np.zeros(len(self._optimum)), np.zeros(len(sense))
         y, _, flag, info = self._model.solve()
         self.core_seconds, self.iterations = info["solve_time"], info["iterations"]
         if flag > 0 and not math.isfinite(y.sum()):
@@ -156,59 +162,77 @@ def write_senses(guess: np.ndarray, source: np.ndarray, cold: np.ndarray, out: n
 
 
 @compiled
-def move_from_centre(
-    starts: np.ndarray, columns: np.ndarray, values: np.ndarray, curvature: np.ndarray, hard: np.ndarray,
-    order: np.ndarray, y: np.ndarray, multipliers: np.ndarray, decisions: np.ndarray, active: np.ndarray,
+def write_limits(
+    gradient: Affine, own: Affine, root: Sparse, rows: Sparse, theta: np.ndarray, optimum: np.ndarray,
+    limits: np.ndarray,
 ) -> float:  # fmt: skip
-    """Adds M⁻¹ y to the hard decisions, fills in the flags, and gives what the cost grows by: ½ |M⁻¹ y|²_P."""
-    away = np.empty(len(hard))
+    """y° = −(L Lᵀ)⁻¹ g(θ), and the rows' own bounds less what the rows are at y°; gives −½ |L⁻¹ g|²."""
+    starts, columns, values = root
+    write_affine(gradient[0], gradient[1], gradient[2], gradient[3], theta, optimum)
+    least, n, m = 0.0, len(optimum), len(limits) // 2
+    for i in range(n):
+        last = starts[i + 1] - 1  # the diagonal
+        total = -optimum[i]
+        for k in range(starts[i], last):
+            total -= values[k] * optimum[columns[k]]
+        optimum[i] = total / values[last]
+        least -= 0.5 * optimum[i] * optimum[i]
+    for i in range(n - 1, -1, -1):
+        last = starts[i + 1] - 1
+        optimum[i] /= values[last]
+        for k in range(starts[i], last):
+            optimum[columns[k]] -= values[k] * optimum[i]
+    write_affine(own[0], own[1], own[2], own[3], theta, limits)
+    starts, columns, values = rows
+    bounds = m - (len(starts) - 1)
+    for i in range(m):
+        at = optimum[i] if i < bounds else 0.0
+        if i >= bounds:
+            for k in range(starts[i - bounds], starts[i - bounds + 1]):
+                at += values[k] * optimum[columns[k]]
+        limits[i] -= at
+        limits[m + i] -= at
+    return least
+
+
+@compiled
+def write_decisions(
+    root: Sparse, back: Sparse, hard: np.ndarray, order: np.ndarray, optimum: np.ndarray, y: np.ndarray,
+    multipliers: np.ndarray, decisions: np.ndarray, active: np.ndarray,
+) -> float:  # fmt: skip
+    """Fills in w = M⁻¹ (y° + y) and the flags of the rows; gives what y costs: ½ |Lᵀ y|²."""
+    starts, columns, values = back
     for i in range(len(hard)):
         total = 0.0
         for k in range(starts[i], starts[i + 1]):
-            total += values[k] * y[columns[k]]
-        away[i] = total
-        decisions[hard[i]] += total
+            total += values[k] * (optimum[columns[k]] + y[columns[k]])
+        decisions[hard[i]] = total
     for row in range(len(order)):
         if multipliers[row] != 0.0:
             active[order[row]] = 1.0 if multipliers[row] > 0.0 else -1.0
+    starts, columns, values = root
+    product = np.zeros(len(y))
+    for i in range(len(y)):
+        for k in range(starts[i], starts[i + 1]):
+            product[columns[k]] += values[k] * y[i]
     cost = 0.0
-    if curvature.shape[1] == 1:  # P is diagonal
-        for i in range(len(hard)):
-            cost += 0.5 * curvature[i, 0] * away[i] * away[i]
-    else:
-        for i in range(len(hard)):
-            for j in range(len(hard)):
-                cost += 0.5 * away[i] * curvature[i, j] * away[j]
+    for value in product:
+        cost += 0.5 * value * value
     return cost
 
 
-def _unconstrained_optimum(P: np.ndarray, f: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """w°(θ) = −P⁻¹ (f + F θ): offset and matrix."""
+def _root(hessian: np.ndarray) -> Sparse:
+    """L with L Lᵀ = hessian; each row ends with its diagonal."""
     try:
-        optimum = -np.linalg.solve(P, np.column_stack([f, F]))
+        return _sparse(_cleaned(np.linalg.cholesky(hessian)))
     except np.linalg.LinAlgError:
         raise InputError(
             "the cost is not strictly convex in the decisions, as DAQP needs it: choose clarabel"
         ) from None
-    return optimum[:, 0], optimum[:, 1:]
 
 
-def _value_at_optimum(
-    constant: QuadraticForm, f: np.ndarray, F: np.ndarray, w: np.ndarray, w_map: np.ndarray
-) -> QuadraticForm:
-    """The cost at w°(θ): what the cost of y comes on top of."""
-    shown = np.flatnonzero(F.any(axis=0))
-    matrix, vector = np.zeros((F.shape[1], F.shape[1])), np.zeros(F.shape[1])
-    matrix[np.ix_(shown, shown)] = F[:, shown].T @ w_map[:, shown]
-    vector[shown] = 0.5 * (F[:, shown].T @ w + w_map[:, shown].T @ f)
-    return constant.plus(matrix, vector, 0.5 * f @ w)
-
-
-def _centre_of_all(size: int, hard: np.ndarray, w: np.ndarray, w_map: np.ndarray) -> AffineMap:
-    """w°(θ) among all decisions, where slacks are zero."""
-    offset, matrix = np.zeros(size), np.zeros((size, w_map.shape[1]))
-    offset[hard], matrix[hard] = w, w_map
-    return AffineMap(offset, matrix)
+def _sparse(matrix: np.ndarray) -> Sparse:
+    return AffineMap(np.zeros(len(matrix)), matrix).arrays[1:]
 
 
 def _inverse(rows: np.ndarray, bound_rows: Sequence[str]) -> np.ndarray:
@@ -219,15 +243,6 @@ def _inverse(rows: np.ndarray, bound_rows: Sequence[str]) -> np.ndarray:
     if not np.abs(inverse).max() * np.abs(rows).max() < 1e12:
         raise InputError(f"bound rows {list(bound_rows)}: they don't form an invertible matrix")
     return _cleaned(inverse)
-
-
-def _stacked_bounds(qp: ParametricQp, order: np.ndarray, shift: np.ndarray, shift_map: np.ndarray) -> AffineMap:
-    """Lower, then upper bounds of the rows in `order`, less what the rows are at w°."""
-    offsets = [bound.offset[order] for bound in (qp.lower, qp.upper)]
-    maps = [bound.matrix[order] - shift_map for bound in (qp.lower, qp.upper)]
-    for offset, matrix in zip(offsets, maps, strict=True):
-        matrix[np.isinf(offset)] = 0.0
-    return AffineMap(np.concatenate([offset - shift for offset in offsets]), _cleaned(np.vstack(maps)))
 
 
 def _cleaned(matrix: np.ndarray) -> np.ndarray:
