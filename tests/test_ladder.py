@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from walks import make_mpc, predicted, speed_limit, start, walk
 
+from pdhocbf_drake.barriers import AffineBarrier, Linear, constant
+from pdhocbf_drake.mpc.config import RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.mpc.solution import QpResult, Reason
+from pdhocbf_drake.mpc.solution import CONSTRAINTS, QpResult, Reason
 from pdhocbf_drake.mpc.supervisor import believed_state, supervise
 
 BLIND = np.full((2, 3), np.nan)
@@ -60,6 +62,11 @@ def test_a_state_beyond_rescue_misses_its_tail_by_as_little_as_it_can() -> None:
     assert zmp[0] == pytest.approx(high[0], abs=1e-6)  # all the braking there is
     step = plan.footholds[0, 0] - memory.stance[0, 1]
     assert step == pytest.approx(0.15 + mpc.config.step_tolerance[0], abs=1e-6)  # the longest step allowed
+    # What is told of it: the stability row of x, by as much as the tail is missed, and nothing of y.
+    missed = mpc.divergent.input_weights(220, 80) @ plan.inputs[0] - mpc.divergent.offset_row(220) @ lost[0]
+    missed += mpc.divergent.discounts(220, 80)[-1] * (mpc.divergent.offset_row(220) @ lost[0])
+    np.testing.assert_allclose(plan.unmet, [[abs(missed), 0.0, 0.0], [0.0, 0.0, 0.0]], rtol=1e-9)
+    assert abs(missed) > 0.01
 
 
 def test_a_hard_barrier_that_cannot_be_kept_is_softened() -> None:
@@ -68,6 +75,64 @@ def test_a_hard_barrier_that_cannot_be_kept_is_softened() -> None:
     assert plans[220].reason == Reason.SOLVED
     assert plans[221].reason == Reason.SOFTENED and plans[221].slack > 1e-3
     assert plans[-1].reason == Reason.SOLVED
+
+
+def wall(position: float) -> AffineBarrier:
+    """A limit on where the CoM is, which the ZMP velocity reaches three ticks later and not two."""
+    return AffineBarrier("wall", [1.0, 0.0, 0.0], constant(position), 1, [Linear(0.5)] * 3, "m")
+
+
+@pytest.mark.parametrize("barrier", ["soft", "hard"])
+@pytest.mark.parametrize("gives_way", [0, 1])
+def test_of_two_barriers_the_one_that_gives_way_has_the_slack(barrier: str, gives_way: int) -> None:
+    two = [wall(100.0)]
+    two.insert(gives_way, speed_limit(0.4))
+    mpc = make_mpc(mpc={"barrier": barrier}, barriers=tuple(two))
+    plans = [plan for *_, plan in walk(mpc, 222, kick={220: np.array([0.2, 0.0])})]
+    assert not plans[220].slacks.any() and plans[221].reason == Reason.SOFTENED
+    assert plans[221].slacks[gives_way] == plans[221].slack > 1e-3
+    assert plans[221].slacks[1 - gives_way] == 0.0 and not plans[221].unmet.any()
+
+
+def test_a_hard_barrier_is_softened_before_the_walk_counts_as_disturbed() -> None:
+    recovery = {"barrier": "hard", "recovery": RecoveryConfig(zmp_box=(0.18, 0.11))}
+    plans = {}
+    for kick in (0.2, 0.6):
+        mpc = make_mpc({"stride": 0.1}, recovery, (speed_limit(0.4),))
+        plans[kick] = [plan for *_, plan in walk(mpc, 222, kick={220: np.array([kick, 0.0])})][-1]
+    assert plans[0.2].reason == Reason.SOFTENED and not plans[0.2].recovering and plans[0.2].slack > 1e-4
+    assert not plans[0.2].unmet.any()
+    # Where softening is of no help, the steady walk's own constraints are named.
+    assert plans[0.6].reason == Reason.NO_STEADY_PLAN and plans[0.6].recovering
+    assert np.all(plans[0.6].unmet[0] > 1e-3) and not plans[0.6].unmet[1].any()
+
+
+@pytest.mark.parametrize(("constraint", "axis"), [("zmp_box", 0), ("step", 1)])
+def test_limits_that_contradict_each_other_are_named_with_their_axis(
+    constraint: str, axis: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mpc = make_mpc()
+    memory = start(mpc)
+    last = list(walk(mpc, 220, memory))[-1][3]
+    right = mpc.theta
+
+    class Wrong:
+        preview = right.preview
+
+        def __call__(self, at: int, *args: object) -> np.ndarray:
+            theta, place = right(at, *args), right.layouts[at].places
+            if at == axis and constraint == "step":
+                theta[place["step_lower"]] = theta[place["step_upper"]] + 0.03
+            if at == axis and constraint == "zmp_box":
+                theta[place["half"]] = -0.01
+            return theta
+
+    monkeypatch.setattr(mpc, "theta", Wrong())
+    plan = mpc.solve(220, memory.state, memory.stance, {}, None, last)
+    assert plan.reason == Reason.INFEASIBLE and plan.fallbacks == 1
+    told = np.zeros((2, 3))
+    told[axis, CONSTRAINTS.index(constraint)] = 0.03 if constraint == "step" else 0.02
+    np.testing.assert_allclose(plan.unmet, told, atol=1e-9)
 
 
 def test_recovery_from_outside_follows_the_class_k_rate_where_the_input_allows() -> None:
@@ -189,6 +254,20 @@ def test_the_memory_of_a_stop_survives_packing() -> None:
     copy = Memory.unpack(mpc, memory.pack(mpc))
     assert (copy.last_step, copy.degraded) == (5.0, 3.0)
     np.testing.assert_array_equal(copy.measured, memory.measured)
+
+
+@pytest.mark.parametrize("barriers", [(), (speed_limit(0.4), wall(100.0))])
+def test_the_memory_of_what_gave_way_survives_packing(barriers: tuple) -> None:
+    mpc = make_mpc(barriers=barriers)
+    memory = start(mpc)
+    list(walk(mpc, 3, memory))
+    assert memory.barrier_slack.shape == (len(barriers),) and not memory.barrier_slack.any()
+    memory.barrier_slack, memory.unmet = 1.0 + np.arange(len(barriers)), 7.0 + np.arange(6.0)
+    copy = Memory.unpack(mpc, memory.pack(mpc))
+    np.testing.assert_array_equal(copy.barrier_slack, memory.barrier_slack)
+    np.testing.assert_array_equal(copy.unmet, memory.unmet)
+    np.testing.assert_array_equal(copy.solver_status, memory.solver_status)
+    np.testing.assert_array_equal(copy.pack(mpc), memory.pack(mpc))
 
 
 def test_every_reason_says_whether_a_solver_answered() -> None:

@@ -17,7 +17,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.programs import Programs
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.solution import CONSTRAINTS, Reason
 
 RECOVERY = RecoveryConfig(zmp_box=(0.18, 0.11))
 SETTLED = 480  # [ticks], a multiple of the gait
@@ -164,7 +164,17 @@ def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory)
     plain = make_mpc({"stride": 0.1})
     assert plain.solve(SETTLED, state, settled.stance, {}, None, replace(settled.plan)).reason == Reason.RELAXED
     plan = mpc.solve(SETTLED, state, settled.stance, {}, None, settled.plan)
-    assert plan.recovering and plan.reason == Reason.RECOVERING
+    assert plan.recovering and plan.reason == Reason.NO_STEADY_PLAN
+    # It steps farther than a steady walk may: that limit is named, of that axis alone, by as much as it is exceeded.
+    step = plan.footholds[0, 0] - settled.stance[0, 1]
+    beyond = step - (0.1 + mpc.config.step_tolerance[0])
+    assert beyond > 0.01 and plan.unmet[0, CONSTRAINTS.index("step")] == pytest.approx(beyond, abs=1e-9)
+    assert not plan.unmet[1].any()
+
+
+def test_a_noticed_disturbance_is_no_program_without_a_solution(mpc: PeriodicMpc, settled: Memory) -> None:
+    plan = advance(mpc, copied(mpc, settled), SETTLED, np.array([0.3, 0.0]))
+    assert plan.reason == Reason.RECOVERING and not plan.unmet.any()
 
 
 def test_what_recovers_is_compiled_when_it_is_needed_and_plans_the_same(

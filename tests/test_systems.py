@@ -22,10 +22,13 @@ from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import joint_targets
 from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pdhocbf_drake.systems.mpc_controller import MpcController
+from pdhocbf_drake.systems.oscillator import TubeFilter
 from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
 from pdhocbf_drake.systems.state_estimator import StateEstimator
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
+from pdhocbf_drake.templates.config import VanDerPolConfig
+from pdhocbf_drake.templates.van_der_pol_tube import VanDerPolTube
 
 GAIT = Gait(GaitConfig())
 FEET = np.array([[0.0, 0.08], [0.0, -0.08]])
@@ -172,6 +175,20 @@ def test_a_measurement_that_is_not_a_number_is_replaced_by_the_prediction_and_sa
     reasons = [controller.GetOutputPort("solver_status").Eval(c)[5] for c in (context, blind)]
     assert reasons == [Reason.SOLVED, Reason.BAD_MEASUREMENT]
     assert np.all(np.isfinite(controller.GetOutputPort("com_reference").Eval(blind)))
+
+
+def test_the_tube_filter_tells_its_barriers_apart() -> None:
+    tube = VanDerPolTube(VanDerPolConfig())
+    block = TubeFilter(tube)
+    context = block.CreateDefaultContext()
+    block.GetInputPort("oscillator_state").FixValue(context, [3.0, 0.0])  # beyond the upper bound of x1
+    _update(block, context)
+    slack = block.GetOutputPort("barrier_slack").Eval(context)
+    assert [barrier.name for barrier, by in zip(tube.barriers, slack, strict=True) if by > 1e-6] == [
+        "x1_upper", "x2_lower",  # no input is slow enough for the one and fast enough for the other
+    ]  # fmt: skip
+    status = block.GetOutputPort("solver_status").Eval(context)
+    assert status[3] == slack.max() and status[5] == Reason.SOFTENED
 
 
 def test_template_plant_steps_half_a_tick_after_the_controller() -> None:

@@ -9,7 +9,7 @@ from pdhocbf_drake.analysis.barrier_margins import barriers_of, record_of
 from pdhocbf_drake.analysis.feet import slip_max, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.solution import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 
@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 _ROUNDING = 1e-9  # [m]
 # A torque this close to its limit is at its limit.
 _AT_LIMIT = 1.0 - 1e-9
+# What says that the first solver found no optimum of the problem that the scenario states.
+_LOST = (Reason.CROSS_SOLVED, Reason.RELAXED, Reason.INFEASIBLE, Reason.NOT_OPTIMAL, Reason.NO_STEADY_PLAN)
 
 
 def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits: RobotLimits | None) -> Metrics:
@@ -111,11 +113,14 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
     for name, use in barriers_of(scenario).items():
         record = record_of(log, use, scenario.from_time)
         judged = log.after(scenario.from_time)["h"][:, use.column]
+        slack = log["barrier_slack"][:, use.column] if "barrier_slack" in log else None  # older logs have none
         table[name] = BarrierMetrics(
             h_min=record.h_min if record else None,
             h_mean=record.h_mean if record else None,
             violations=int((~(judged >= 0)).sum()) if len(judged) else None,
             psi_min=_finite(record.psi_min) if record else None,
+            slack_max=_finite(slack.max()) if slack is not None and len(slack) else None,
+            softened_ticks=int((slack > NOTICED).sum()) if slack is not None else None,
             gamma=list(use.gamma),
             relative_degree=use.relative_degree,
             unit=use.unit,
@@ -128,10 +133,14 @@ def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
         return None
     # The first row holds the start, which nobody solved for.
     status, seconds, _, slack, fallbacks, reasons = log["solver_status"][1:].T
+    failed = (status != 1.0) | np.isin(reasons, _LOST)
+    if scenario.mpc.barrier == "hard" and scenario.system != "van_der_pol":
+        # A soft barrier's slack is part of what the scenario states; a hard one's is against it.
+        failed |= (reasons == Reason.SOFTENED) | (slack > NOTICED)
     return MpcMetrics(
         solves=len(status),
         fallbacks=int((fallbacks > 0).sum()),
-        failures=int(((status != 1.0) | np.isin(reasons, _lost(scenario))).sum()),
+        failures=int(failed.sum()),
         degraded={r.name.lower(): int(n) for r in Reason if r != Reason.SOLVED and (n := (reasons == r).sum())},
         slack_max=_finite(slack.max()) if len(slack) else None,
         tick_seconds_median=_finite(np.median(seconds)) if len(seconds) else None,
@@ -139,14 +148,6 @@ def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
         # The oscillator's filter is written for any dynamics and solved by Drake's conic solver.
         solver="clarabel" if scenario.system == "van_der_pol" else scenario.mpc.solver,
     )
-
-
-def _lost(scenario: Scenario) -> list[Reason]:
-    """The reasons which say that the first solver found no optimum of the problem that the scenario states."""
-    lost = [Reason.CROSS_SOLVED, Reason.RELAXED, Reason.INFEASIBLE, Reason.NOT_OPTIMAL]
-    # Only a hard barrier is softened against what the scenario states: a soft one has its slack there.
-    hard = scenario.mpc.barrier == "hard" and scenario.system != "van_der_pol"
-    return [*lost, Reason.SOFTENED] if hard else lost
 
 
 def _finite(value: float | np.floating) -> float | None:

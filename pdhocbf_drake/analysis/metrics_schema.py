@@ -14,6 +14,8 @@ class BarrierMetrics(BaseModel):
     h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
     violations: int | None = Field(description="ticks with h < 0, or with an h that is no number")
     psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
+    slack_max: float | None = Field(description="largest slack of one of its rows that a plan paid for [unit]")
+    softened_ticks: int | None = Field(description="ticks, at any time, whose plan paid for such a slack")
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
     relative_degree: int = Field(description="declared relative degree, in ticks")
     unit: str = Field(description="unit of h")
@@ -28,7 +30,7 @@ class MpcMetrics(BaseModel):
     fallbacks: int = Field(description="ticks that used the last plan, shifted, instead of a new one")
     failures: int = Field(
         description="ticks at which the first solver found no optimum of the problem that the scenario states, "
-        "a hard barrier that had to be softened included"
+        "any slack of a hard barrier included"
     )
     degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.solution.Reason`)")
     slack_max: float | None = Field(description="largest violation of a barrier row that a plan paid for [m/s]")

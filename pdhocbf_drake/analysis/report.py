@@ -9,6 +9,7 @@ import yaml
 
 from pdhocbf_drake.analysis.comparison import comparison_figures
 from pdhocbf_drake.analysis.figures import Drawn
+from pdhocbf_drake.analysis.gave_way import gave_way_rows
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.page import data_url, page, png
 from pdhocbf_drake.analysis.summary import summary_rows
@@ -26,7 +27,7 @@ class ReportedRun(NamedTuple):
 
 def report_html(runs: Sequence[ReportedRun]) -> str:
     """The page."""
-    columns = [dict(summary_rows(reported.metrics)) for reported in runs]
+    columns = [dict([*summary_rows(reported.metrics), *gave_way_rows(reported.run)]) for reported in runs]
     names = list(dict.fromkeys(name for column in columns for name in column))
     shared = comparison_figures([reported.run for reported in runs]) if len(runs) > 1 else []
     return page(

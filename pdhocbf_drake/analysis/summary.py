@@ -62,11 +62,18 @@ def _joints(metrics: Metrics) -> str:
 
 
 def _barrier(barrier: BarrierMetrics) -> str:
+    if not barrier.softened_ticks:
+        return _margin(barrier)
+    paid = _of(barrier.slack_max, barrier.unit)
+    return f"{_margin(barrier)}; softened at {_count(barrier.softened_ticks, 'tick')}, by {paid} at most"
+
+
+def _margin(barrier: BarrierMetrics) -> str:
     if barrier.violations is None:
         return "not judged: the run ended before from_time"
-    if barrier.h_min is None:
-        return f"h is no number at some ticks; {_count(barrier.violations, 'violation')}, counting those"
     violations = _count(barrier.violations, "violation")
+    if barrier.h_min is None:
+        return f"h is no number at some ticks; {violations}, counting those"
     return (
         f"h at least {_of(barrier.h_min, barrier.unit)}, mean {_of(barrier.h_mean, barrier.unit)}, "
         f"{violations}; least ψ_{len(barrier.gamma)} {_of(barrier.psi_min, barrier.unit)}"

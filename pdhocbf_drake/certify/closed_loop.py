@@ -88,5 +88,5 @@ def _start(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float]) -> 
         footholds = here[:, None] + np.cumsum(moves, axis=1)
         nothing = (np.zeros(mpc.rows[0]), np.zeros(mpc.rows[1]))
         inputs = np.zeros((2, mpc.config.horizon))
-        memory.plan = Plan(tick - 1, inputs, footholds, nothing, 0.0, np.nan, Reason.SOLVED, 0)
+        memory.plan = Plan(tick - 1, inputs, footholds, nothing, np.zeros(0), np.nan, Reason.SOLVED, 0)
     return tick, memory

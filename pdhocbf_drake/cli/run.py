@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
+from pdhocbf_drake.analysis.gave_way import gave_way_rows
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
@@ -54,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
             done, lost = list[str](), _STOPPED
         else:
             done, lost = _write_pages(recorded, metrics, folder, not options.no_replay)
-    _tell(metrics, place, done)
+    _tell([*summary_rows(metrics), *gave_way_rows(recorded)], place, done)
     if lost:
         say(f"pdhocbf: {lost}; `pdhocbf report {place}` makes up what is missing")
     return _exit_code(recorded.log.ending, place) or bool(lost)
@@ -119,8 +120,8 @@ def _new_place(scenario: Scenario) -> Path:
     return place
 
 
-def _tell(metrics: Metrics, place: Path, done: list[str]) -> None:
-    rows = [*summary_rows(metrics), *((name.removesuffix(".html"), str(place / name)) for name in done)]
+def _tell(rows: list[tuple[str, str]], place: Path, done: list[str]) -> None:
+    rows = [*rows, *((name.removesuffix(".html"), str(place / name)) for name in done)]
     if not done:
         rows.append(("run folder", str(place)))
     width = max(len(name) for name, _ in rows)

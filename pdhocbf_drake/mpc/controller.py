@@ -18,15 +18,14 @@ from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.program_cache import ProgramCache
 from pdhocbf_drake.mpc.programs import Programs
 from pdhocbf_drake.mpc.recovery import recovery_of
-from pdhocbf_drake.mpc.solution import QpResult, Reason
+from pdhocbf_drake.mpc.solution import NOTICED, QpResult, Reason
 from pdhocbf_drake.mpc.solvers import QpSolver
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.theta import Theta
+from pdhocbf_drake.mpc.unmet import slack_by_barrier, slack_starts, unmet
 from pdhocbf_drake.templates.divergent import DivergentComponent
 from pdhocbf_drake.templates.vhip import Vhip
-
-_SLACK_NOTICED = 1e-6  # [m/s]: below this the barrier counts as kept
 
 
 class PeriodicMpc:
@@ -85,6 +84,7 @@ class PeriodicMpc:
         # A terminal set has more facets at some phases than at others; without one all phases have the same rows.
         self.rows = [len(qps[0].A) if on_demand else max(len(qp.A) for qp in qps) for qps in self.qps]
         self._rungs = self.programs.rungs(self.qps)
+        self._slack_starts = [slack_starts(barriers[axis], vhip, config.horizon) for axis in (0, 1)]
         if config.recovery is not None:
             self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, on_demand=True)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
@@ -132,42 +132,44 @@ class PeriodicMpc:
             last: the plan of the tick before, for warm start and fallback.
         """
         if recovering and self.recovery is not None:
-            plan = self.recovery.solve(tick, state, stance, bounds, offset, last)
-            eased = plan.reason in (Reason.SOLVED, Reason.SOFTENED)
-            return replace(plan, recovering=True, reason=Reason.RECOVERING if eased else plan.reason)
+            return self.recovery.solve(tick, state, stance, bounds, offset, last).of_disturbed(Reason.RECOVERING)
         phase = tick % self.gait.period
         same = last is not None and last.recovering == (self.config.stability == "paid")
+        thetas: list[np.ndarray] = []
         results: list[QpResult] = []
-        reason = Reason.SOLVED
+        reasons: list[Reason] = []
         for axis in (0, 1):
             shift = None if offset is None else offset[axis]
             theta = self.theta(axis, tick, state[axis], stance[axis], bounds, shift, last)
             guess = last.active[axis] if last is not None and same else None
-            result = self._solvers[axis][phase].solve(theta, guess)
-            if result.infeasible and self.recovery is not None:
-                return self.solve(tick, state, stance, bounds, offset, last, recovering=True)
+            result, why = self._solvers[axis][phase].solve(theta, guess), Reason.SOLVED
             if not result.ok:
                 result, why = self._descend(axis, phase, theta, result)
-                reason = max(reason, why)
+            thetas.append(theta)
             results.append(result)
+            reasons.append(why)
+        reason = max(reasons)
+        if reason == Reason.NO_STEADY_PLAN and self.recovery is not None:
+            plan = self.recovery.solve(tick, state, stance, bounds, offset, last).of_disturbed(reason)
+        elif not reason.planned:
+            plan = self._fallback(tick, state, stance, last, reason)
+        else:
+            plan = self._plan(tick, results, reason)
+        if reason <= Reason.CROSS_SOLVED:
+            return plan
+        return replace(plan, unmet=unmet(plan, [axis[phase] for axis in self.qps], thetas, reasons))
+
+    def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason) -> Plan:
+        """What the solvers of both axes found."""
         horizon, n_f = self.config.horizon, self.footholds
-        slacks = [r.decisions[horizon + n_f :] for r in results]
-        slack = max((float(each.max()) for each in slacks if len(each)), default=0.0)
-        if not reason.planned:
-            return self._fallback(tick, state, stance, last, reason)
-        if reason == Reason.SOLVED and slack > _SLACK_NOTICED:
+        own = zip(results, self._slack_starts, strict=True)
+        slacks = np.concatenate([slack_by_barrier(r.decisions[horizon + n_f :], starts) for r, starts in own])
+        if reason == Reason.SOLVED and slacks.max(initial=0.0) > NOTICED:
             reason = Reason.SOFTENED
         plans = np.array([r.decisions[: horizon + n_f] for r in results])
-        return Plan(
-            tick,
-            plans[:, :horizon],
-            plans[:, horizon:],
-            (self._padded(0, results[0].active), self._padded(1, results[1].active)),
-            slack,
-            sum(r.cost for r in results),
-            reason,
-            0,
-        )
+        active = (self._padded(0, results[0].active), self._padded(1, results[1].active))
+        cost = sum(r.cost for r in results)
+        return Plan(tick, plans[:, :horizon], plans[:, horizon:], active, slacks, cost, reason, 0)
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
         """Flags for the longest program of this axis: rows that this phase, or a lower rung, lacks are inactive."""
@@ -181,6 +183,8 @@ class PeriodicMpc:
         for rung in self._rungs:
             if rung.reason == Reason.CROSS_SOLVED and result.infeasible:
                 continue  # it has been proved that there is no solution
+            if rung.reason == Reason.RELAXED and result.infeasible and self.recovery is not None:
+                return result, Reason.NO_STEADY_PLAN  # rather than a steady walk that misses its tail
             result = rung.solver(axis, phase).solve(theta)
             if result.ok:
                 return result, rung.reason
@@ -202,7 +206,8 @@ class PeriodicMpc:
         low, high = self.zmp_box(tick + 1, stance, footholds)
         delta = self.gait.config.tick
         inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
-        return Plan(tick, inputs, footholds, active, 0.0, np.nan, reason, count)  # type: ignore[arg-type]
+        slacks = np.zeros(sum(map(len, self.barriers)))
+        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count)  # type: ignore[arg-type]
 
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Corners (2,) of the box (27), without the margin, at a tick; the stance is that of the tick before [m]."""

@@ -16,8 +16,10 @@ from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.mpc.solution import Reason
 
-OUTPUTS = {"com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6}
-"""The parts that are shown to other blocks and not needed again."""
+OUTPUTS = (
+    "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack", "unmet",
+)  # fmt: skip
+"""The parts that are shown to other blocks, or logged, and not needed again."""
 
 _FEET = {LEFT: 0, -LEFT: 1}
 _NONE = np.zeros(0)
@@ -35,6 +37,8 @@ class Memory:
         stance_plan: box centres of the last, this and the next two steps, as seen from k + 1 [m].
         foot_plan: where the left foot starts and ends this step, then the right one: x, y each [m].
         solver_status: solved, wall time [s], cost, slack [m/s], fallbacks in a row, reason.
+        barrier_slack: each barrier's largest slack, in the order of the controller's barriers, shape (n_b,) [m/s].
+        unmet: as `Plan.unmet`, x then y, shape (6,) [m].
         state: predicted [c, v, p] at k + 1 per axis, shape (2, 3).
         feet: last contact positions of the left and right foot, shape (2, 2) [m].
         stance: box centres of the last and this step per axis, shape (2, 2) [m].
@@ -50,6 +54,8 @@ class Memory:
     stance_plan: np.ndarray
     foot_plan: np.ndarray
     solver_status: np.ndarray
+    barrier_slack: np.ndarray
+    unmet: np.ndarray
     state: np.ndarray
     feet: np.ndarray
     stance: np.ndarray
@@ -63,7 +69,9 @@ class Memory:
     def sizes(mpc: PeriodicMpc) -> dict[str, int]:
         """Every part in its order: the outputs, then what is carried on to the next tick."""
         rows = mpc.rows
-        return OUTPUTS | {
+        return {
+            "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
+            "barrier_slack": sum(map(len, mpc.barriers)), "unmet": 6,
             "last_step": 1, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4,
             "stance": 4, "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
             "active_y": rows[1],
@@ -86,9 +94,11 @@ class Memory:
         eta = mpc.vhip.eta[0]
         com = np.array([[c, v, eta * (c - p)] for c, v, p in state]).ravel()
         zmp = np.array([[p, 0.0] for p in state[:, 2]]).ravel()
-        memory = cls(com, zmp, np.zeros(4), np.zeros(8), np.zeros(8), np.array([1.0, 0, 0, 0, 0, Reason.SOLVED]),
-                     np.array(state, dtype=float), np.array(feet, dtype=float), stance,
-                     -1.0, 0.0, np.full(4, np.nan), None)  # fmt: skip
+        memory = cls(
+            com, zmp, np.zeros(4), np.zeros(8), np.zeros(8), np.array([1.0, 0, 0, 0, 0, Reason.SOLVED]),
+            np.zeros(sum(map(len, mpc.barriers))), np.zeros(6), np.array(state, dtype=float),
+            np.array(feet, dtype=float), stance, -1.0, 0.0, np.full(4, np.nan), None,
+        )  # fmt: skip
         memory._show(mpc, 0, stance[:, 1:] + np.cumsum(mpc.preview.steps(0).moves, axis=1))
         return memory
 
@@ -161,8 +171,8 @@ class Memory:
         marks = (-1.0, 0.0, 0.0) if plan is None else (plan.tick, plan.fallbacks, plan.recovering)
         numbers = (self.last_step, self.degraded, *disturbance.astray, disturbance.active, disturbance.quiet, *marks)
         parts: list[Any] = [self.com_reference, self.zmp_reference, self.zmp_box, self.stance_plan, self.foot_plan,
-                            self.solver_status, numbers, self.measured, self.state.ravel(), self.feet.ravel(),
-                            self.stance.ravel()]  # fmt: skip
+                            self.solver_status, self.barrier_slack, self.unmet, numbers, self.measured,
+                            self.state.ravel(), self.feet.ravel(), self.stance.ravel()]  # fmt: skip
         if plan is not None:
             parts += [plan.inputs.ravel(), plan.footholds.ravel(), *plan.active]
         known = np.concatenate(parts)
@@ -194,12 +204,14 @@ class Memory:
         if tick >= 0:
             plan = Plan(
                 round(tick), part("inputs").reshape(2, -1), part("footholds").reshape(2, -1),
-                (part("active_x"), part("active_y")), 0.0, math.nan, Reason.SOLVED, round(fallbacks), bool(recovering),
+                (part("active_x"), part("active_y")), _NONE, math.nan, Reason.SOLVED, round(fallbacks),
+                bool(recovering),
             )  # fmt: skip
         return cls(
-            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, part("state").reshape(2, 3), part("feet").reshape(2, 2),
-            part("stance").reshape(2, 2), float(part("last_step")[0]), float(part("degraded")[0]),
-            part("measured"), plan, Disturbance(np.array([x, y]), bool(disturbed), round(quiet)),
+            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
+            part("state").reshape(2, 3), part("feet").reshape(2, 2), part("stance").reshape(2, 2),
+            float(part("last_step")[0]), float(part("degraded")[0]), part("measured"), plan,
+            Disturbance(np.array([x, y]), bool(disturbed), round(quiet)),
         )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,18 +18,32 @@ class Plan:
         inputs: ZMP velocities u(k) … u(k + H − 1) per axis, shape (2, H) [m/s].
         footholds: centres of the coming stance feet per axis, shape (2, n_f) [m].
         active: flags of the active constraints per axis, for the next warm start.
-        slack: the barriers' largest slack [m/s].
+        slacks: each barrier's largest slack, those of x, then those of y, shape (n_b,) [m/s].
         cost: of both axes; NaN where not solved.
         reason: why the plan is what it is.
         fallbacks: ticks in a row without a solution, this one included.
+        recovering: whether it was planned as a disturbed walk.
+        unmet: of an axis whose program has no solution, by how much the plan misses each of `unmet.CONSTRAINTS`; else
+            0, shape (2, 3) [m].
     """
 
     tick: int
     inputs: np.ndarray
     footholds: np.ndarray
     active: tuple[np.ndarray, np.ndarray]
-    slack: float
+    slacks: np.ndarray
     cost: float
     reason: Reason
     fallbacks: int
     recovering: bool = False
+    unmet: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
+
+    @property
+    def slack(self) -> float:
+        """The barriers' largest slack [m/s]."""
+        return float(self.slacks.max(initial=0.0))
+
+    def of_disturbed(self, why: Reason) -> Plan:
+        """The same as the plan of a disturbed walk, for the reason `why`, unless its own one is worse."""
+        eased = self.reason in (Reason.SOLVED, Reason.SOFTENED)
+        return replace(self, recovering=True, reason=why if eased else self.reason)

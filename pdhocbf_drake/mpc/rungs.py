@@ -4,7 +4,8 @@
 2. softened   only below a hard barrier: its rows get slacks with an exact price.
 3. relaxed    stability row (or terminal set) paid for instead of demanded, barriers soft and without decay (γ = 1).
               Only ZMP boxes and step limits are left; where these contradict each other, no rung has a solution
-              (`Reason.INFEASIBLE`).
+              (`Reason.INFEASIBLE`). With `mpc.recovery` the walk is planned as a disturbed one instead
+              (`Reason.NO_STEADY_PLAN`).
 
 Below them the controller shifts its last plan; and a walk that stays degraded comes to a stand.
 """

@@ -127,9 +127,9 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: LeafSystem) -> No
     if walk.barriers:
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")
         wiring.connect(controller, "velocity_bound")
-        wiring.log("velocity_bound", "h")
+        wiring.log("velocity_bound", "h", "barrier_slack")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
-    wiring.log("solver_status")
+    wiring.log("solver_status", "unmet")
 
 
 def start_of(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
@@ -146,7 +146,7 @@ def oscillator_diagram(scenario: Scenario) -> LoggedDiagram:
     oscillator = wiring.add("oscillator", Oscillator(tube))
     wiring.connect(oscillator, "oscillator_input")
     wiring.connect(tube_filter, "oscillator_state")
-    wiring.log("oscillator_state", "oscillator_input", "h", "solver_status")
+    wiring.log("oscillator_state", "oscillator_input", "h", "solver_status", "barrier_slack")
     return wiring.build("van_der_pol")
 
 

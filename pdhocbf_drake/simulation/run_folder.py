@@ -91,10 +91,11 @@ def read_run(folder: Path) -> Run:
     if needed not in log:
         raise RunFolderError(f"{folder} is not a run folder: its log is of another scenario, since it has no {needed}")
     barriers = 4 if scenario.system == "van_der_pol" else len(scenario.barriers)
-    columns = log["h"].shape[1] if "h" in log else 0
-    if columns != barriers:
-        told = f"the scenario has {barriers} barriers and the log {columns}"
-        raise RunFolderError(f"{folder} is not a run folder: {told}")
+    for signal, otherwise in (("h", 0), ("barrier_slack", barriers)):  # older logs have no slacks
+        columns = log[signal].shape[1] if signal in log else otherwise
+        if columns != barriers:
+            told = f"the scenario has {barriers} barriers and the log's {signal} has {columns}"
+            raise RunFolderError(f"{folder} is not a run folder: {told}")
     return Run(scenario, log, provenance)
 
 

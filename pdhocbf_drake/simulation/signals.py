@@ -7,6 +7,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from pdhocbf_drake.mpc.solution import CONSTRAINTS
+
 
 class Signal(NamedTuple):
     """One vector port that is logged at every tick.
@@ -91,6 +93,15 @@ SIGNALS: tuple[Signal, ...] = (
         "1, s, 1, m/s, 1, 1",
         "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.solution.Reason)",
         ("status", "time", "cost", "slack", "fallbacks", "reason"),
+    ),
+    Signal("barrier_slack", "mpc_controller", "n_b", "m/s", "largest slack of each barrier that the plan paid for"),
+    Signal(
+        "unmet",
+        "mpc_controller",
+        6,
+        "m",
+        "by how much the plan misses what its axis could not meet: stability (or terminal set), ZMP box, step limits",
+        tuple(f"{constraint}_{axis}" for axis in "xy" for constraint in CONSTRAINTS),
     ),
     Signal(
         "oscillator_state", "oscillator", 2, "1, 1/s", "state of the Van der Pol oscillator", ("x1", "x2"), "oscillator"

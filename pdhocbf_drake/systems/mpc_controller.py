@@ -26,7 +26,8 @@ class MpcController(LeafSystem):
         zmp_offset (2 H): expected real minus template ZMP, x then y; may be left unconnected.
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
     Output ports:
-        com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6).
+        com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
+        barrier_slack (n_b), unmet (6): as in `simulation.signals`; they tell of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
 
     Attributes:
@@ -50,6 +51,8 @@ class MpcController(LeafSystem):
         super().__init__()
         self._latency = latency
         self.mpc, self._names = mpc, [name for _, name in barriers]
+        # A plan has the barriers of x before those of y: where it has each one of ours.
+        self._columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
         horizon = mpc.config.horizon
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._lip = self.DeclareVectorInputPort("lip_state", 6)
@@ -91,6 +94,7 @@ class MpcController(LeafSystem):
         cost = plan.cost if solved else 0.0
         elapsed = time.perf_counter() - started
         memory.solver_status = np.array([solved, elapsed, cost, plan.slack, plan.fallbacks, reason])
+        memory.barrier_slack, memory.unmet = plan.slacks[self._columns], plan.unmet.ravel()
         packed = memory.pack(self.mpc)
         for i, place in enumerate(self._places):
             values.set_value(i, packed[place])
