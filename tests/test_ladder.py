@@ -57,7 +57,7 @@ def test_a_state_beyond_rescue_misses_its_tail_by_as_little_as_it_can() -> None:
     plan = mpc.solve(220, lost, memory.stance, {}, None, last)
     assert plan.reason == Reason.RELAXED and plan.reason.planned and plan.fallbacks == 0
     zmp = predicted(mpc, lost, plan)[:, 1, 2]
-    low, high = mpc.zmp_box(221, memory.stance, plan.footholds)
+    low, high = mpc.zmp_box(221, memory.stance, plan.footholds).T
     assert np.all(zmp >= low - 1e-9) and np.all(zmp <= high + 1e-9)
     assert zmp[0] == pytest.approx(high[0], abs=1e-6)  # all the braking there is
     step = plan.footholds[0, 0] - memory.stance[0, 1]
@@ -159,7 +159,7 @@ def test_without_any_solution_the_last_plan_is_shifted_within_the_box(monkeypatc
     plan = mpc.solve(220, memory.state, memory.stance, {}, None, last)
     assert plan.reason == Reason.NOT_OPTIMAL and plan.fallbacks == 1
     np.testing.assert_allclose(plan.inputs[:, :-1], last.inputs[:, 1:], atol=1e-9)
-    low, high = mpc.zmp_box(221, memory.stance, plan.footholds)
+    low, high = mpc.zmp_box(221, memory.stance, plan.footholds).T
     zmp = memory.state[:, 2] + 0.01 * plan.inputs[:, 0]
     assert np.all(zmp >= low - 1e-12) and np.all(zmp <= high + 1e-12)
     for way, edge in ((-99.0, low), (99.0, high)):  # a plan that leads out of the box is cut off at its edge

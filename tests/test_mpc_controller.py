@@ -57,7 +57,7 @@ def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() 
     for tick, state, stance, plan in walk(mpc, 300):
         assert plan.reason == Reason.SOLVED
         future = predicted(mpc, state, plan)
-        low, high = mpc.zmp_box(tick + 1, stance, plan.footholds)
+        low, high = mpc.zmp_box(tick + 1, stance, plan.footholds).T
         assert np.all(future[:, 1, 2] >= low - 1e-9) and np.all(future[:, 1, 2] <= high + 1e-9)
         if not mpc.preview.repeats(tick):
             continue
@@ -82,7 +82,7 @@ def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: floa
     beyond = np.abs(zmp - feet @ weights.T) - half
     assert beyond.max() < 1e-9
     assert beyond[0].max() > -1e-6  # and it comes to the edge, so that an offset of the other sign would show
-    low, high = mpc.zmp_box(tick + 1, memory.stance, plan.footholds)
+    low, high = mpc.zmp_box(tick + 1, memory.stance, plan.footholds).T
     np.testing.assert_allclose(high - low, mpc.gait.config.zmp_box)  # the box that is told has no margin
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.gait import Gait
+from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_program import Parameters
 from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.config import MpcConfig
@@ -203,19 +204,37 @@ class PeriodicMpc:
             footholds = last.footholds
             if step != last.tick // self.gait.period:
                 footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + ahead.moves[:, -1:]])
-        low, high = self.zmp_box(tick + 1, stance, footholds)
+        low, high = self.zmp_box(tick + 1, stance, footholds).T
         delta = self.gait.config.tick
         inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
         slacks = np.zeros(sum(map(len, self.barriers)))
         return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count)  # type: ignore[arg-type]
 
-    def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Corners (2,) of the box (27), without the margin, at a tick; the stance is that of the tick before [m]."""
+    def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
+        """The box (27), without the margin, at a tick: x_min, x_max, then y, shape (2, 2) [m].
+
+        Args:
+            tick: when.
+            stance: centres of the last and this step's box at the tick before, shape (2, 2) [m].
+            footholds: centres of the coming ones, shape (2, n_f) [m].
+        """
         before = self.gait.phase(tick - 1)[0]
         step, phase = self.gait.phase(tick)
-        half = self.preview.steps(before).half + self.config.zmp_margin
-        place, weight = step - before, float(self.gait.box_weight[phase])
-        feet = np.concatenate([stance, footholds], axis=1)[:, place : place + 2]
-        centre = (1.0 - weight) * feet[:, 0] + weight * feet[:, 1]
-        side = (1.0 - weight) * half[:, place] + weight * half[:, place + 1]
-        return centre - side, centre + side
+        weight = self.gait.box_weight[phase]
+        half = self.preview.steps(before).half
+        return _box(step - before, weight, stance, footholds, half, self.config.zmp_margin)
+
+
+@compiled
+def _box(
+    place: int, weight: float, stance: np.ndarray, footholds: np.ndarray, half: np.ndarray, margin: float
+) -> np.ndarray:
+    """The box on its way from the stance foot at `place` of [last, this, coming …] to the next one."""
+    box = np.empty((2, 2))
+    for axis in range(2):
+        start = stance[axis, place]
+        end = stance[axis, 1] if place == 0 else footholds[axis, 0]
+        centre = (1.0 - weight) * start + weight * end
+        side = (1.0 - weight) * half[axis, place] + weight * half[axis, place + 1] + margin
+        box[axis, 0], box[axis, 1] = centre - side, centre + side
+    return box

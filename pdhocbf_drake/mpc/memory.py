@@ -10,6 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from pdhocbf_drake.gait.gait import BOTH, LEFT
+from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_program import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan
@@ -23,6 +24,7 @@ OUTPUTS = (
 
 _FEET = {LEFT: 0, -LEFT: 1}
 _NONE = np.zeros(0)
+_CARRIED: WeakKeyDictionary[PeriodicMpc, list[slice]] = WeakKeyDictionary()
 _LAYOUTS: WeakKeyDictionary[PeriodicMpc, dict[str, slice]] = WeakKeyDictionary()
 
 
@@ -121,8 +123,10 @@ class Memory:
         if self.plan is not None:
             step = tick // mpc.gait.period
             coming = step - self.plan.tick // mpc.gait.period  # the plan's first foothold is taken at a new step
-            commanded = self.stance[:, 1] + mpc.preview.steps(step).moves[:, 0]
-            moved = float(np.abs(self.plan.footholds[:, coming] - commanded).max())
+            (_, x), (_, y) = self.stance.tolist()
+            along, aside = mpc.preview.steps(step).moves[:, 0].tolist()
+            foot_x, foot_y = self.plan.footholds[:, coming].tolist()
+            moved = max(abs(foot_x - x - along), abs(foot_y - y - aside))
         error = divergent_error(mpc.divergent, tick, state, self.state)
         self.disturbance = self.disturbance.after(config, mpc.gait.period, error, moved)
 
@@ -130,16 +134,13 @@ class Memory:
         """Steps the template by the plan's first input and moves on to tick k + 1."""
         gait, tick = mpc.gait, plan.tick
         self.plan = plan
-        along, aside = plan.inputs[:, 0].tolist()
-        self.state = np.array([mpc.vhip.step(tick, state[0], along), mpc.vhip.step(tick, state[1], aside)])
-        eta = float(mpc.vhip.eta[(tick + 1) % mpc.vhip.period])
-        (x, vx, px), (y, vy, py) = self.state.tolist()
-        self.com_reference = np.array([x, vx, eta * (x - px), y, vy, eta * (y - py)])
-        self.zmp_reference = np.array([px, along, py, aside])
+        here, following = tick % mpc.vhip.period, (tick + 1) % mpc.vhip.period
+        self.state, self.com_reference, self.zmp_reference = _moved_on(
+            mpc.vhip.A[here], mpc.vhip.B[here], mpc.vhip.eta[following], state, plan.inputs
+        )
         footholds = plan.footholds
         boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
-        low, high = boxes.zmp_box(tick + 1, self.stance, footholds)
-        self.zmp_box = np.array([low, high]).T.ravel()
+        self.zmp_box = boxes.zmp_box(tick + 1, self.stance, footholds).ravel()
         step, phase = gait.phase(tick + 1)
         if phase == 0:
             support = gait.support(step - 1)
@@ -161,8 +162,7 @@ class Memory:
             ends[_FEET[-support]] = _landing(mpc.gait.support(step + 1), self.stance[:, 1], footholds[:, 0])
         self.foot_plan = np.concatenate([self.feet, ends], axis=1).ravel()
         if tick == 0:
-            low, high = mpc.zmp_box(1, self.stance, footholds)
-            self.zmp_box = np.stack([low, high], axis=1).ravel()
+            self.zmp_box = mpc.zmp_box(1, self.stance, footholds).ravel()
 
     def pack(self, mpc: PeriodicMpc) -> np.ndarray:
         """The whole memory as one vector; the plan's parts are zero where there is none."""
@@ -191,28 +191,51 @@ class Memory:
     @classmethod
     def carried(cls, mpc: PeriodicMpc, vector: np.ndarray) -> Memory:
         """From the packed vector's part behind the outputs, as copies; the outputs are left to `advance`."""
-        places = cls.layout(mpc)
-        own, outputs = np.array(vector), places["last_step"].start
-
-        def part(name: str) -> np.ndarray:
-            place = places[name]
-            return own[place.start - outputs : place.stop - outputs]
-
-        x, y, disturbed, quiet = part("disturbance").tolist()
-        tick, fallbacks, recovering = part("plan").tolist()
+        own = np.array(vector)
+        parts = [own[place] for place in _carried_places(mpc)]
+        last_step, degraded, disturbance, marks, measured, state, feet, stance, inputs, footholds, *active = parts
+        x, y, disturbed, quiet = disturbance.tolist()
+        tick, fallbacks, recovering = marks.tolist()
         plan = None
         if tick >= 0:
             plan = Plan(
-                round(tick), part("inputs").reshape(2, -1), part("footholds").reshape(2, -1),
-                (part("active_x"), part("active_y")), _NONE, math.nan, Reason.SOLVED, round(fallbacks),
-                bool(recovering),
+                round(tick), inputs.reshape(2, -1), footholds.reshape(2, -1), (active[0], active[1]), _NONE, math.nan,
+                Reason.SOLVED, round(fallbacks), bool(recovering),
             )  # fmt: skip
         return cls(
             _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
-            part("state").reshape(2, 3), part("feet").reshape(2, 2), part("stance").reshape(2, 2),
-            float(part("last_step")[0]), float(part("degraded")[0]), part("measured"), plan,
-            Disturbance(np.array([x, y]), bool(disturbed), round(quiet)),
+            state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), float(last_step[0]), float(degraded[0]),
+            measured, plan,
+            Disturbance((x, y), bool(disturbed), round(quiet)),
         )  # fmt: skip
+
+
+def _carried_places(mpc: PeriodicMpc) -> list[slice]:
+    """Where the parts behind the outputs lie, counted from the first of them; worked out once for each `mpc`."""
+    places = _CARRIED.get(mpc)
+    if places is None:
+        behind = list(Memory.sizes(mpc).values())[len(OUTPUTS) :]
+        stops = np.cumsum(behind).tolist()
+        places = _CARRIED[mpc] = [slice(stop - size, stop) for size, stop in zip(behind, stops, strict=True)]
+    return places
+
+
+@compiled
+def _moved_on(
+    A: np.ndarray, B: np.ndarray, eta: float, state: np.ndarray, inputs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """[c, v, p] of both axes a tick later (23), then `com_reference` and `zmp_reference`."""
+    following, com, zmp = np.empty((2, 3)), np.empty(6), np.empty(4)
+    for axis in range(2):
+        for i in range(3):
+            total = B[i] * inputs[axis, 0]
+            for j in range(3):
+                total += A[i, j] * state[axis, j]
+            following[axis, i] = total
+        c, v, p = following[axis, 0], following[axis, 1], following[axis, 2]
+        com[3 * axis], com[3 * axis + 1], com[3 * axis + 2] = c, v, eta * (c - p)
+        zmp[2 * axis], zmp[2 * axis + 1] = p, inputs[axis, 0]
+    return following, com, zmp
 
 
 def _centre(support: int, feet: np.ndarray) -> np.ndarray:

@@ -38,36 +38,40 @@ class Disturbance(NamedTuple):
     """Whether a walk is disturbed, and what that is told by.
 
     Attributes:
-        astray: sum of the divergent component's prediction errors, forgotten within about a step, shape (2,) [m].
+        astray: sum of the divergent component's prediction errors in x and y, forgotten within about a step [m].
         active: whether the walk is being recovered.
         quiet: ticks since the last sign of trouble.
     """
 
-    astray: np.ndarray
+    astray: tuple[float, float]
     active: bool
     quiet: int
 
-    def after(self, config: RecoveryConfig, period: int, error: np.ndarray, moved: float) -> Disturbance:
+    def after(self, config: RecoveryConfig, period: int, error: tuple[float, float], moved: float) -> Disturbance:
         """One tick later.
 
         Args:
             config: what is noticed. period: N [ticks].
-            error: measured minus predicted divergent component, shape (2,) [m].
+            error: measured minus predicted divergent component in x and y [m].
             moved: how far the last plan's next foothold is from the commanded one [m].
         """
-        astray = (1.0 - 2.0 / period) * self.astray + error
-        trouble = bool(np.abs(astray).max() > config.noticed)
+        kept = 1.0 - 2.0 / period
+        astray = (kept * self.astray[0] + error[0], kept * self.astray[1] + error[1])
+        trouble = max(map(abs, astray)) > config.noticed
         if not self.active:
             return Disturbance(astray, trouble, 0)
         quiet = 0 if trouble or moved > config.calm else self.quiet + 1
         return Disturbance(astray, quiet < config.calm_ticks, quiet)
 
 
-CALM = Disturbance(np.zeros(2), False, 0)
+CALM = Disturbance((0.0, 0.0), False, 0)
 
 
 def divergent_error(
     divergent: DivergentComponent, tick: int, measured: np.ndarray, predicted: np.ndarray
-) -> np.ndarray:
-    """Measured minus predicted ξ = c + v/ω for [c, v, p] per axis, shape (2,) [m]."""
-    return np.asarray((measured - predicted)[:, :2] @ divergent.offset_row(tick)[:2])
+) -> tuple[float, float]:
+    """Measured minus predicted ξ = c + v/ω for [c, v, p] per axis [m]."""
+    omega = float(divergent.omega[tick % divergent.period])
+    (x, vx, _), (y, vy, _) = measured.tolist()
+    (x_plan, vx_plan, _), (y_plan, vy_plan, _) = predicted.tolist()
+    return x - x_plan + (vx - vx_plan) / omega, y - y_plan + (vy - vy_plan) / omega

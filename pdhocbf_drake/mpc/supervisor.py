@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan
@@ -24,22 +27,37 @@ def believed_state(
     What is planned from a measurement takes effect `latency` later [s]: the measured CoM is moved on over that time,
     c + τ v and v + τ eta(k) (c − p), or the robot would lag behind every plan by as much.
     """
-    planned = memory.state
-    state = planned.copy()
-    state[:, :2] = measured[:, :2]
-    if mpc.config.zmp_state == "measured":
-        state[:, 2] = measured[:, 2]
-    if not np.isfinite(state).all():
-        return planned, Reason.BAD_MEASUREMENT
-    seen = state[:, :2].ravel()
-    repeats = bool((seen == memory.measured).all())
+    zmp_measured = mpc.config.zmp_state == "measured"
+    eta = mpc.vhip.eta[tick % mpc.vhip.period]
+    state, seen = np.empty((2, 3)), np.empty(4)
+    finite, repeats, moves = _believed(memory.state, measured, memory.measured, zmp_measured, latency, eta, state, seen)
+    if not finite:
+        return memory.state, Reason.BAD_MEASUREMENT
     memory.measured = seen
-    if repeats and np.abs(planned[:, :2] - state[:, :2]).max() > _MOVED:
-        return planned, Reason.STALE_MEASUREMENT
-    if latency:
-        eta = float(mpc.vhip.eta[tick % mpc.vhip.period])
-        state = np.array([[c + latency * v, v + latency * eta * (c - p), p] for c, v, p in state.tolist()])
+    if repeats and moves > _MOVED:
+        return memory.state, Reason.STALE_MEASUREMENT
     return state, Reason.SOLVED
+
+
+@compiled
+def _believed(
+    planned: np.ndarray, measured: np.ndarray, before: np.ndarray, zmp_measured: bool, latency: float, eta: float,
+    state: np.ndarray, seen: np.ndarray,
+) -> tuple[bool, bool, float]:  # fmt: skip
+    """Fills in the state `latency` after the measurement, and what was seen: c and v of both axes.
+
+    Gives whether all is finite, whether it is what was seen before, and by how much it differs from the plan.
+    """
+    finite, repeats, moves = True, True, 0.0
+    for axis in range(2):
+        c, v = measured[axis, 0], measured[axis, 1]
+        p = measured[axis, 2] if zmp_measured else planned[axis, 2]
+        finite = finite and math.isfinite(c) and math.isfinite(v) and math.isfinite(p)
+        repeats = repeats and c == before[2 * axis] and v == before[2 * axis + 1]
+        moves = max(moves, abs(planned[axis, 0] - c), abs(planned[axis, 1] - v))
+        seen[2 * axis], seen[2 * axis + 1] = c, v
+        state[axis, 0], state[axis, 1], state[axis, 2] = c + latency * v, v + latency * eta * (c - p), p
+    return finite, repeats, moves
 
 
 def supervise(mpc: PeriodicMpc, memory: Memory, plan: Plan, measurement: Reason) -> Reason:

@@ -8,12 +8,15 @@ from functools import lru_cache
 import numpy as np
 
 from pdhocbf_drake.gait import Gait
+from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_program import Parameters
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import RELAXED
 from pdhocbf_drake.templates.divergent import DivergentComponent
+
+_NONE = np.zeros(0)
 
 
 class Theta:
@@ -37,11 +40,14 @@ class Theta:
         self._divergent = divergent
         self.preview = StepPreview(gait, config, divergent)
         horizon, footholds = config.horizon, config.horizon // gait.period
+        self._footholds = footholds
         self.layouts = [Parameters(footholds, horizon, names[axis], ends[axis]) for axis in (0, 1)]
         self._of_step = lru_cache(maxsize=4)(self._step_parameters)
         self._periodic_tail = [
-            (divergent.discounts(phase, horizon)[-1], divergent.offset_row(phase)) for phase in range(gait.period)
+            float(divergent.discounts(phase, horizon)[-1]) * divergent.offset_row(phase) for phase in range(gait.period)
         ]
+        names_of_starts = ("state", "stance", "target", "tail", "offset")
+        self._starts = [tuple(axis.places[name].start for name in names_of_starts) for axis in self.layouts]
 
     def ending_at(self, step: int) -> Theta:
         """The same for a walk whose last swing is that of step j."""
@@ -55,16 +61,12 @@ class Theta:
         step, phase = self._gait.phase(tick)
         place, here = self.layouts[axis].places, float(stance[1])
         of_step, centre = self._of_step(axis, step)
-        theta = of_step.copy()
         correction = self._config.path_correction[axis]
-        theta[place["target"]] += here + min(max(centre - here, -correction), correction)
+        towards = here + min(max(centre - here, -correction), correction)
+        tail, shift = self._tail(axis, tick, state), _NONE if offset is None else offset
+        theta = _filled(of_step, self._starts[axis], self._footholds, state, stance, towards, tail, shift)
         if plan is not None and plan.tick // self._gait.period == step:
             self._hold_landing(theta, place, phase, plan.footholds[axis, 0] - here)
-        theta[place["state"]] = state
-        theta[place["stance"]] = stance
-        theta[place["tail"]] = self._tail(axis, tick, state)
-        if offset is not None:
-            theta[place["offset"]] = offset
         for name in self._names[axis]:
             theta[place[f"bound_{name}"]] = bounds[name]
         if self._ends[axis]:
@@ -100,6 +102,25 @@ class Theta:
         if self._config.tail == "truncated":
             return 0.0
         if self._config.tail == "periodic" and self.preview.repeats(tick):
-            discount, offset_row = self._periodic_tail[tick % self._gait.period]
-            return float(discount * (offset_row @ state))
+            return float(self._periodic_tail[tick % self._gait.period] @ state)
         return float(self.preview.anticipative_tail(tick)[axis])
+
+
+@compiled
+def _filled(
+    of_step: np.ndarray, starts: tuple[int, int, int, int, int], footholds: int, state: np.ndarray,
+    stance: np.ndarray, towards: float, tail: float, offset: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """What holds all through the step, with what this tick adds at the `starts` of its parts."""
+    theta = of_step.copy()
+    at_state, at_stance, at_target, at_tail, at_offset = starts
+    for i in range(3):
+        theta[at_state + i] = state[i]
+    for i in range(2):
+        theta[at_stance + i] = stance[i]
+    for i in range(footholds):
+        theta[at_target + i] += towards
+    theta[at_tail] = tail
+    for i in range(len(offset)):
+        theta[at_offset + i] = offset[i]
+    return theta
