@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
@@ -63,6 +63,7 @@ def test_from_every_vertex_an_input_leads_into_the_next_set(seed):
 
 @settings(max_examples=10, deadline=None)
 @given(seeds)
+@example(591)  # one that is lost after more than sixty ticks
 def test_what_lies_outside_can_not_be_kept(seed):
     system, states, inputs = random_problem(seed)
     found = invariant_set(system, states, inputs)
@@ -72,7 +73,9 @@ def test_what_lies_outside_can_not_be_kept(seed):
         x = random.uniform(states[k].vertices.min(axis=0), states[k].vertices.max(axis=0))
         outside = not found.enforceable or found.sets[k].violation(x) > 1e-3
         if outside:
-            assert not can_be_kept(system, states, inputs[0], k, x)
+            # A state just outside is lost only late: as far ahead as the iteration itself has looked.
+            ahead = max(40, found.sweeps * system.period)
+            assert not can_be_kept(system, states, inputs[0], k, x, ahead)
         elif found.sets[k].violation(x) < -1e-6:
             assert can_be_kept(system, states, inputs[0], k, x)
 

@@ -54,7 +54,7 @@ def test_pushes_far_within_reach_are_survived_by_stepping_and_the_rest_is_told(r
 
 
 def test_a_push_that_no_simulation_follows_is_an_ending_too(rig: PushRig) -> None:
-    trial = rig.trial(20, np.array([1e7, 0.0, 0.0]), 0.1, 1.0)
+    trial = rig.trial(20, np.array([1e9, 0.0, 0.0]), 0.1, 1.0)
     assert trial.ending == GAVE_UP and not trial.survived and np.all(np.isfinite(trial.log["lip_state"]))
 
 

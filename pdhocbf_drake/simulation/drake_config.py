@@ -23,9 +23,13 @@ T = TypeVar("T")
 def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
     """Drake's config from scenario data; raises ValueError with one sentence."""
     # SAP, since TAMSI ignores the joints' implicit PD gains; points, because hydroelastic soles take twice the time;
-    # no sampled outputs, because with them the plant steps before the blocks that measure it at the same instant.
+    # no sampled outputs, because with them the plant steps before the blocks that measure it at the same instant;
+    # nothing near rigid, because SAP softens such contact with the square of the step, and at 2.5 ms a walk falls.
     defaults = MultibodyPlantConfig(
-        discrete_contact_approximation="sap", contact_model="point", use_sampled_output_ports=False
+        discrete_contact_approximation="sap",
+        contact_model="point",
+        use_sampled_output_ports=False,
+        sap_near_rigid_threshold=0.0,
     )
     config = _load(MultibodyPlantConfig, data, defaults)
     if config.time_step < 0.0:  # Drake would end the process
