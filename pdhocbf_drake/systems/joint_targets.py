@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
-from pydrake.systems.primitives import Adder, ConstantVectorSource, Demultiplexer, DiscreteTimeIntegrator, MatrixGain
+from pydrake.systems.primitives import AffineSystem, MatrixGain
 
 from pdhocbf_drake.biped import Biped
 
@@ -35,23 +35,21 @@ def joint_targets(biped: Biped, initial: np.ndarray, time_step: float) -> Diagra
         initial: joint positions at the start (12,) [rad].
         time_step: the plant's [s].
     """
-    order = np.eye(12)[np.argsort(biped.u_index)]
-    none = np.zeros((12, 12))
+    order, none, one = np.eye(12)[np.argsort(biped.u_index)], np.zeros((12, 12)), np.eye(12)
     builder = DiagramBuilder()
-    split = builder.AddNamedSystem("split", Demultiplexer([12, 12]))
     # The integrator starts from zero in every context, so it holds the way moved from the initial posture.
-    moved = builder.AddNamedSystem("moved", DiscreteTimeIntegrator(12, time_step))
-    way = builder.AddNamedSystem("way", MatrixGain(np.vstack([order, none])))
-    rates = builder.AddNamedSystem("rates", MatrixGain(np.vstack([0.5 * time_step * order, order])))
-    start = builder.AddNamedSystem("start", ConstantVectorSource(np.concatenate([order @ initial, np.zeros(12)])))
-    desired = builder.AddNamedSystem("desired", Adder(3, 24))
+    desired = AffineSystem(
+        A=one,
+        B=np.hstack([none, time_step * order]),
+        f0=np.zeros(12),
+        C=np.vstack([one, none]),
+        D=np.block([[none, 0.5 * time_step * order], [none, order]]),
+        y0=np.concatenate([order @ initial, np.zeros(12)]),
+        time_period=time_step,
+    )
+    builder.AddNamedSystem("desired", desired)
     motors = builder.AddNamedSystem("motors", MatrixGain(order))
-    builder.Connect(split.get_output_port(1), moved.get_input_port())
-    builder.Connect(split.get_output_port(1), rates.get_input_port())
-    builder.Connect(moved.get_output_port(), way.get_input_port())
-    for i, part in enumerate((start, way, rates)):
-        builder.Connect(part.get_output_port(), desired.get_input_port(i))
-    builder.ExportInput(split.get_input_port(), "desired_state")
+    builder.ExportInput(desired.get_input_port(), "desired_state")
     builder.ExportInput(motors.get_input_port(), "feedforward")
     builder.ExportOutput(desired.get_output_port(), "plant_desired_state")
     builder.ExportOutput(motors.get_output_port(), "plant_actuation")
