@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 import numba
+from numba.np import linalg
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -20,3 +22,20 @@ def compiled(function: F) -> F:
     except RuntimeError:  # neither the source's folder nor the user's cache can be written
         machine_code = numba.njit(function)
     return machine_code
+
+
+def _load_arrays() -> None:
+    """Loads numba's array functions without scipy's linear algebra.
+
+    They import it only to see that it is there, which takes longer than all else that a kernel's first call loads.
+    Whoever uses it gets it at its first use, as ever.
+    """
+    asked = linalg.ensure_blas
+    linalg.ensure_blas = lambda: None  # scipy is there: this project needs it
+    try:
+        importlib.import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = asked
+
+
+_load_arrays()

@@ -61,16 +61,16 @@ def affine_rows(barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, ho
         raise InputError(f"{where}: psi_{order} needs a horizon of {order} ticks, given {horizon}")
     barrier.check_fits(system.n)
     # n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H
-    on_state = np.zeros((horizon + 1, system.n))
-    on_inputs = np.zeros((horizon + 1, horizon * system.m))
-    offset = np.zeros(horizon + 1)
-    x_state, x_inputs, x_offset = np.eye(system.n), np.zeros((system.n, horizon * system.m)), np.zeros(system.n)
-    for j in range(horizon + 1):
-        on_state[j], on_inputs[j], offset[j] = (barrier.normal @ part for part in (x_state, x_inputs, x_offset))
-        if j < horizon:
-            A = system.A(k + j)
-            x_state, x_inputs, x_offset = A @ x_state, A @ x_inputs, A @ x_offset + system.c(k + j)
-            x_inputs[:, j * system.m : (j + 1) * system.m] += system.B(k + j)
+    x_state = np.zeros((horizon + 1, system.n, system.n))
+    x_inputs = np.zeros((horizon + 1, system.n, horizon * system.m))
+    x_offset = np.zeros((horizon + 1, system.n))
+    x_state[0] = np.eye(system.n)
+    for j in range(horizon):
+        A, now = system.A(k + j), j * system.m
+        x_state[j + 1], x_offset[j + 1] = A @ x_state[j], A @ x_offset[j] + system.c(k + j)
+        x_inputs[j + 1, :, :now] = A @ x_inputs[j, :, :now]
+        x_inputs[j + 1, :, now : now + system.m] = system.B(k + j)
+    on_state, on_inputs, offset = (barrier.normal @ part for part in (x_state, x_inputs, x_offset.T))
     # Row i of `shifts` holds the coefficients of h(k+i), …, h(k+i+m).
     shifts = np.zeros((horizon - order + 1, horizon + 1))
     coefficients = psi_coefficients(linear_rates(barrier))

@@ -31,10 +31,12 @@ class AffineMap:
     def __init__(self, offset: np.ndarray, matrix: np.ndarray) -> None:
         self.offset = np.array(offset, dtype=float)
         self.parameters = matrix.shape[1]
-        rows, columns = np.nonzero(matrix)
-        starts = np.searchsorted(rows, np.arange(len(matrix) + 1))
+        flat = np.ascontiguousarray(matrix).ravel()
+        places = np.flatnonzero(flat != 0.0)  # several times as fast as the `nonzero` of a matrix of floats
+        starts = np.searchsorted(places, self.parameters * np.arange(len(matrix) + 1))
         self.changing = np.diff(starts) > 0
-        self.arrays: Affine = (self.offset, starts.astype(np.int32), columns.astype(np.int32), matrix[rows, columns])
+        columns = places % max(self.parameters, 1)
+        self.arrays: Affine = (self.offset, starts.astype(np.int32), columns.astype(np.int32), flat[places])
 
     def __len__(self) -> int:
         return len(self.offset)

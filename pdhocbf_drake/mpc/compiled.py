@@ -68,7 +68,7 @@ def compile_program(
     for binding in prog.GetAllCosts():
         cost, at = binding.evaluator(), _places(prog, binding, place)
         if isinstance(cost, QuadraticCost):
-            if len(np.unique(at)) == len(at):
+            if np.bincount(at, minlength=1).max() <= 1:  # no variable twice
                 hessian[np.ix_(at, at)] += cost.Q()
             else:
                 np.add.at(hessian, np.ix_(at, at), cost.Q())
@@ -92,7 +92,7 @@ def compile_program(
         if not isinstance(constraint, LinearConstraint):
             raise InputError(f"constraint {_name(binding)}: only linear constraints can be compiled")
         block = slice(len(names), len(names) + constraint.num_constraints())
-        if len(np.unique(at)) == len(at):
+        if np.bincount(at, minlength=1).max() <= 1:  # no variable twice
             rows[block, at] = constraint.GetDenseA()
         else:
             np.add.at(rows[block].T, at, constraint.GetDenseA().T)
