@@ -37,6 +37,7 @@ _STEPS = [
 _ROBOT = {
     "robot_over_bare_plant": 2.0, "replayed_over_bare_plant": 1.2, "loop_seconds_per_tick": 2e-3,
     "bare_plant_seconds_per_tick": 1e-3, "replayed_plant_seconds_per_tick": 1.2e-3,
+    "python_calls_per_tick": 500.0,
     "blocks": {"PeriodicMpc": 1e-4, "plant and framework": 1e-3},
 }  # fmt: skip
 
@@ -76,6 +77,7 @@ def test_the_numbers_promised_are_written(
     lines = {" ".join(line.split()) for line in printed.splitlines()}
     assert {"PeriodicMpc 100 0.09091", "plant and framework 1000 0.9091", "all 1100 1"} <= lines
     assert "1 ms yes 0.37 0.01 0.03 1 1 5" in lines
+    assert "500 calls from Python in a tick" in lines
     assert "resident set grew by 0.00 MB in the walk" in printed
 
 

@@ -86,7 +86,8 @@ def _blocks(results: dict[str, Any]) -> str:
         ["(the bare plant, standing)", 1e6 * robot["bare_plant_seconds_per_tick"], None],
         ["(the same plant walking from a recording)", 1e6 * robot["replayed_plant_seconds_per_tick"], None],
     ]
-    return table(["block", "µs", "share"], [*rows, ["all", 1e6 * whole, 1.0], *plants])
+    text = table(["block", "µs", "share"], [*rows, ["all", 1e6 * whole, 1.0], *plants])
+    return f"{text}\n{robot['python_calls_per_tick']:.0f} calls from Python in a tick"
 
 
 def _plant_steps(results: dict[str, Any]) -> str:
