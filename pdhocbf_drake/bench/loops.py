@@ -75,7 +75,7 @@ def robot_loop(duration: float) -> dict[str, Any]:
         "loop_seconds_per_tick": float(loop / ticks),
         "bare_plant_seconds_per_tick": float(bare / ticks),
         "replayed_plant_seconds_per_tick": float(replay / ticks),
-        "python_calls_per_tick": calls(scenario, min(duration, 2.0)),
+        **calls(scenario, min(duration, 2.0)),
         "blocks": blocks(scenario, min(duration, 4.0)),
     }
 
@@ -101,12 +101,16 @@ def _warm(scenario: Scenario) -> Simulator:
     return simulator
 
 
-def calls(scenario: Scenario, duration: float) -> float:
-    """How often a tick calls something from Python: functions of its own, of numpy, of Drake."""
+def calls(scenario: Scenario, duration: float) -> dict[str, float]:
+    """What a tick calls from Python, and the time of it that is Drake's own arithmetic on the robot (kinematics, …)."""
     simulator, profile = _warm(scenario), Profile()
     profile.runcall(_advanced, simulator, duration)
-    counted = sum(entry.callcount for entry in profile.getstats())
-    return float(counted / (duration / scenario.tick))
+    entries, ticks = profile.getstats(), duration / scenario.tick
+    arithmetic = (entry.inlinetime for entry in entries if "pydrake.multibody" in str(entry.code))
+    return {
+        "python_calls_per_tick": float(sum(entry.callcount for entry in entries) / ticks),
+        "drake_seconds_per_tick": float(sum(arithmetic) / ticks),
+    }
 
 
 def blocks(scenario: Scenario, duration: float) -> dict[str, float]:

@@ -87,7 +87,9 @@ def _blocks(results: dict[str, Any]) -> str:
         ["(the same plant walking from a recording)", 1e6 * robot["replayed_plant_seconds_per_tick"], None],
     ]
     text = table(["block", "µs", "share"], [*rows, ["all", 1e6 * whole, 1.0], *plants])
-    return f"{text}\n{robot['python_calls_per_tick']:.0f} calls from Python in a tick"
+    drake = 1e6 * robot["drake_seconds_per_tick"]
+    count = robot["python_calls_per_tick"]
+    return f"{text}\n{count:.0f} calls from Python in a tick, of which Drake's on the robot {drake:.0f} µs"
 
 
 def _plant_steps(results: dict[str, Any]) -> str:

@@ -24,7 +24,7 @@ def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
     """Drake's config from scenario data; raises ValueError with one sentence."""
     # SAP, since TAMSI ignores the joints' implicit PD gains; points, because hydroelastic soles take twice the time;
     # no sampled outputs, because with them the plant steps before the blocks that measure it at the same instant;
-    # nothing near rigid, because SAP softens such contact with the square of the step, and at 2.5 ms a walk falls.
+    # nothing near rigid, because SAP softens such contact with the square of the step, and at 5 ms the robot falls.
     defaults = MultibodyPlantConfig(
         discrete_contact_approximation="sap",
         contact_model="point",
