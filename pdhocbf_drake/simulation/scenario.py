@@ -72,7 +72,7 @@ class Scenario(Config):
         model_error: how the simulated robot differs from the controller's model of it.
         measurement: noise and delay of what the controller is told.
         plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`; what is left out is
-            Drake's default, except that contact is solved by SAP on points.
+            Drake's default, except that contact is solved by SAP on points, never softened for being near rigid.
     """
 
     name: Name = "scenario"
