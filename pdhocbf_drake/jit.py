@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable
-from typing import Any, TypeVar
+from contextlib import suppress
+from typing import Any, TypeVar, cast
 
 import numba
 from numba.np import linalg
@@ -16,12 +17,22 @@ def compiled(function: F) -> F:
     """The function as machine code, in which arrays are read and written in place; made at its first call.
 
     A few arrays of a hundred numbers cost numpy a microsecond for each operation, and a loop over them 0.1.
+
+    Machine code checks no index: shapes are the callers' to check. It may call machine code of its own file alone,
+    since what is kept is made anew only when that file changes. Division by zero is inf or NaN, as in numpy.
     """
     try:
-        machine_code: Any = numba.njit(cache=True)(function)
+        machine_code: Any = numba.njit(cache=True, error_model="numpy")(function)
     except RuntimeError:  # neither the source's folder nor the user's cache can be written
-        machine_code = numba.njit(function)
-    return machine_code
+        return cast(F, numba.njit(error_model="numpy")(function))
+    save = machine_code._cache.save_overload
+
+    def save_if_possible(*overload: object) -> None:
+        with suppress(OSError):  # a full disk, say: then it is made again next time
+            save(*overload)
+
+    machine_code._cache.save_overload = save_if_possible
+    return cast(F, machine_code)
 
 
 def _load_arrays() -> None:

@@ -77,7 +77,7 @@ def test_the_numbers_promised_are_written(
     lines = {" ".join(line.split()) for line in printed.splitlines()}
     assert {"PeriodicMpc 100 0.09091", "plant and framework 1000 0.9091", "all 1100 1"} <= lines
     assert "1 ms yes 0.37 0.01 0.03 1 1 5" in lines
-    assert "500 calls from Python in a tick, of which Drake's on the robot 100 µs" in lines
+    assert "500 calls from Python a tick; Drake's arithmetic on the robot takes 100 µs of it" in lines
     assert "resident set grew by 0.00 MB in the walk" in printed
 
 

@@ -232,3 +232,12 @@ def test_the_stances_shown_at_a_new_step_are_those_planned_and_then_as_commanded
     ways = memory.foot_plan.reshape(2, 2, 2)
     np.testing.assert_array_equal(ways[swinging], [stance[:, 1], coming[0]])
     np.testing.assert_array_equal(ways[1 - swinging], [this, this])
+
+
+@pytest.mark.parametrize(
+    ("name", "shape"), [("offset", (2, 90)), ("offset", (2, 10)), ("state", (2, 2)), ("stance", (2, 1))]
+)
+def test_what_has_another_shape_is_refused_before_machine_code_sees_it(name: str, shape: tuple[int, int]) -> None:
+    given = {"state": np.zeros((2, 3)), "stance": np.zeros((2, 2)), "offset": np.zeros((2, 80)), name: np.zeros(shape)}
+    with pytest.raises(ValueError, match=r"must have shapes \(\(3,\), \(2,\), \(80,\)\), given"):
+        PLAIN.solve(40, given["state"], given["stance"], {}, given["offset"])

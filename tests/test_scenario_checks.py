@@ -37,6 +37,7 @@ def test_packaged_scenarios_pass_and_use_what_they_set(name):
         ("vhip", "pushes: [{time: 1, phase: 5, force: [1, 0, 0]}]", "pushes.0.phase: belongs to a push at a step"),
         ("walking", "plant: {time_step: 0}", "must divide gait.tick, 0.01 s, into whole parts (given: 0.0)"),
         ("walking", "plant: {time_step: 0.007}", "plant.time_step: must divide gait.tick, 0.01 s, into whole parts"),
+        ("walking", "plant: {time_step: 1e-9}", "plant.time_step: must be at least 1e-05 s, a thousandth of gait.tick"),
         ("walking", "plant: {time_step: 1.0}", "plant.time_step: must divide gait.tick, 0.01 s, into whole parts"),
     ],
 )  # fmt: skip

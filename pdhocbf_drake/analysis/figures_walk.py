@@ -131,15 +131,17 @@ def solver(run: Run) -> Figure:
     )
     axes[0].axhline(scenario.tick * 1e3, color=palette.LIMIT, ls=":", label="the sampling interval")
     label(axes[0], "wall time", "ms")
+    units = ["m/s"]
     if "barrier_slack" in log:
         for name, use in barriers_of(scenario).items():
             colour = palette.BARRIERS[use.column % len(palette.BARRIERS)]
             axes[1].plot(log.time, log["barrier_slack"][:, use.column], color=colour, label=f"slack of {name}")
+        units = list(dict.fromkeys(use.unit for use in barriers_of(scenario).values())) or units
     else:
         axes[1].plot(log.time, log.element("solver_status", "slack"), color=palette.UNSAFE, label="barrier slack")
     fell_back = log.element("solver_status", "fallbacks") > 0
     axes[1].plot(log.time[fell_back], np.zeros(fell_back.sum()), "kx", label="fallback")
-    label(axes[1], "slack", "m/s")
+    label(axes[1], "slack", ", ".join(units))
     for axis in axes:
         legend(axis)
     time_axis(axes)

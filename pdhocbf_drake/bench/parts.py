@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
     """Seconds of a tick (both axes, medians over the ticks of each tick's median over the passes).
 
-    "theta" is the parameters' assembly; "bounds" their map; "guess" the warm start; "update" hands vectors to DAQP,
-    which factorizes the guessed active set; "core" is DAQP's own clock, "call" what its Python interface adds;
-    "decisions" the way back, with cost and flags; "plan" what is left of the whole.
+    "theta" is the parameters' assembly; "bounds" their map, with the optimum without constraints; "guess" the warm
+    start; "update" hands vectors to DAQP, which factorizes the guessed active set; "core" is DAQP's own clock, "call"
+    what its Python interface adds; "decisions" the way back, with cost and flags; "plan" what is left of the whole.
     """
     from pdhocbf_drake.mpc.daqp_solver import DaqpQp
 

@@ -89,7 +89,7 @@ def _blocks(results: dict[str, Any]) -> str:
     text = table(["block", "µs", "share"], [*rows, ["all", 1e6 * whole, 1.0], *plants])
     drake = 1e6 * robot["drake_seconds_per_tick"]
     count = robot["python_calls_per_tick"]
-    return f"{text}\n{count:.0f} calls from Python in a tick, of which Drake's on the robot {drake:.0f} µs"
+    return f"{text}\n{count:.0f} calls from Python a tick; Drake's arithmetic on the robot takes {drake:.0f} µs of it"
 
 
 def _plant_steps(results: dict[str, Any]) -> str:

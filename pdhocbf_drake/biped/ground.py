@@ -21,9 +21,7 @@ def left_share_of_zmp(zmp: np.ndarray, left: np.ndarray, right: np.ndarray) -> f
 
 
 @compiled
-def zmp_of_wrenches(
-    on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray, right: np.ndarray
-) -> np.ndarray:
+def zmp_of_wrenches(on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Point on the ground where the wrenches on both soles have no horizontal moment, shape (2,) [m].
 
     Args:

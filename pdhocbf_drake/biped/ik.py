@@ -126,7 +126,7 @@ class WholeBodyIk:
         self, target: Posture, rates: PostureRates, accelerations: PostureRates, seed: np.ndarray,
         loose: Side | None = None,
     ) -> Motion:  # fmt: skip
-        """Positions, velocities and accelerations of one tick, with one Jacobian at the solution, inverted once."""
+        """Positions, velocities and accelerations of one tick, with one Jacobian at the solution, factorized once."""
         found = self.solve(target, seed, loose)
         weights = None if found.ok else row_weights(loose)
         v = self.rates(found.q, rates, weights)

@@ -11,7 +11,10 @@ from pdhocbf_drake.jit import compiled
 
 @compiled
 def factorize(matrix: np.ndarray, pivots: np.ndarray) -> bool:
-    """Overwrites a square matrix with its LU factors (rows exchanged as `pivots` says); false where it is singular."""
+    """Overwrites a matrix (n, n) with its LU factors; false where it is singular.
+
+    Row k has been exchanged with row pivots[k], shape (n,), whole numbers.
+    """
     n = len(matrix)
     for k in range(n):
         best = k
@@ -35,7 +38,7 @@ def factorize(matrix: np.ndarray, pivots: np.ndarray) -> bool:
 
 @compiled
 def substitute(factors: np.ndarray, pivots: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The solution for a right-hand side, from what `factorize` made."""
+    """The solution (n,) for a right-hand side (n,), from what `factorize` made."""
     n = len(factors)
     x = right.copy()
     for k in range(n):
@@ -51,9 +54,9 @@ def substitute(factors: np.ndarray, pivots: np.ndarray, right: np.ndarray) -> np
 
 
 @compiled
-def moved_along(q: np.ndarray, rate: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
-    """q + rate with its quaternion (four places in q) normalized."""
-    out = q + rate
+def moved_along(q: np.ndarray, step: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
+    """q + step, both (n_q,), with its quaternion (at these four places in q) normalized."""
+    out = q + step
     square = 0.0
     for place in quaternion:
         square += out[place] * out[place]
@@ -66,7 +69,10 @@ def moved_along(q: np.ndarray, rate: np.ndarray, quaternion: np.ndarray) -> np.n
 def within_limits(
     q: np.ndarray, joints: np.ndarray, lower: np.ndarray, upper: np.ndarray, quaternion: np.ndarray
 ) -> bool:
-    """Whether every joint is within its limits and the quaternion has length one; NaN is not."""
+    """Whether every joint of q (n_q,) is within its limits and the quaternion has length one; NaN is not.
+
+    The joints' places in q and their limits [rad] have shape (n,), the quaternion's places (4,).
+    """
     for i in range(len(joints)):
         if not (q[joints[i]] >= lower[i] and q[joints[i]] <= upper[i]):
             return False
@@ -78,7 +84,7 @@ def within_limits(
 
 @compiled
 def largest(vector: np.ndarray) -> float:
-    """The largest magnitude of a vector; NaN where it holds one."""
+    """The largest magnitude of a vector (n,); NaN where it holds one."""
     most = 0.0
     for value in vector:
         if not abs(value) <= most:

@@ -85,3 +85,37 @@ def least_jerk(
     fourth = -15.0 * gap + 8.0 * v + 1.5 * a
     fifth = 6.0 * gap - 3.0 * v - 0.5 * a
     return position, v, a, third, fourth, fifth
+
+
+@compiled
+def add_swing_accelerations(
+    timing: tuple[int, int, float, float], whole: np.ndarray, phase: int, support: np.ndarray, now: np.ndarray,
+    plan: np.ndarray, after: np.ndarray, factor: tuple[float, float], most: float, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Adds factor · acceleration, at most `most` of either sign, to `out` (2, H); arguments as in `SwingForecast`."""
+    period, lift_off, duration, tick = timing
+    horizon = len(support)
+    count = min(period - 1 - phase, horizon)  # ticks left of this step
+    left = duration - (phase - lift_off) * tick  # and seconds of its swing
+    coming = count
+    while coming < horizon and support[coming] == 0.0:
+        coming += 1
+    for axis in range(2):
+        if count and support[0] != 0.0:
+            foot = 1 if support[0] > 0.0 else 0
+            start, end = plan[foot, 0, axis], plan[foot, 1, axis]
+            place, velocity, acceleration = now[foot, 0, axis], now[foot, 1, axis], now[foot, 2, axis]
+            _, _, a, third, fourth, fifth = least_jerk(place, velocity, acceleration, end, left)
+            for i in range(count):
+                if phase <= lift_off:
+                    value = (end - start) * whole[phase + 1 + i]
+                else:
+                    s = (i + 1) * tick / left
+                    value = (a + s * (6.0 * third + s * (12.0 * fourth + s * 20.0 * fifth))) / left**2
+                out[axis, i] += min(max(factor[axis] * value, -most), most)
+        if coming < horizon:
+            foot = 1 if support[coming] > 0.0 else 0
+            way = after[axis] - plan[foot, 1, axis]
+            for i in range(count, horizon):
+                value = way * whole[phase + 1 + i] * abs(support[i])
+                out[axis, i] += min(max(factor[axis] * value, -most), most)

@@ -2,17 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
 import numpy as np
 
-from pdhocbf_drake.jit import compiled
-
-Sparse: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""A matrix in compressed rows: starts, columns, values; row i is values[starts[i] : starts[i + 1]] in these columns."""
-
-Affine: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
-"""An affine map: its offset, then its matrix as in `Sparse`."""
+from pdhocbf_drake.mpc.kernels import Affine, write_affine
 
 
 class AffineMap:
@@ -42,7 +34,13 @@ class AffineMap:
         return len(self.offset)
 
     def __call__(self, theta: np.ndarray) -> np.ndarray:
-        """b(θ), shape (m,)."""
+        """b(θ), shape (m,).
+
+        Raises:
+            ValueError: θ is of another length.
+        """
+        if theta.shape != (self.parameters,):  # machine code would read beyond it
+            raise ValueError(f"θ must have shape ({self.parameters},), given {theta.shape}")
         b = np.empty(len(self.offset))
         write_affine(*self.arrays, theta, b)
         return b
@@ -54,15 +52,3 @@ class AffineMap:
         matrix = np.zeros((len(self.offset), self.parameters))
         matrix[np.repeat(np.arange(len(matrix)), np.diff(starts)), columns] = values
         return matrix
-
-
-@compiled
-def write_affine(
-    offset: np.ndarray, starts: np.ndarray, columns: np.ndarray, values: np.ndarray, theta: np.ndarray, out: np.ndarray
-) -> None:
-    """Writes offset + M θ into `out`."""
-    for row in range(len(offset)):
-        total = offset[row]
-        for k in range(starts[row], starts[row + 1]):
-            total += values[k] * theta[columns[k]]
-        out[row] = total

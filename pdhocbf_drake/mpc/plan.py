@@ -23,8 +23,8 @@ class Plan:
         reason: why the plan is what it is.
         fallbacks: ticks in a row without a solution, this one included.
         recovering: whether it was planned as a disturbed walk.
-        unmet: of an axis whose program has no solution, by how much the plan misses each of `unmet.CONSTRAINTS`; else
-            0, shape (2, 3) [m].
+        unmet: of an axis whose program has no solution, by how much the plan misses each of
+            `solution.CONSTRAINTS`; else 0, shape (2, 3) [m].
     """
 
     tick: int

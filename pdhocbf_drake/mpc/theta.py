@@ -40,7 +40,7 @@ class Theta:
         self._divergent = divergent
         self.preview = StepPreview(gait, config, divergent)
         horizon, footholds = config.horizon, config.horizon // gait.period
-        self._footholds = footholds
+        self._footholds, self._horizon, self._shapes = footholds, horizon, ((3,), (2,), (horizon,))
         self.layouts = [Parameters(footholds, horizon, names[axis], ends[axis]) for axis in (0, 1)]
         self._of_step = lru_cache(maxsize=4)(self._step_parameters)
         self._periodic_tail = [
@@ -57,7 +57,14 @@ class Theta:
         self, axis: int, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
         offset: np.ndarray | None, plan: Plan | None,
     ) -> np.ndarray:  # fmt: skip
-        """The parameters of one axis at one tick, laid out as `Parameters` says."""
+        """The parameters of one axis at one tick, laid out as `Parameters` says.
+
+        Raises:
+            ValueError: state, stance or offset is of another shape than (3,), (2,), (H,).
+        """
+        shapes = state.shape, stance.shape, (self._horizon,) if offset is None else offset.shape
+        if shapes != self._shapes:  # machine code would read beyond them
+            raise ValueError(f"state, stance and offset of an axis must have shapes {self._shapes}, given {shapes}")
         step, phase = self._gait.phase(tick)
         place, here = self.layouts[axis].places, float(stance[1])
         of_step, centre = self._of_step(axis, step)

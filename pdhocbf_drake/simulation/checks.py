@@ -11,6 +11,7 @@ from pdhocbf_drake.simulation.scenario import Push, Scenario, System
 
 _LONGEST_STEP = 10.0  # [s]
 _MOST_GROWTH = 100.0  # ω·H·δ; the tail looks five horizons ahead, and e^709 is the largest number there is
+_MOST_STEPS = 1000  # of the plant in a tick
 _MOST_NUMBERS = 4e7  # of one matrix for each phase; fifty bytes each in all
 
 # Keys that a system reads nothing of. "pushes.body" is that of each push.
@@ -106,6 +107,8 @@ def _check_plant(scenario: Scenario) -> None:
     steps = tick / step if step > 0 else 0.0
     if round(steps) < 1 or abs(steps - round(steps)) > 1e-6:
         _refuse("plant.time_step", f"must divide gait.tick, {tick:g} s, into whole parts", step)
+    if steps > _MOST_STEPS:
+        _refuse("plant.time_step", f"must be at least {tick / _MOST_STEPS:g} s, a thousandth of gait.tick", step)
 
 
 def _refuse(key: str, allowed: str, given: Any) -> None:

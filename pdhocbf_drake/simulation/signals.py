@@ -94,7 +94,7 @@ SIGNALS: tuple[Signal, ...] = (
         "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.solution.Reason)",
         ("status", "time", "cost", "slack", "fallbacks", "reason"),
     ),
-    Signal("barrier_slack", "mpc_controller", "n_b", "m/s", "largest slack of each barrier that the plan paid for"),
+    Signal("barrier_slack", "mpc_controller", "n_b", "as h", "largest slack of each barrier that the plan paid for"),
     Signal(
         "unmet",
         "mpc_controller",

@@ -37,7 +37,7 @@ class MpcController(LeafSystem):
         initial: [c, v, p] per axis at the start, shape (2, 3).
         feet: left and right foot at the start, shape (2, 2) [m].
         barriers: (axis, name) in the order of the velocity_bound port.
-        latency: from a measurement to the first effect of what is planned from it: the plant's step [s].
+        latency: from a measurement to the effect of what is planned from it, see `joint_targets.LATENCY` [s].
     """
 
     def __init__(

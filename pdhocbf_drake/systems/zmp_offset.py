@@ -9,7 +9,8 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.gait import Gait
-from pdhocbf_drake.gait.forecast import SwingForecast, add_swing_accelerations
+from pdhocbf_drake.gait.forecast import SwingForecast
+from pdhocbf_drake.gait.swing import add_swing_accelerations
 from pdhocbf_drake.jit import compiled
 
 _RATE = 0.5  # how much of a new step goes into the table [1]
