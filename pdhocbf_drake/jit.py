@@ -25,13 +25,22 @@ def compiled(function: F) -> F:
         machine_code: Any = numba.njit(cache=True, error_model="numpy")(function)
     except RuntimeError:  # neither the source's folder nor the user's cache can be written
         return cast(F, numba.njit(error_model="numpy")(function))
-    save = machine_code._cache.save_overload
+    cache = machine_code._cache
+    load, save = cache.load_overload, cache.save_overload
 
-    def save_if_possible(*overload: object) -> None:
+    def load_if_whole(*asked: object) -> object:
+        try:
+            return load(*asked)
+        except Exception:  # whatever a file says that was torn by a power cut
+            with suppress(OSError):
+                cache.flush()
+            return None  # so that it is made anew
+
+    def save_if_possible(*made: object) -> None:
         with suppress(OSError):  # a full disk, say: then it is made again next time
-            save(*overload)
+            save(*made)
 
-    machine_code._cache.save_overload = save_if_possible
+    cache.load_overload, cache.save_overload = load_if_whole, save_if_possible
     return cast(F, machine_code)
 
 

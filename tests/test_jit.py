@@ -77,3 +77,21 @@ def test_a_disk_that_is_full_costs_nothing_but_the_copy(tmp_path: Path) -> None:
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
     assert done.stdout.split("\n")[:2] == ["[2. 3.]", "2.0"] and not list(tmp_path.rglob("*.nbc"))
+
+
+@pytest.mark.parametrize("torn", ["*.nbi", "*.nbc"])
+@pytest.mark.parametrize("left", [b"", b"garbage\n"])
+def test_what_is_kept_and_torn_is_made_anew(tmp_path: Path, torn: str, left: bytes) -> None:
+    code = (
+        "import numpy as np\n"
+        "from pdhocbf_drake.mpc.affine_map import AffineMap\n"
+        "print(AffineMap(np.ones(2), np.eye(2))(np.array([1.0, 2.0])))\n"
+    )
+    environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
+    for again in range(3):
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+        assert done.stdout == "[2. 3.]\n"
+        for file in tmp_path.rglob(torn):
+            if again == 0:
+                file.write_bytes(left)
+            assert again == 0 or file.read_bytes() != left

@@ -6,9 +6,12 @@ from pydrake.solvers import ClarabelSolver, Solve
 from walks import make_mpc, predicted, speed_limit, start, walk
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc import orbit
 from pdhocbf_drake.mpc.axis_program import axis_program, box_weights
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.simulation.build import orbit_of
+from pdhocbf_drake.simulation.scenario_file import load_scenario
 
 PLAIN = make_mpc()
 
@@ -241,3 +244,10 @@ def test_what_has_another_shape_is_refused_before_machine_code_sees_it(name: str
     given = {"state": np.zeros((2, 3)), "stance": np.zeros((2, 2)), "offset": np.zeros((2, 80)), name: np.zeros(shape)}
     with pytest.raises(ValueError, match=r"must have shapes \(\(3,\), \(2,\), \(80,\)\), given"):
         PLAIN.solve(40, given["state"], given["stance"], {}, given["offset"])
+
+
+def test_the_orbit_is_found_with_the_less_exact_solver_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(orbit, "_GAITS", 12)  # far more than it takes, far fewer than its noise can be waited out for
+    text = "{gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40, solver: %s}}"
+    exact, other = (orbit_of(load_scenario("walking", text % solver), 0.15) for solver in ("daqp", "clarabel"))
+    np.testing.assert_allclose(other, exact, atol=1e-5)

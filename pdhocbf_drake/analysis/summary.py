@@ -50,7 +50,12 @@ def _tracking(metrics: Metrics) -> str:
 
 def _zmp(metrics: Metrics) -> str:
     outside = f"outside its box in {100 * (metrics.zmp_outside_fraction or 0.0):.1f} % of the samples"
-    return outside if metrics.template else f"at least {_mm(metrics.zmp_margin_min)} inside the soles' edge, {outside}"
+    if metrics.template:
+        return outside
+    least = metrics.zmp_margin_min
+    if least is None or least > -5e-5:
+        return f"at least {_mm(least if least is None else max(least, 0.0))} inside the soles' edge, {outside}"
+    return f"up to {_mm(-least)} outside the soles' edge, {outside}"
 
 
 def _joints(metrics: Metrics) -> str:

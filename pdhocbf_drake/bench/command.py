@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,7 +18,7 @@ from pdhocbf_drake.errors import InputError
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """How much to measure, and where the numbers go."""
-    parser.add_argument("--quick", action="store_true", help="a small version, about a minute")
+    parser.add_argument("--quick", action="store_true", help="a small version, half a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers, and the plots beside them")
 
 
@@ -26,6 +27,8 @@ def run(options: argparse.Namespace) -> int:
     place: Path | None = options.json
     if place is not None and not place.parent.is_dir():
         raise InputError(f"--json: the folder {place.parent} does not exist")
+    if place is not None and not os.access(place.parent, os.W_OK):
+        raise InputError(f"--json: nothing can be written in the folder {place.parent}")
     from pdhocbf_drake.bench.benchmark import FULL, QUICK, measure
     from pdhocbf_drake.bench.plots import draw
     from pdhocbf_drake.bench.tables import report

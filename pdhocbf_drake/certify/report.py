@@ -177,7 +177,9 @@ def _verdict(bound: dict[str, Any]) -> str:
     if bound["is_barrier"]:
         return "enforceable, and h >= 0 is a barrier by itself"
     count, first = len(bound["failing_phases"]), bound["failing_phases"][0]
-    return f"enforceable; h >= 0 alone is not a barrier at {count} phases, first at {first}, but the set kept is"
+    return (
+        f"enforceable; h >= 0 alone is not a barrier at {count} phases, first at {first}, but the certified set is one"
+    )
 
 
 def _percent(value: float | None) -> str:

@@ -27,7 +27,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the pushes to try, and where to put what is found."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
     add_overrides(parser)
-    parser.add_argument("--directions", default="+x,-x,+y,-y", metavar="LIST", help="such as +x,+y or forward,left")
+    parser.add_argument(
+        "--directions",
+        default="+x,-x,+y,-y",
+        metavar="LIST",
+        help="such as +x,+y or forward,left; one that begins with a minus as --directions=-x,+y",
+    )
     phases = "how many, evenly spread over the gait, or a list of its ticks such as 0,10,20 (or '0,' for one)"
     parser.add_argument("--phases", default="8", metavar="N|LIST", help=phases)
     parser.add_argument(

@@ -34,6 +34,7 @@ _DRAWN = {
 # Sizes of kick, push and command that the barrier can do something about: template [m/s, m/s²], robot [N s, N].
 _SIZES = {"vhip": (0.02, 0.2), "biped": (3.0, 20.0)}
 _COMMAND = 1.07
+_FASTEST = 2.0  # times the right stride; beyond that no leg reaches
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -61,6 +62,8 @@ def run(options: argparse.Namespace) -> int:
         size = getattr(options, name)
         if size is not None and not (np.isfinite(size) and size > 0.0):
             raise InputError(f"--{name} must be a finite number above 0 (given: {size:g})")
+    if options.command > _FASTEST:
+        raise InputError(f"--command must be {_FASTEST:g} times the right stride at most (given: {options.command:g})")
     kick, push = _SIZES[scenario.system]
     sizes = (options.kick or kick, options.push or push, options.command)
     ticks = scenario.gait.ticks_per_step if scenario.system == "vhip" else scenario.gait.ticks_per_gait

@@ -43,6 +43,8 @@ def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
 def simulator_config(data: dict[str, Any]) -> SimulatorConfig:
     """Drake's config from scenario data; raises ValueError with one sentence."""
     config = _load(SimulatorConfig, data, SimulatorConfig())
+    if config.start_time != 0.0:  # ticks are counted from 0
+        raise ValueError(f"start_time must be 0 s, given {config.start_time:g}")
     _try(lambda: ApplySimulatorConfig(config, Simulator(ConstantVectorSource([0.0]))), "simulator")
     return config
 
