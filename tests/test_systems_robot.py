@@ -1,0 +1,224 @@
+"""The blocks of the robot: inverse kinematics, estimator, joint targets and joint PD, each in a context of its own."""
+
+import numpy as np
+import pytest
+from contexts import update
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import Context, DiagramBuilder
+
+from pdhocbf_drake.biped import Biped, InverseDynamics, sole_pose
+from pdhocbf_drake.gait import Gait, GaitConfig
+from pdhocbf_drake.simulation.biped_diagram import add_robot, model_instance
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
+from pdhocbf_drake.systems.joint_targets import joint_targets
+from pdhocbf_drake.systems.state_estimator import StateEstimator
+
+GAIT = Gait(GaitConfig())
+FEET = np.array([[0.0, 0.08], [0.0, -0.08]])
+
+
+@pytest.fixture(scope="module")
+def biped() -> Biped:
+    return Biped.load("biped")
+
+
+@pytest.fixture(scope="module")
+def posture(biped: Biped) -> np.ndarray:
+    return biped.posture(np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
+
+
+def test_kinematics_meets_the_plan_and_its_rates_lead_there(biped: Biped, posture: np.ndarray) -> None:
+    block = InverseKinematics(biped, posture, 0.01)
+    context = block.CreateDefaultContext()
+    com = np.array([0.01, 0.1, 0.0, -0.005, 0.05, 0.0])
+    feet = np.zeros((2, 3, 3))
+    feet[0, 0], feet[1, 0] = [0.0, 0.08, 0.0], [0.0, -0.08, 0.0]
+    for name, value in (
+        ("com_height", [0.58, 0.0, 0.0]), ("com_reference", com), ("zmp_reference", [0.01, 0, -0.005, 0]),
+        ("foot_reference", feet.ravel()),
+    ):  # fmt: skip
+        block.GetInputPort(name).FixValue(context, value)
+    desired = block.GetOutputPort("desired_state").Eval(context)
+    assert block.GetOutputPort("ik_status").Eval(context)[0] == 1.0
+    np.testing.assert_allclose(posture[biped.q_index] + 0.01 * desired[12:], desired[:12])
+    # With no acceleration the whole body's ZMP lies under its CoM.
+    np.testing.assert_allclose(block.GetOutputPort("whole_body_zmp").Eval(context), [0.01, -0.005], atol=2e-3)
+    torque = block.GetOutputPort("feedforward").Eval(context)
+    assert np.all(np.abs(torque) < biped.effort_limits)
+
+
+def _kinematics(biped: Biped, posture: np.ndarray, **given: object) -> tuple[InverseKinematics, object]:
+    """The block before its first tick, standing still over both feet but for what is given."""
+    block = InverseKinematics(biped, posture, 0.01)
+    context = block.CreateDefaultContext()
+    still = {"com_height": [0.58, 0.0, 0.0], "com_reference": np.zeros(6), "zmp_reference": np.zeros(4)}
+    for name, value in (still | given).items():
+        block.GetInputPort(name).FixValue(context, np.ravel(value))
+    return block, context
+
+
+def _at(biped: Biped, q: np.ndarray) -> Context:
+    """A context of the robot alone, in the posture q (19,)."""
+    context = biped.plant.CreateDefaultContext()
+    biped.plant.SetPositions(context, q)
+    return context
+
+
+def _at_rest(left: list[float], right: list[float]) -> np.ndarray:
+    """A foot_reference of two soles that don't move."""
+    return np.array([[left, [0.0] * 3, [0.0] * 3], [right, [0.0] * 3, [0.0] * 3]])
+
+
+@pytest.mark.parametrize(
+    ("lift", "zmp", "share"),
+    [((0.0, 0.0), 0.04, 0.75), ((0.0, 0.0), -0.04, 0.25), ((0.02, 0.0), 0.04, 0.0), ((0.0, 0.02), -0.04, 1.0)],
+)
+def test_each_foot_carries_what_the_zmp_says_and_a_lifted_one_nothing(
+    biped: Biped, posture: np.ndarray, lift: tuple[float, float], zmp: float, share: float
+) -> None:
+    feet = _at_rest([0.05, 0.08, lift[0]], [0.05, -0.08, lift[1]])
+    wanted = {"com_reference": [0.01, 0, 0, 0, 0, 0], "zmp_reference": [0.05, 0.0, zmp, 0.0], "foot_reference": feet}
+    block, context = _kinematics(biped, posture, **wanted)
+    told = block.GetOutputPort("feedforward").Eval(context)
+    # Nothing moves, so that the ZMP is under the CoM whoever carries how much.
+    np.testing.assert_allclose(block.GetOutputPort("whole_body_zmp").Eval(context), [0.01, 0.0], atol=1e-6)
+    update(block, context)
+    q, v, vdot = np.split(context.get_discrete_state_vector().value(), [19, 37])  # type: ignore[attr-defined]
+    np.testing.assert_allclose(told, InverseDynamics(biped)(q, v, vdot, share).tau, atol=1e-9)
+
+
+def test_kinematics_starts_where_the_last_motion_leads(biped: Biped, posture: np.ndarray) -> None:
+    """A motion that goes on as it was is met in fewer iterations than one that starts from rest, v and v̇ told."""
+    feet = _at_rest([0.0, 0.08, 0.0], [0.0, -0.08, 0.0])
+    block, context = _kinematics(biped, posture, com_reference=[0, 0.5, 3.0, 0, 0, 0], foot_reference=feet)
+    update(block, context)
+    moving = context.get_discrete_state_vector().value().copy()  # type: ignore[attr-defined]
+    onward = [0.01 * 0.5 + 0.5 * 0.01**2 * 3.0, 0.53, 3.0, 0, 0, 0]
+    block.GetInputPort("com_reference").FixValue(context, onward)
+    iterations = []
+    for kept in (37 + 18, 37, 19):  # all, without the acceleration, without the velocity
+        context.SetDiscreteState(np.where(np.arange(55) < kept, moving, 0.0))  # type: ignore[attr-defined]
+        iterations.append(block.GetOutputPort("ik_status").Eval(context)[2])
+    assert iterations[0] < min(iterations[1:])
+
+
+@pytest.mark.parametrize("support", [1.0, -1.0])
+def test_of_a_plan_out_of_reach_the_standing_foot_is_where_it_should_be(
+    biped: Biped, posture: np.ndarray, support: float
+) -> None:
+    soles = [[0.0, 0.08, 0.0], [0.0, -0.08, 0.0]]
+    standing = 0 if support > 0 else 1
+    soles[1 - standing][0] = 0.9
+    block, context = _kinematics(biped, posture, foot_reference=_at_rest(*soles), gait_phase=[20.0, 3.0, support])
+    assert block.GetOutputPort("ik_status").Eval(context)[0] == 0.0
+    update(block, context)
+    reached = _at(biped, context.get_discrete_state_vector().value()[:19])  # type: ignore[attr-defined]
+    found = [biped.soles[side].frame.CalcPoseInWorld(reached).translation() for side in ("left", "right")]
+    missed = np.linalg.norm(np.array(found) - soles, axis=1)
+    assert missed[standing] < 1e-3 and missed[1 - standing] > 0.1
+
+
+def test_a_robot_that_is_raised_has_its_zmp_moved_along_the_ground_reaction(biped: Biped, posture: np.ndarray) -> None:
+    """The ZMP is a point of the ground at z = 0: it moves by −Δz (ẍ, ÿ)/(g + z̈), wherever the soles are."""
+    zmp, com = [], [0.0, 0.0, 1.2, 0.0, 0.0, -0.8]
+    for raised in (0.0, 0.03):
+        feet, height = _at_rest([0.0, 0.08, raised], [0.0, -0.08, raised]), [0.58 + raised, 0.0, 0.5]
+        block, context = _kinematics(biped, posture, com_height=height, com_reference=com, foot_reference=feet)
+        zmp.append(block.GetOutputPort("whole_body_zmp").Eval(context))
+        assert block.GetOutputPort("ik_status").Eval(context)[0] == 1.0
+    np.testing.assert_allclose(zmp[1] - zmp[0], -0.03 / (9.81 + 0.5) * np.array([1.2, -0.8]), atol=1e-7)
+
+
+def test_an_unreachable_plan_gives_finite_targets_and_says_so(biped: Biped, posture: np.ndarray) -> None:
+    block = InverseKinematics(biped, posture, 0.01)
+    context = block.CreateDefaultContext()
+    feet = np.zeros((2, 3, 3))
+    feet[0, 0], feet[1, 0] = [0.9, 0.08, 0.0], [0.0, -0.08, 0.0]
+    for name, value in (
+        ("com_height", [0.58, 0.0, 0.0]), ("com_reference", np.zeros(6)), ("zmp_reference", np.zeros(4)),
+        ("foot_reference", feet.ravel()),
+    ):  # fmt: skip
+        block.GetInputPort(name).FixValue(context, value)
+    assert block.GetOutputPort("ik_status").Eval(context)[0] == 0.0
+    assert np.all(np.isfinite(block.GetOutputPort("desired_state").Eval(context)))
+
+
+def test_estimator_finds_com_soles_and_zmp(biped: Biped, posture: np.ndarray) -> None:
+    estimator = StateEstimator(biped)
+    context = estimator.CreateDefaultContext()
+    estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([posture, np.zeros(18)]))
+    base = posture[biped.base_q_index[4:]]
+    point, force = np.array([0.03, -0.02, 0.0]), np.array([11.0, -7.0, 280.0])
+    wrench = np.zeros(18)
+    wrench[biped.base_v_index] = np.concatenate([np.cross(point - base, force), force])
+    estimator.GetInputPort("contact_forces").FixValue(context, wrench)
+    lip = estimator.GetOutputPort("lip_state").Eval(context)
+    np.testing.assert_allclose(lip, [0.0, 0.0, 0.03, 0.0, 0.0, -0.02], atol=1e-7)
+    np.testing.assert_allclose(estimator.GetOutputPort("com_z").Eval(context), [0.58, 0.0], atol=1e-7)
+    soles = estimator.GetOutputPort("foot_state").Eval(context).reshape(2, 6)
+    np.testing.assert_allclose(soles[:, :2], FEET, atol=1e-7)
+
+
+def test_estimator_tells_the_derivatives_of_the_com_and_the_tilt_of_the_soles(biped: Biped) -> None:
+    soles = np.array([[0.05, 0.08, 0.01, 0.05, -0.03, 0.1], [-0.03, -0.08, 0.02, -0.02, 0.04, -0.1]])
+    q, v, step = biped.posture(np.array([0.0, 0.0, 0.57]), *soles), np.linspace(-1.0, 1.0, 18) + 0.07, 1e-6
+    qdot = biped.plant.MapVelocityToQDot(_at(biped, q), v)
+    estimator = StateEstimator(biped)
+    context = estimator.CreateDefaultContext()
+    estimator.GetInputPort("contact_forces").FixValue(context, np.zeros(18))
+    told = []
+    for moved in (-step, step, 0.0):
+        estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([q + moved * qdot, v]))
+        told.append([estimator.GetOutputPort(name).Eval(context).copy() for name in ("lip_state", "com_z")])
+    (lip_before, z_before), (lip_after, z_after), (lip, z) = told
+    np.testing.assert_allclose(lip[[1, 4]], (lip_after - lip_before)[[0, 3]] / (2 * step), atol=1e-6)
+    np.testing.assert_allclose(z[1], (z_after - z_before)[0] / (2 * step), atol=1e-6)
+    np.testing.assert_allclose(estimator.GetOutputPort("foot_state").Eval(context).reshape(2, 6), soles, atol=1e-7)
+    assert np.all(np.abs([*lip[[1, 4]], z[1]]) > 0.01)
+
+
+def test_estimator_in_the_air_puts_the_zmp_under_the_com(biped: Biped, posture: np.ndarray) -> None:
+    estimator = StateEstimator(biped)
+    context = estimator.CreateDefaultContext()
+    estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([posture, np.zeros(18)]))
+    estimator.GetInputPort("contact_forces").FixValue(context, np.zeros(18))
+    np.testing.assert_allclose(estimator.GetOutputPort("lip_state").Eval(context)[[2, 5]], 0.0, atol=1e-7)
+
+
+def test_joint_targets_move_evenly_in_the_order_of_the_motors(biped: Biped, posture: np.ndarray) -> None:
+    start_angles = posture[biped.q_index]
+    block = joint_targets(biped, start_angles, 0.001)
+    simulator = Simulator(block)
+    context = simulator.get_mutable_context()
+    rates, feedforward = np.linspace(-0.3, 0.2, 12), np.linspace(-3.0, 3.0, 12)
+    block.GetInputPort("desired_state").FixValue(context, np.concatenate([np.zeros(12), rates]))
+    block.GetInputPort("feedforward").FixValue(context, feedforward)
+    simulator.AdvanceTo(0.0095)  # ten steps of the integral; half a step more is the middle of the step that follows
+    told = block.GetOutputPort("plant_desired_state").Eval(context)
+    np.testing.assert_allclose(told[:12][biped.u_index], start_angles + 0.0105 * rates, atol=1e-15)
+    np.testing.assert_allclose(told[12:][biped.u_index], rates)
+    np.testing.assert_allclose(block.GetOutputPort("plant_actuation").Eval(context)[biped.u_index], feedforward)
+
+
+@pytest.mark.parametrize("push", [0.0, 1e4])
+def test_the_plants_joint_control_is_implicit_pd_with_feedforward_within_the_limits(biped: Biped, push: float) -> None:
+    """τ = sat(kp (q* − q⁺) + kd (q̇* − q̇⁺) + feedforward), with q⁺ and q̇⁺ at the end of the step."""
+    scenario = load_scenario("walking")
+    builder = DiagramBuilder()
+    plant = add_robot(builder, scenario, biped, biped.bent_knee)
+    robot = model_instance(plant, biped)
+    diagram = builder.Build()
+    simulator = Simulator(diagram)
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    rates, feedforward = np.linspace(-0.3, 0.2, 12), np.linspace(-3.0, 3.0, 12) + push
+    joints = biped.bent_knee[biped.q_index] + 0.003
+    order = np.argsort(biped.u_index)
+    plant.get_desired_state_input_port(robot).FixValue(context, np.concatenate([joints[order], rates[order]]))
+    plant.get_actuation_input_port().FixValue(context, feedforward[order])
+    torque = plant.get_net_actuation_output_port(robot).Eval(context)[biped.u_index]
+    simulator.AdvanceTo(plant.time_step())
+    q, v = plant.GetPositions(context)[biped.q_index], plant.GetVelocities(context)[biped.v_index]
+    wanted = biped.kp * (joints - q) + biped.kd * (rates - v) + feedforward
+    np.testing.assert_allclose(torque, np.clip(wanted, -biped.effort_limits, biped.effort_limits), rtol=1e-5, atol=1e-4)
+    assert bool(push) == bool(np.all(np.abs(torque) == biped.effort_limits))
