@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from contextlib import suppress
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.np import linalg
+from numba.core.runtime import rtsys
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -30,7 +29,8 @@ def compiled(function: F) -> F:
 
     def load_if_whole(*asked: object) -> object:
         try:
-            return load(*asked)
+            rtsys.initialize(asked[1])
+            return cache._load_overload(*asked)
         except Exception:  # whatever a file says that was torn by a power cut
             with suppress(OSError):
                 cache.flush()
@@ -43,19 +43,3 @@ def compiled(function: F) -> F:
     cache.load_overload, cache.save_overload = load_if_whole, save_if_possible
     return cast(F, machine_code)
 
-
-def _load_arrays() -> None:
-    """Loads numba's array functions without scipy's linear algebra.
-
-    They import it only to see that it is there, which takes longer than all else that a kernel's first call loads.
-    Whoever uses it gets it at its first use, as ever.
-    """
-    asked = linalg.ensure_blas
-    linalg.ensure_blas = lambda: None  # scipy is there: this project needs it
-    try:
-        importlib.import_module("numba.np.arraymath")
-    finally:
-        linalg.ensure_blas = asked
-
-
-_load_arrays()

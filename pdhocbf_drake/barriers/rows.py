@@ -18,6 +18,9 @@ from pdhocbf_drake.barriers.relative_degree import check_relative_degree
 from pdhocbf_drake.errors import InputError
 
 
+AlongNormal = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+
+
 class Rows(NamedTuple):
     """ψ_m(k+i) = state[i]·x(k) + inputs[i]·U + bounds[i]·[V̄(k), …, V̄(k+H)] + constant[i],  i = 0, …, H−m.
 
@@ -47,8 +50,13 @@ class Rows(NamedTuple):
         return np.asarray(np.any(self.inputs != 0, axis=1))
 
 
-def affine_rows(barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, horizon: int) -> Rows:
+def affine_rows(
+    barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, horizon: int, along: AlongNormal | None = None
+) -> Rows:
     """The rows of ψ_m(k), …, ψ_m(k+H−m); they depend on k only through its phase.
+
+    Args:
+        along: what `along_normal` gives, where whoever asks knows it already.
 
     Raises:
         InputError: the horizon is shorter than m, the class-K functions are not linear, the barrier's normal has
@@ -60,27 +68,32 @@ def affine_rows(barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, ho
     if horizon < order:
         raise InputError(f"{where}: psi_{order} needs a horizon of {order} ticks, given {horizon}")
     barrier.check_fits(system.n)
-    # n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H
-    x_state = np.zeros((horizon + 1, system.n, system.n))
-    x_inputs = np.zeros((horizon + 1, system.n, horizon * system.m))
-    x_offset = np.zeros((horizon + 1, system.n))
-    x_state[0] = np.eye(system.n)
-    for j in range(horizon):
-        A, now = system.A(k + j), j * system.m
-        x_state[j + 1], x_offset[j + 1] = A @ x_state[j], A @ x_offset[j] + system.c(k + j)
-        x_inputs[j + 1, :, :now] = A @ x_inputs[j, :, :now]
-        x_inputs[j + 1, :, now : now + system.m] = system.B(k + j)
-    on_state, on_inputs, offset = (barrier.normal @ part for part in (x_state, x_inputs, x_offset.T))
+    on_state, on_inputs, offset = along or along_normal(barrier.normal, system, k, horizon)
     # Row i of `shifts` holds the coefficients of h(k+i), …, h(k+i+m).
     shifts = np.zeros((horizon - order + 1, horizon + 1))
-    coefficients = psi_coefficients(linear_rates(barrier))
-    for i, row in enumerate(shifts):
-        row[i : i + order + 1] = coefficients
-    shifts *= barrier.sign
+    for i, coefficient in enumerate(psi_coefficients(linear_rates(barrier))):
+        np.fill_diagonal(shifts[:, i:], barrier.sign * coefficient)
     rows = Rows(-shifts @ on_state, -shifts @ on_inputs, shifts, -shifts @ offset)
     if not all(np.all(np.isfinite(part)) for part in rows):  # Drake would end the process
         raise InputError(f"{where}: the rows over {horizon} ticks are too large for floating point")
     return rows
+
+
+def along_normal(
+    normal: NDArray[np.float64], system: PeriodicAffineSystem, k: int, horizon: int
+) -> AlongNormal:
+    """on_state (H+1, n), on_inputs (H+1, H·n_u), offset (H+1,): n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j].
+
+    Worked out from the end of the horizon on: there on_state[j]·x(k+i) is what of n·x(k+j) comes from x(k+i).
+    """
+    on_state = np.tile(normal, (horizon + 1, 1))
+    on_inputs, offset = np.zeros((horizon + 1, horizon * system.m)), np.zeros(horizon + 1)
+    for i in reversed(range(horizon)):
+        later = on_state[i + 1 :]
+        on_inputs[i + 1 :, i * system.m : (i + 1) * system.m] = later @ system.B(k + i)
+        offset[i + 1 :] += later @ system.c(k + i)
+        on_state[i + 1 :] = later @ system.A(k + i)
+    return on_state, on_inputs, offset
 
 
 def check_affine(barrier: Barrier, system: PeriodicSystem) -> None:

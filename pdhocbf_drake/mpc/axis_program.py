@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from pydrake.solvers import Constraint, LinearConstraint, LinearEqualityConstraint, MathematicalProgram
 
-from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem, affine_rows
+from pdhocbf_drake.barriers import AffineBarrier, affine_rows
 from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
@@ -76,11 +76,10 @@ BOUND_ROWS = ("zmp_box_lower", "zmp_box_upper", "step_lower", "step_upper", "sla
 
 def box_weights(gait: Gait, phase: int, horizon: int, footholds: int) -> np.ndarray:
     """S with box centre at k + i = S_i · [last, this, coming stance centres], i = 1 … H, shape (H, footholds + 2)."""
-    weights = np.zeros((horizon, footholds + 2))
-    for i in range(1, horizon + 1):
-        ahead, tick = divmod(phase + i, gait.period)
-        weights[i - 1, ahead] = 1.0 - gait.box_weight[tick]
-        weights[i - 1, ahead + 1] = gait.box_weight[tick]
+    weights, samples = np.zeros((horizon, footholds + 2)), np.arange(horizon)
+    ahead, tick = np.divmod(phase + 1 + samples, gait.period)
+    weights[samples, ahead] = 1.0 - gait.box_weight[tick]
+    weights[samples, ahead + 1] = gait.box_weight[tick]
     return weights
 
 
@@ -140,10 +139,10 @@ def axis_program(
         price = prog.AddQuadraticCost(2.0 * weight * np.outer(row, row), np.zeros(len(row)), on, True)
         price.evaluator().set_description("stability")
 
-    system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
     slacks = []
     for barrier in barriers:
-        psi = affine_rows(barrier, system, phase, horizon)
+        along = barrier.normal @ phi, barrier.normal @ gamma, np.zeros(horizon + 1)
+        psi = affine_rows(barrier, vhip.system, phase, horizon, along)
         keep = psi.reachable  # the others are facts about the present that no input changes
         count = int(np.count_nonzero(keep)) if soft else 0
         slack = prog.NewContinuousVariables(count, f"slack_{barrier.name}")

@@ -16,6 +16,7 @@ from pydrake.solvers import Binding, LinearConstraint, LinearCost, MathematicalP
 from pydrake.symbolic import Variable
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.affine_map import AffineMap
 from pdhocbf_drake.mpc.quadratic_form import QuadraticForm
 
@@ -58,16 +59,19 @@ def compile_program(
             in the decisions; its description is named. Or a decision is not continuous.
     """
     n, size = len(decisions), len(decisions) + len(parameters)
+    continuous = Variable.Type.CONTINUOUS
     for variable in decisions:
-        if variable.get_type() != Variable.Type.CONTINUOUS:
+        if variable.get_type() != continuous:
             raise InputError(f"decision {variable}: only continuous variables can be compiled")
     place = np.full(prog.num_vars(), -1)
     place[prog.FindDecisionVariableIndices([*decisions, *parameters])] = np.arange(size)
 
     hessian, gradient, constant = np.zeros((size, size)), np.zeros(size), 0.0
+    convex = True  # as is the sum of costs that are
     for binding in prog.GetAllCosts():
         cost, at = binding.evaluator(), _places(prog, binding, place)
         if isinstance(cost, QuadraticCost):
+            convex = convex and cost.is_convex()
             if np.bincount(at, minlength=1).max() <= 1:  # no variable twice
                 hessian[np.ix_(at, at)] += cost.Q()
             else:
@@ -79,7 +83,7 @@ def compile_program(
             constant += cost.b()
         else:
             raise InputError(f"cost {_name(binding)}: only linear and quadratic costs can be compiled")
-    if not _is_convex(hessian[:n, :n]):
+    if not convex and not _is_convex(hessian[:n, :n]):
         raise InputError(
             f"cost {_not_convex(prog, place, n)}: it is not convex in the decisions, so it can't be compiled"
         )
@@ -145,21 +149,8 @@ def _merged(
     group, turn = _equal_rows(rows[:, :n])
     rows[turn] *= -1.0
     low, high = np.where(turn, -high, low), np.where(turn, -low, high)
-    has_low, has_high = np.isfinite(low).tolist(), np.isfinite(high).tolist()
-    merged: list[list[int]] = []  # row it is first seen in, row of the lower bound or -1, row of the upper one or -1
-    members: dict[int, list[list[int]]] = {}
-    for i, of in enumerate(group.tolist()):
-        entries = members.setdefault(of, [])
-        for entry in entries:
-            if not (has_low[i] and entry[1] >= 0) and not (has_high[i] and entry[2] >= 0):
-                break
-        else:
-            entry = [i, -1, -1]
-            entries.append(entry)
-            merged.append(entry)
-        entry[1] = i if has_low[i] else entry[1]
-        entry[2] = i if has_high[i] else entry[2]
-    at, lower, upper = np.array(merged, dtype=int).reshape(-1, 3).T
+    merged = np.empty((len(rows), 3), dtype=int)
+    at, lower, upper = merged[: _share(group, np.isfinite(low), np.isfinite(high), merged)].T
     # l ≤ a·w + t·θ ≤ u   ⇔   l − t·θ ≤ a·w ≤ u − t·θ
     return (
         rows[at, :n] + 0.0,
@@ -169,15 +160,47 @@ def _merged(
     )
 
 
+@compiled
+def _share(group: np.ndarray, has_low: np.ndarray, has_high: np.ndarray, merged: np.ndarray) -> int:
+    """Merges rows: each joins the first merged row of its group that lacks the bounds it has; gives how many there are.
+
+    Fills in, for each merged row, the row that it is first seen in, that of its lower bound and that of its upper
+    bound, or −1.
+    """
+    count = 0
+    for i in range(len(group)):
+        entry = 0
+        while entry < count and (
+            group[merged[entry, 0]] != group[i]
+            or (has_low[i] and merged[entry, 1] >= 0)
+            or (has_high[i] and merged[entry, 2] >= 0)
+        ):
+            entry += 1
+        if entry == count:
+            merged[entry, 0], merged[entry, 1], merged[entry, 2] = i, -1, -1
+            count += 1
+        if has_low[i]:
+            merged[entry, 1] = i
+        if has_high[i]:
+            merged[entry, 2] = i
+    return count
+
+
 def _equal_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """For each row the first one that equals it or its opposite, and whether it is the opposite."""
-    # Equal rows have equal sums and opposite ones opposite sums, to the last bit, whatever the weights.
-    sums = (rows * np.random.default_rng(0).uniform(1.0, 2.0, rows.shape[1])).sum(axis=1)
+    # Equal rows have equal sums and opposite ones opposite sums, to the last bit, whatever the weights: `einsum` adds
+    # up each row in the same order, where a matrix product need not.
+    weights = np.random.default_rng(0).uniform(1.0, 2.0, rows.shape[1])
+    sums = np.einsum("ij,j->i", rows, weights)
     _, first, inverse = np.unique(np.abs(sums), return_index=True, return_inverse=True)
     group = first[inverse]
-    turn = sums != sums[group]
-    alike = (np.where(turn[:, None], -rows, rows) == rows[group]).all(axis=1)
-    return np.where(alike, group, np.arange(len(rows))), turn & alike
+    others = np.flatnonzero(group != np.arange(len(rows)))
+    sign = np.where(sums[others] == sums[group[others]], 1.0, -1.0)
+    alike = (sign[:, None] * rows[others] == rows[group[others]]).all(axis=1)
+    group[others[~alike]] = others[~alike]
+    turn = np.zeros(len(rows), dtype=bool)
+    turn[others] = alike & (sign < 0.0)
+    return group, turn
 
 
 def _bound(values: np.ndarray, rows: np.ndarray, n: int, of: np.ndarray, none: float) -> AffineMap:

@@ -9,7 +9,7 @@ import daqp
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.affine_map import AffineMap
+from pdhocbf_drake.mpc.affine_map import AffineMap, compressed
 from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.kernels import Sparse, write_decisions, write_limits, write_senses
 from pdhocbf_drake.mpc.slacks import Slacks, find_slacks
@@ -57,8 +57,7 @@ class DaqpQp:
         """
         self.qp, self.core_seconds, self.iterations = qp, 0.0, 0
         slacks = find_slacks(qp)
-        hard = np.setdiff1d(np.arange(len(qp.P)), slacks.columns)
-        left = np.setdiff1d(np.arange(len(qp.A)), slacks.bounds)
+        hard, left = _without(len(qp.P), slacks.columns), _without(len(qp.A), slacks.bounds)
         is_bound = np.array([qp.names[row] in bound_rows for row in left], dtype=bool)
         if bound_rows and is_bound.sum() != len(hard):
             raise InputError(
@@ -72,19 +71,16 @@ class DaqpQp:
         rows, hessian = A[bounds:] @ W, _cleaned(W.T @ P @ W)
         hessian = 0.5 * (hessian + hessian.T)
         gradient = AffineMap(W.T @ qp.linear.offset[hard], _cleaned(W.T @ qp.linear.matrix[hard]))
-        lower, upper = qp.lower, qp.upper
-        own = AffineMap(
-            np.concatenate([lower.offset[order], upper.offset[order]]),
-            np.vstack([lower.matrix[order], upper.matrix[order]]),
-        )
+        lower, upper = qp.lower.rows(order), qp.upper.rows(order)
+        own = lower.above(upper)
         root = _root(hessian)
-        self._to_limits = (gradient.arrays, own.arrays, root, _sparse(_cleaned(rows.copy())))
-        self._way_back = (root, _sparse(W), hard, order)
+        self._to_limits = (gradient.arrays, own.arrays, root, compressed(_cleaned(rows.copy())))
+        self._way_back = (root, compressed(W), hard, order)
         self._optimum, self._limits = np.zeros(len(hard)), own.offset.copy()
         self._low, self._high = np.split(self._limits, 2)
 
-        changes = np.split(own.matrix, 2)
-        equal = (self._low == self._high) & np.all(changes[0] == changes[1], axis=1)
+        somewhere = np.random.default_rng(0).uniform(1.0, 2.0, own.parameters)
+        equal = (self._low == self._high) & (lower(somewhere) == upper(somewhere))  # and so everywhere
         self._cold = np.where(equal, _EQUALITY, np.where(np.isin(order, slacks.rows), _SOFT, 0)).astype(np.int32)
         self._sense = self._cold.copy()
         self._model = self._set_up(hessian, np.ascontiguousarray(rows))
@@ -149,18 +145,21 @@ class DaqpQp:
         return flag, y, info["lam"]
 
 
+def _without(count: int, some: np.ndarray) -> np.ndarray:
+    """0 … count − 1 without some of them."""
+    left = np.ones(count, dtype=bool)
+    left[some] = False
+    return np.flatnonzero(left)
+
+
 def _root(hessian: np.ndarray) -> Sparse:
     """L with L Lᵀ = hessian; each row ends with its diagonal."""
     try:
-        return _sparse(_cleaned(np.linalg.cholesky(hessian)))
+        return compressed(_cleaned(np.linalg.cholesky(hessian)))
     except np.linalg.LinAlgError:
         raise InputError(
             "the cost is not strictly convex in the decisions, as DAQP needs it: choose clarabel"
         ) from None
-
-
-def _sparse(matrix: np.ndarray) -> Sparse:
-    return AffineMap(np.zeros(len(matrix)), matrix).arrays[1:]
 
 
 def _inverse(rows: np.ndarray, bound_rows: Sequence[str]) -> np.ndarray:

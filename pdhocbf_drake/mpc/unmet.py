@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem, affine_rows
+from pdhocbf_drake.barriers import AffineBarrier, affine_rows
 from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.solution import CONSTRAINTS, NOTICED, Reason
@@ -64,8 +64,7 @@ def missed(qp: ParametricQp, theta: np.ndarray, decisions: np.ndarray | None) ->
 
 def slack_starts(barriers: Sequence[AffineBarrier], vhip: Vhip, horizon: int) -> np.ndarray:
     """Where the slacks of each barrier begin among all slacks of a soft program, see `AxisProgram`."""
-    system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
-    counts = [int(affine_rows(barrier, system, 0, horizon).reachable.sum()) for barrier in barriers[:-1]]
+    counts = [int(affine_rows(barrier, vhip.system, 0, horizon).reachable.sum()) for barrier in barriers[:-1]]
     return np.cumsum([0, *counts])[: len(barriers)]
 
 

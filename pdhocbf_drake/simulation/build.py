@@ -12,7 +12,6 @@ import numpy as np
 from pdhocbf_drake.barriers import (
     AffineBarrier,
     Bound,
-    PeriodicAffineSystem,
     check_in_safe_set,
     check_relative_degree,
     make_barrier,
@@ -62,7 +61,6 @@ def build_walk(scenario: Scenario) -> Walk:
     """
     gait = Gait(scenario.gait)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    system = PeriodicAffineSystem(vhip.A, vhip.B[:, :, None])
     axes, barriers = [], []
     orbits: dict[float, np.ndarray] = {}
     cache = ProgramCache()
@@ -83,9 +81,9 @@ def build_walk(scenario: Scenario) -> Walk:
             if max(map(abs, bound.values)) > _FASTEST:
                 raise InputError(f"a bound may be {_FASTEST:g} m/s at most, this one is {max(bound.values, key=abs):g}")
         barrier = make_barrier(name, config, [0.0, 1.0, 0.0], bound)
-        check_relative_degree(barrier, system)
+        check_relative_degree(barrier, vhip.system)
         try:
-            check_in_safe_set(barrier, system, 0, AT_REST)
+            check_in_safe_set(barrier, vhip.system, 0, AT_REST)
         except InputError as error:
             raise InputError(f"{error}{_about_rest(config.side, bound)}") from None
         axes.append(axis)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Literal, get_args
 
 import numpy as np
 
 from pdhocbf_drake.barriers.checks import finite_array, finite_number, shown
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
 
 Flow = Literal["euler", "exact"]
@@ -23,6 +25,7 @@ class Vhip:
         B: input columns, shape (N, 3).
         eta: (z̈ + g)/z over one period, shape (N,) [1/s²].
         tick: δ [s].
+        system: the same as dynamics that barriers take.
 
     Raises:
         InputError: eta is not a row of positive numbers, δ is not positive and finite, or the flow is another one.
@@ -43,6 +46,8 @@ class Vhip:
         pairs = [make(value, tick) for value in self.eta]
         self.A = np.array([a for a, _ in pairs])
         self.B = np.array([b for _, b in pairs])
+        self.system = PeriodicAffineSystem(self.A, self.B[:, :, None])
+        self._predictions = lru_cache(maxsize=4)(self._all_predictions)
 
     def step(self, tick: int, state: np.ndarray, zmp_velocity: float) -> np.ndarray:
         """s(k + 1) from s(k), shape (3,)."""
@@ -50,15 +55,28 @@ class Vhip:
         return np.asarray(self.A[phase] @ state + self.B[phase] * zmp_velocity)
 
     def prediction(self, tick: int, horizon: int) -> tuple[np.ndarray, np.ndarray]:
-        """Φ (H + 1, 3, 3) and Γ (H + 1, 3, H) with s(k + i) = Φ_i s(k) + Γ_i [u(k), …, u(k + H − 1)]."""
-        phi = np.empty((horizon + 1, 3, 3))
-        gamma = np.zeros((horizon + 1, 3, horizon))
-        phi[0] = np.eye(3)
+        """Φ (H + 1, 3, 3) and Γ (H + 1, 3, H), read-only, with s(k + i) = Φ_i s(k) + Γ_i [u(k), …, u(k + H − 1)]."""
+        phase = tick % self.period
+        phi, gamma = self._predictions(horizon)
+        return phi[phase], gamma[phase : phase + horizon + 1, :, phase : phase + horizon]
+
+    def _all_predictions(self, horizon: int) -> tuple[np.ndarray, np.ndarray]:
+        """Φ of every phase (N, H + 1, 3, 3), and the one Γ (H + N, 3, H + N − 1) of which that of each is a block.
+
+        What u(j) does to s(i) depends on i and j alone, and not on where the plan begins.
+        """
+        phases, length = np.arange(self.period), horizon + self.period - 1
+        phi = np.empty((self.period, horizon + 1, 3, 3))
+        phi[:, 0] = np.eye(3)
         for i in range(horizon):
-            phase = (tick + i) % self.period
-            phi[i + 1] = self.A[phase] @ phi[i]
-            gamma[i + 1] = self.A[phase] @ gamma[i]
-            gamma[i + 1, :, i] += self.B[phase]
+            phi[:, i + 1] = self.A[(phases + i) % self.period] @ phi[:, i]
+        gamma = np.zeros((length + 1, 3, length))
+        for i in range(length):
+            phase = i % self.period
+            gamma[i + 1, :, :i] = self.A[phase] @ gamma[i, :, :i]
+            gamma[i + 1, :, i] = self.B[phase]
+        for part in (phi, gamma):
+            part.flags.writeable = False  # whoever asks next is given the same arrays
         return phi, gamma
 
 
