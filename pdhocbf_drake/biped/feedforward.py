@@ -45,17 +45,17 @@ class InverseDynamics:
         # CalcInverseDynamics leaves gravity and joint damping out unless they are among the applied forces.
         plant.CalcForceElementsContribution(task.context, self._forces)
         needed = plant.CalcInverseDynamics(task.context, vdot, self._forces)
-        both = write_shared_wrench(
-            needed, self._base, q[self._base_position], task.places(), left_share, task.jacobian()
-        )
+        both, origin = np.empty(12), q[self._base_position]
+        write_shared_wrench(needed, self._base, origin, task.places(), left_share, task.jacobian(), both)
         return Feedforward(needed[self._joints], both[:6], both[6:])
 
 
 @compiled
 def write_shared_wrench(
-    needed: np.ndarray, base: np.ndarray, origin: np.ndarray, places: np.ndarray, share: float, jacobian: np.ndarray
-) -> np.ndarray:
-    """Takes the ground's part out of the generalized forces `needed` (18,); gives the wrenches on both soles (12,)."""
+    needed: np.ndarray, base: np.ndarray, origin: np.ndarray, places: np.ndarray, share: float, jacobian: np.ndarray,
+    both: np.ndarray,
+) -> None:  # fmt: skip
+    """Takes the ground's part out of the generalized forces `needed` (18,); writes the wrenches on both soles (12,)."""
     # Of the ground: moment about the base's origin and force, then the lever of that force at the shared point.
     mx, my, mz = needed[base[0]], needed[base[1]], needed[base[2]]
     fx, fy, fz = needed[base[3]], needed[base[4]], needed[base[5]]
@@ -64,11 +64,9 @@ def write_shared_wrench(
     x = share * places[18] + rest * places[30] - origin[0]
     y = share * places[22] + rest * places[34] - origin[1]
     z = share * places[26] + rest * places[38] - origin[2]
-    both = np.empty(12)
     wrench = (fx, fy, fz, mx - (y * fz - z * fy), my - (z * fx - x * fz), mz - (x * fy - y * fx))
     for i in range(6):
         both[i], both[6 + i] = share * wrench[i], rest * wrench[i]
     for j in range(18):
         for i in range(12):
             needed[j] -= both[i] * jacobian[6 + i, j]
-    return both

@@ -21,8 +21,10 @@ def left_share_of_zmp(zmp: np.ndarray, left: np.ndarray, right: np.ndarray) -> f
 
 
 @compiled
-def zmp_of_wrenches(on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Point on the ground where the wrenches on both soles have no horizontal moment, shape (2,) [m].
+def zmp_of_wrenches(
+    on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray, right: np.ndarray
+) -> tuple[float, float]:
+    """Point x, y on the ground where the wrenches on both soles have no horizontal moment [m].
 
     Args:
         on_left, on_right: force and moment on a sole, at its centre (6,) [N, N m].
@@ -34,4 +36,4 @@ def zmp_of_wrenches(on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray,
         about_y += wrench[4] + sole[2] * wrench[0] - sole[0] * wrench[2]
         force += wrench[2]
     force = max(force, _LEAST_FORCE)
-    return np.array([-about_y / force, about_x / force])
+    return -about_y / force, about_x / force

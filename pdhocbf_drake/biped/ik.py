@@ -9,7 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.biped.config import Side
 from pdhocbf_drake.biped.damped import nearest_posture, row_weights
-from pdhocbf_drake.biped.linear_algebra import largest, within_limits
+from pdhocbf_drake.biped.linear_algebra import largest, limit, within_limits
 from pdhocbf_drake.biped.posture import Posture, PostureRates
 from pdhocbf_drake.biped.task_space import TargetPoses, TaskSpace
 
@@ -20,6 +20,7 @@ TOLERANCE = 1e-8  # greatest entry of the task error [m, rad]
 NEWTON_ITERATIONS = 12
 _STRETCHED_DAMPING = 0.1
 LARGEST_STEP = 0.5  # a joint step beyond this says that the Jacobian is near singular [rad]
+_LEVEL = (0.0,) * 9  # roll, pitch and yaw of torso and soles [rad]
 _WILD = 1e3  # a joint speed or acceleration beyond this is no robot's [rad/s, rad/s²]
 _ROWS = tuple(
     f"{what} {axis}"
@@ -88,9 +89,12 @@ class WholeBodyIk:
         """
         if not math.isfinite(np.concatenate(target).sum()):
             return self._refused(seed, "the target is not finite")
+        return self._solve(TargetPoses.of(target), seed, loose)
+
+    def _solve(self, goal: TargetPoses, seed: np.ndarray, loose: Side | None) -> IkResult:
         q = seed if math.isfinite(seed.sum()) else self._biped.bent_knee
         q = q.copy() if self._within(q) else self._biped.clipped(q)
-        goal, task = TargetPoses(target), self.task_space
+        task = self.task_space
         for iteration in range(NEWTON_ITERATIONS):
             task.set_positions(q)
             error = task.error(goal)
@@ -128,9 +132,26 @@ class WholeBodyIk:
     ) -> Motion:  # fmt: skip
         """Positions, velocities and accelerations of one tick, with one Jacobian at the solution, factorized once."""
         found = self.solve(target, seed, loose)
-        weights = None if found.ok else row_weights(loose)
-        v = self.rates(found.q, rates, weights)
-        return Motion(found.q, v, self.accelerations(found.q, v, accelerations, weights), found)
+        return self._moving(found, rates.stacked(), accelerations.stacked(), loose)
+
+    def level_motion(self, wanted: np.ndarray, seed: np.ndarray, loose: Side | None = None) -> Motion:
+        """The same with an upright torso and level soles that face ahead, from one array.
+
+        Args:
+            wanted: (3, 18): place, velocity and acceleration of CoM (3), torso (3, 0), left and right sole: how they
+                move (3) and turn (3, 0) [m, m/s, m/s²].
+        """
+        if not math.isfinite(wanted[0].sum()):
+            return self._moving(self._refused(seed, "the target is not finite"), wanted[1], wanted[2], loose)
+        return self._moving(self._solve(TargetPoses(wanted[0], *_LEVEL), seed, loose), wanted[1], wanted[2], loose)
+
+    def _moving(self, found: IkResult, rates: np.ndarray, accelerations: np.ndarray, loose: Side | None) -> Motion:
+        """How the robot moves at the posture found."""
+        task, weights = self.task_space, None if found.ok else row_weights(loose)
+        task.set_positions(found.q)
+        v = self._limited(self._solved(rates, weights))
+        task.set_state(found.q, v)
+        return Motion(found.q, v, self._solved(accelerations - task.bias(), weights), found)
 
     def _within(self, q: np.ndarray) -> bool:
         """Whether every joint of q (19,) is within its limits, and its quaternion has length one."""
@@ -138,7 +159,7 @@ class WholeBodyIk:
 
     def _limited(self, v: np.ndarray) -> np.ndarray:
         """v (18,), which is changed, with joint speeds within their limits."""
-        v[self._rates] = np.minimum(np.maximum(v[self._rates], -self._fastest), self._fastest)
+        limit(v, self._rates, self._fastest)
         return v
 
     def _solved(self, wanted: np.ndarray, weights: np.ndarray | None = None) -> np.ndarray:

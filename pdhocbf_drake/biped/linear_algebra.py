@@ -37,10 +37,11 @@ def factorize(matrix: np.ndarray, pivots: np.ndarray) -> bool:
 
 
 @compiled
-def substitute(factors: np.ndarray, pivots: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """The solution (n,) for a right-hand side (n,), from what `factorize` made."""
+def substitute(factors: np.ndarray, pivots: np.ndarray, right: np.ndarray, x: np.ndarray) -> None:
+    """Writes the solution x (n,) for a right-hand side (n,), from what `factorize` made."""
     n = len(factors)
-    x = right.copy()
+    for k in range(n):
+        x[k] = right[k]
     for k in range(n):
         x[k], x[pivots[k]] = x[pivots[k]], x[k]
     for i in range(n):
@@ -50,19 +51,18 @@ def substitute(factors: np.ndarray, pivots: np.ndarray, right: np.ndarray) -> np
         for j in range(i + 1, n):
             x[i] -= factors[i, j] * x[j]
         x[i] /= factors[i, i]
-    return x
 
 
 @compiled
-def moved_along(q: np.ndarray, step: np.ndarray, quaternion: np.ndarray) -> np.ndarray:
-    """q + step, both (n_q,), with its quaternion (at these four places in q) normalized."""
-    out = q + step
+def move_along(q: np.ndarray, step: np.ndarray, quaternion: np.ndarray, out: np.ndarray) -> None:
+    """Writes q + step, all (n_q,), with its quaternion (at these four places in q) normalized."""
+    for i in range(len(q)):
+        out[i] = q[i] + step[i]
     square = 0.0
     for place in quaternion:
         square += out[place] * out[place]
     for place in quaternion:
         out[place] /= math.sqrt(square)
-    return out
 
 
 @compiled
@@ -80,6 +80,15 @@ def within_limits(
     for place in quaternion:
         square += q[place] * q[place]
     return abs(square - 1.0) < 1e-12
+
+
+@compiled
+def limit(vector: np.ndarray, places: np.ndarray, most: np.ndarray) -> None:
+    """Keeps the entries at these places of a vector within ± most, shape of the places; NaN stays."""
+    for i in range(len(places)):
+        value = vector[places[i]]
+        if abs(value) > most[i]:
+            vector[places[i]] = math.copysign(most[i], value)
 
 
 @compiled

@@ -9,16 +9,15 @@ import numpy as np
 from pydrake.math import RollPitchYaw, RotationMatrix
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from pdhocbf_drake.biped.linear_algebra import factorize, moved_along, substitute
-from pdhocbf_drake.biped.posture import Posture
+from pdhocbf_drake.biped.linear_algebra import factorize, move_along, substitute
+from pdhocbf_drake.biped.posture import UPRIGHT, Posture
 from pdhocbf_drake.jit import compiled
 
 if TYPE_CHECKING:
     from pdhocbf_drake.biped.robot import Biped
 
 _ORIGIN = np.zeros(3)
-_TORSO_ROWS = np.arange(3, 6)
-_SOLES = (6, 12)  # first rows of the left and right sole: how they move; how they turn is three rows on
+_REST = np.zeros(6)
 _TURNS = (slice(3, 6), slice(9, 12), slice(15, 18))
 _SMALL_TURN = 2.99  # trace of a rotation matrix, 1 + 2 cos: above it the sine of the angle stands for the angle
 
@@ -40,20 +39,19 @@ class TaskSpace:
         self.context = biped.plant.CreateDefaultContext()
         self._world = biped.plant.world_frame()
         self._torso = biped.torso_frame
-        self._soles = (biped.soles["left"].frame, biped.soles["right"].frame)
+        self._left, self._right = biped.soles["left"].frame, biped.soles["right"].frame
         self._quaternion = biped.base_q_index[:4]
         self._base, self._mass = biped.base_v_index, biped.mass
         base = biped.plant.GetBodyByName(biped.config.base_link)
         # A torso that is one piece with the floating base turns as v says, whatever the posture.
-        self._torso_is_base = biped.torso_frame.body().index() in [
-            body.index() for body in biped.plant.GetBodiesWeldedTo(base)
-        ]
+        welded = [body.index() for body in biped.plant.GetBodiesWeldedTo(base)]
+        self._torso_is_base = biped.torso_frame.body().index() in welded
+        self._turning_base = np.zeros((6, 18), order="F")
+        self._turning_base[np.arange(3), self._base[:3]] = 1.0
         self._key = self._velocity_key = b""
         # CoM (3), then rotation and place (3 x 4) of torso, left and right sole, at the last q.
         self._places = np.empty(39)
-        self._com, self._poses = self._places[:3], self._places[3:].reshape(3, 3, 4)
         self._placed = False
-        self._error = np.empty(21)
         self._jacobian: np.ndarray | None = None
         self._factors, self._pivots = np.empty((18, 18)), np.empty(18, dtype=np.int64)
         self._factorized: bool | None = None
@@ -77,11 +75,13 @@ class TaskSpace:
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """q ⊕ step (18,): along q̇ = N(q) v, quaternion normalized; the task space stays at q."""
         self.set_positions(q)
-        return moved_along(q, self._plant.MapVelocityToQDot(self.context, step), self._quaternion)
+        moved = np.empty(len(q))
+        move_along(q, self._plant.MapVelocityToQDot(self.context, step), self._quaternion, moved)
+        return moved
 
     def posture(self) -> Posture:
         """Where CoM, soles and torso are."""
-        poses = [frame.CalcPoseInWorld(self.context) for frame in (*self._soles, self._torso)]
+        poses = [frame.CalcPoseInWorld(self.context) for frame in (self._left, self._right, self._torso)]
         rpy = [RollPitchYaw(pose.rotation()).vector() for pose in poses]
         left, right = (np.concatenate([poses[i].translation(), rpy[i]]) for i in range(2))
         return Posture(self._plant.CalcCenterOfMassPositionInWorld(self.context), left, right, rpy[2])
@@ -96,20 +96,20 @@ class TaskSpace:
 
         Below 0.1 rad the sine stands for the angle, which is equal to third order: enough for Newton's method.
         """
-        error = self._error
-        if not write_error(target.map, target.offset, self.places(), error):
-            for i in np.flatnonzero(error[18:] < _SMALL_TURN):
-                error[_TURNS[i]] = _rotation_vector(target.rotations[i], self._poses[i, :, :3])
-        return error[:18].copy()
+        error, places = np.empty(18), self.places()
+        if not write_error(target.map, target.offset, places, error):
+            for turn, rotation, pose in zip(_TURNS, target.rotations, places[3:].reshape(3, 3, 4), strict=True):
+                error[turn] = _rotation_vector(rotation, pose[:, :3])
+        return error
 
     def places(self) -> np.ndarray:
         """CoM (3), then rotation and origin (3 x 4) of torso, left and right sole; the next call overwrites them."""
         if not self._placed:
-            context, poses = self.context, self._poses
-            self._com[:] = self._plant.CalcCenterOfMassPositionInWorld(context)
-            poses[0] = self._torso.CalcPoseInWorld(context).GetAsMatrix34()
-            poses[1] = self._soles[0].CalcPoseInWorld(context).GetAsMatrix34()
-            poses[2] = self._soles[1].CalcPoseInWorld(context).GetAsMatrix34()
+            com = self._plant.CalcCenterOfMassPositionInWorld(self.context)
+            torso = self._torso.CalcPoseInWorld(self.context).GetAsMatrix34()
+            left = self._left.CalcPoseInWorld(self.context).GetAsMatrix34()
+            right = self._right.CalcPoseInWorld(self.context).GetAsMatrix34()
+            write_places(com, torso, left, right, self._places)
             self._placed = True
         return self._places
 
@@ -117,37 +117,36 @@ class TaskSpace:
         """J(q) (18, 18); do not write into it."""
         if self._jacobian is None:
             plant, context, world, kind = self._plant, self.context, self._world, JacobianWrtVariable.kV
-            jacobian = np.zeros((18, 18))
-            jacobian[0:3] = plant.CalcJacobianCenterOfMassTranslationalVelocity(context, kind, world, world)
-            if self._torso_is_base:
-                jacobian[_TORSO_ROWS, self._base[:3]] = 1.0
-            else:
-                jacobian[3:6] = plant.CalcJacobianSpatialVelocity(context, kind, self._torso, _ORIGIN, world, world)[:3]
-            for row, frame in zip(_SOLES, self._soles, strict=True):
-                sole = plant.CalcJacobianSpatialVelocity(context, kind, frame, _ORIGIN, world, world)
-                jacobian[row : row + 3], jacobian[row + 3 : row + 6] = sole[3:], sole[:3]  # Drake has turns first
-            self._jacobian = jacobian
+            com = plant.CalcJacobianCenterOfMassTranslationalVelocity(context, kind, world, world)
+            torso = self._turning_base
+            if not self._torso_is_base:
+                torso = plant.CalcJacobianSpatialVelocity(context, kind, self._torso, _ORIGIN, world, world)
+            left = plant.CalcJacobianSpatialVelocity(context, kind, self._left, _ORIGIN, world, world)
+            right = plant.CalcJacobianSpatialVelocity(context, kind, self._right, _ORIGIN, world, world)
+            self._jacobian = np.empty((18, 18))
+            write_jacobian(com, torso, left, right, self._jacobian, self._factors)
         return self._jacobian
 
     def solved(self, wanted: np.ndarray) -> np.ndarray | None:
         """J(q)⁻¹ wanted (18,), with one factorization for each q; None where J is singular."""
         if self._factorized is None:
-            self._factors[:] = self.jacobian()
+            self.jacobian()
             self._factorized = factorize(self._factors, self._pivots)
-        return substitute(self._factors, self._pivots, wanted) if self._factorized else None
+        if not self._factorized:
+            return None
+        solution = np.empty(18)
+        substitute(self._factors, self._pivots, wanted, solution)
+        return solution
 
     def bias(self) -> np.ndarray:
         """J̇(q, v) v (18,) [m/s², rad/s²]."""
         plant, context, world, kind = self._plant, self.context, self._world, JacobianWrtVariable.kV
-        bias = np.zeros(18)
-        # With v̇ = 0 the force on the base is the whole robot's mass times its CoM's acceleration.
-        bias[0:3] = plant.CalcBiasTerm(context)[self._base[3:]] / self._mass
+        bias, torso = np.empty(18), _REST
         if not self._torso_is_base:
-            acceleration = plant.CalcBiasSpatialAcceleration(context, kind, self._torso, _ORIGIN, world, world)
-            bias[3:6] = acceleration.rotational()
-        for row, frame in zip(_SOLES, self._soles, strict=True):
-            sole = plant.CalcBiasSpatialAcceleration(context, kind, frame, _ORIGIN, world, world).get_coeffs()
-            bias[row : row + 3], bias[row + 3 : row + 6] = sole[3:], sole[:3]
+            torso = plant.CalcBiasSpatialAcceleration(context, kind, self._torso, _ORIGIN, world, world).get_coeffs()
+        left = plant.CalcBiasSpatialAcceleration(context, kind, self._left, _ORIGIN, world, world).get_coeffs()
+        right = plant.CalcBiasSpatialAcceleration(context, kind, self._right, _ORIGIN, world, world).get_coeffs()
+        write_bias(plant.CalcBiasTerm(context), self._base, self._mass, torso, left, right, bias)
         return bias
 
 
@@ -159,15 +158,25 @@ class TargetPoses:
 
     Attributes:
         rotations: of torso, left and right sole (3, 3, 3).
-        map, offset: [CoM, torso, left, right: (18,) error; three traces] = offset + map · `TaskSpace` places,
-            shapes (21, 39) and (21,).
+        map: (21, 39), offset: (18,): [CoM, torso, left, right: (18,) error; three traces] = [offset; 0] + map ·
+            `TaskSpace` places.
     """
 
-    def __init__(self, target: Posture) -> None:
-        angles = np.concatenate([target.torso_rpy, target.left[3:], target.right[3:]])
-        self.rotations, self.map = _error_map(*angles.tolist())
-        self.offset = np.zeros(21)
-        self.offset[0:3], self.offset[6:9], self.offset[12:15] = target.com, target.left[:3], target.right[:3]
+    def __init__(self, offset: np.ndarray, *angles: float) -> None:
+        """
+        Args:
+            offset: places of the CoM, of nothing, of the left sole, of nothing, of the right sole, of nothing, (18,).
+            angles: roll, pitch and yaw of torso, left and right sole [rad].
+        """
+        self.offset = offset
+        self.rotations, self.map = _error_map(*angles)
+
+    @classmethod
+    def of(cls, target: Posture) -> TargetPoses:
+        """What a posture asks for."""
+        rotations = np.concatenate([target.torso_rpy, target.left[3:], target.right[3:]])
+        places = [target.com, UPRIGHT, target.left[:3], UPRIGHT, target.right[:3], UPRIGHT]
+        return cls(np.concatenate(places), *rotations.tolist())
 
 
 @lru_cache(maxsize=64)  # most ticks of a walk ask for the same few orientations
@@ -197,10 +206,53 @@ def _rotation_vector(target: np.ndarray, present: np.ndarray) -> np.ndarray:
 
 @compiled
 def write_error(rows: np.ndarray, offset: np.ndarray, places: np.ndarray, out: np.ndarray) -> bool:
-    """offset + rows · places; whether all three turns are small."""
-    for i in range(len(offset)):
-        total = offset[i]
+    """The error, (18,), as `TargetPoses` has it; whether all three turns are small."""
+    small = True
+    for i in range(len(rows)):
+        total = offset[i] if i < 18 else 0.0
         for j in range(len(places)):
             total += rows[i, j] * places[j]
-        out[i] = total
-    return out[18] >= _SMALL_TURN and out[19] >= _SMALL_TURN and out[20] >= _SMALL_TURN
+        if i < 18:
+            out[i] = total
+        else:
+            small = small and total >= _SMALL_TURN
+    return small
+
+
+@compiled
+def write_places(com: np.ndarray, torso: np.ndarray, left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
+    """`TaskSpace.places`, (39,), of the CoM (3,) and three poses (3, 4)."""
+    for i in range(3):
+        out[i] = com[i]
+        for j in range(4):
+            out[3 + 4 * i + j] = torso[i, j]
+            out[15 + 4 * i + j] = left[i, j]
+            out[27 + 4 * i + j] = right[i, j]
+
+
+@compiled
+def write_jacobian(
+    com: np.ndarray, torso: np.ndarray, left: np.ndarray, right: np.ndarray, out: np.ndarray, again: np.ndarray
+) -> None:
+    """`TaskSpace.jacobian`, (18, 18), twice, of the CoM's (3, 18) and of three frames' (6, 18), turns first."""
+    for i in range(3):
+        for j in range(18):
+            out[i, j], out[3 + i, j] = com[i, j], torso[i, j]
+            out[6 + i, j], out[9 + i, j] = left[3 + i, j], left[i, j]
+            out[12 + i, j], out[15 + i, j] = right[3 + i, j], right[i, j]
+    for i in range(18):
+        for j in range(18):
+            again[i, j] = out[i, j]
+
+
+@compiled
+def write_bias(
+    force: np.ndarray, base: np.ndarray, mass: float, torso: np.ndarray, left: np.ndarray, right: np.ndarray,
+    out: np.ndarray,
+) -> None:  # fmt: skip
+    """`TaskSpace.bias`, (18,), of the bias force C v (18,) and three frames' bias accelerations (6,), turns first."""
+    for i in range(3):
+        # With v̇ = 0 the force on the base is the whole robot's mass times its CoM's acceleration.
+        out[i], out[3 + i] = force[base[3 + i]] / mass, torso[i]
+        out[6 + i], out[9 + i] = left[3 + i], left[i]
+        out[12 + i], out[15 + i] = right[3 + i], right[i]

@@ -11,8 +11,6 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, Value
 from pdhocbf_drake.biped import (
     Biped,
     InverseDynamics,
-    Posture,
-    PostureRates,
     Side,
     WholeBodyIk,
     left_share_of_zmp,
@@ -21,14 +19,14 @@ from pdhocbf_drake.biped import (
 from pdhocbf_drake.jit import compiled
 
 _SWINGING: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the foot that stands
-_STILL = np.zeros(36)
+_STILL = np.zeros(54)
 
 
 class _Answer(NamedTuple):
     motion: np.ndarray
     desired: np.ndarray
     feedforward: np.ndarray
-    zmp: np.ndarray
+    zmp: tuple[float, float]
     status: np.ndarray
 
 
@@ -36,7 +34,7 @@ class InverseKinematics(LeafSystem):
     """Whole-body inverse kinematics and inverse dynamics of the plan, solved once a tick.
 
     The outputs are functions of the inputs, which change once a tick, and of the last tick's motion, which is this
-    block's discrete state (q, v, v̇: 19 + 18 + 18): the iteration starts where that motion leads.
+    block's discrete state (q, v, v̇ and the v̇ before: 19 + 3 · 18): the iteration starts where that motion leads.
 
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18).
@@ -58,7 +56,7 @@ class InverseKinematics(LeafSystem):
         ports = [self.DeclareVectorInputPort(name, size) for name, size in sizes.items()]
         self._phase, self._height, self._com, self._zmp, self._feet = ports
         self._joints = biped.q_index
-        self.DeclareDiscreteState(np.concatenate([initial, np.zeros(36)]))
+        self.DeclareDiscreteState(np.concatenate([initial, _STILL]))
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._remember)
         changes = {self.xd_ticket(), *(port.ticket() for port in ports)}
         producer = ValueProducer(allocate=lambda: AbstractValue.Make(None), calc=self._solve)
@@ -87,15 +85,14 @@ class InverseKinematics(LeafSystem):
 
     def _solve(self, context: Context, value: AbstractValue) -> None:
         state = context.get_discrete_state_vector().value()
-        last, way = state[:19], self._period * (state[19:37] + 0.5 * self._period * state[37:])
-        wanted = _wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context))
-        loose = self._swing_foot(context)
+        last, way, wanted = state[:19], np.empty(18), np.zeros((3, 18))
+        _write_way(state, self._period, way)
+        _write_wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context), wanted)
         seed = self._ik.task_space.moved(last, way)
-        place, first, second = ((row[:3], row[6:12], row[12:], row[3:6]) for row in wanted)
-        motion = self._ik.motion(Posture(*place), PostureRates(*first), PostureRates(*second), seed, loose)
+        motion = self._ik.level_motion(wanted, seed, self._swing_foot(context))
         q, found = motion.q, motion.ik
         # In the air a foot carries nothing; on both feet the ZMP says which share each one carries.
-        left, right = place[1], place[2]
+        left, right = wanted[0, 6:9], wanted[0, 12:15]
         if left[2] > 0.0:
             share = 0.0
         elif right[2] > 0.0:
@@ -103,10 +100,12 @@ class InverseKinematics(LeafSystem):
         else:
             share = left_share_of_zmp(self._zmp.Eval(context)[::2], left, right)
         torque = self._dynamics(q, motion.v, motion.vdot, share)
+        targets = np.empty(24)
+        _write_targets(q, last, self._joints, self._period, targets)
         value.set_value(
             _Answer(
-                np.concatenate([q, motion.v, motion.vdot] if found.ok else [q, _STILL]),
-                _targets(q, last, self._joints, self._period),
+                np.concatenate([q, motion.v, motion.vdot, state[37:55]] if found.ok else [q, _STILL]),
+                targets,
                 torque.tau,
                 zmp_of_wrenches(torque.left, left, torque.right, right),
                 np.array([found.ok, min(found.error, 1e3), found.iterations]),
@@ -115,23 +114,27 @@ class InverseKinematics(LeafSystem):
 
 
 @compiled
-def _targets(q: np.ndarray, last: np.ndarray, joints: np.ndarray, period: float) -> np.ndarray:
-    """Joint angles, then the constant rates that lead there from the last ones."""
-    count = len(joints)
-    out = np.empty(2 * count)
-    for i in range(count):
-        out[i] = q[joints[i]]
-        out[count + i] = (q[joints[i]] - last[joints[i]]) / period
-    return out
+def _write_way(state: np.ndarray, period: float, way: np.ndarray) -> None:
+    """How far the last motion goes in a tick if v̇ goes on as it changed last, (18,)."""
+    for i in range(18):
+        v, vdot, before = state[19 + i], state[37 + i], state[55 + i]
+        way[i] = period * (v + period * (vdot / 2.0 + (vdot - before) / 6.0))
 
 
 @compiled
-def _wanted(com: np.ndarray, height: np.ndarray, feet: np.ndarray) -> np.ndarray:
-    """Place, velocity and acceleration (3, 18) of CoM, torso, left and right sole, as `PostureRates` has them."""
-    wanted = np.zeros((3, 18))
+def _write_targets(q: np.ndarray, last: np.ndarray, joints: np.ndarray, period: float, out: np.ndarray) -> None:
+    """Joint angles, then the constant rates that lead there from the last ones."""
+    count = len(joints)
+    for i in range(count):
+        out[i] = q[joints[i]]
+        out[count + i] = (q[joints[i]] - last[joints[i]]) / period
+
+
+@compiled
+def _write_wanted(com: np.ndarray, height: np.ndarray, feet: np.ndarray, wanted: np.ndarray) -> None:
+    """What `WholeBodyIk.level_motion` wants, (3, 18), but for what stays zero."""
     for order in range(3):
         wanted[order, 0], wanted[order, 1], wanted[order, 2] = com[order], com[3 + order], height[order]
         for axis in range(3):
             wanted[order, 6 + axis] = feet[3 * order + axis]
             wanted[order, 12 + axis] = feet[9 + 3 * order + axis]
-    return wanted
