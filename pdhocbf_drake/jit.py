@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import Any, TypeVar, cast
 
 import numba
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -25,12 +25,14 @@ def compiled(function: F) -> F:
     except RuntimeError:  # neither the source's folder nor the user's cache can be written
         return cast(F, numba.njit(error_model="numpy")(function))
     cache = machine_code._cache
-    load, save = cache.load_overload, cache.save_overload
+    save = cache.save_overload
 
-    def load_if_whole(*asked: object) -> object:
+    def load_if_whole(signature: object, target: object) -> object:
+        # Numba's own loading first learns all that Python code might call, which takes longer than all the rest of a
+        # start, and which what is machine code already has no use for.
         try:
-            rtsys.initialize(asked[1])
-            return cache._load_overload(*asked)
+            rtsys.initialize(target)
+            return cache._load_overload(signature, target)
         except Exception:  # whatever a file says that was torn by a power cut
             with suppress(OSError):
                 cache.flush()
@@ -42,4 +44,3 @@ def compiled(function: F) -> F:
 
     cache.load_overload, cache.save_overload = load_if_whole, save_if_possible
     return cast(F, machine_code)
-

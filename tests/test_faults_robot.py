@@ -12,32 +12,33 @@ from pdhocbf_drake.mpc.solution import QpResult, Reason
 from pdhocbf_drake.mpc.solvers import QpSolver
 from pdhocbf_drake.push.endings import ASTRAY, SURVIVED
 from pdhocbf_drake.push.rig import PushRig, Trial
-from pdhocbf_drake.simulation import biped_diagram
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems import state_estimator
 
 Lie = Callable[[int, np.ndarray], np.ndarray]
 WATCHED = 2.0  # [s], two and a half gaits
 NOBODY = np.zeros(3)
 
 
-class Liar(StateEstimator):
+class Liar(state_estimator._StateEstimator):
     """An estimator whose CoM and ZMP can be made to lie from a test."""
 
     lie: Callable[[float, np.ndarray], np.ndarray] | None = None
 
-    def _lip_state(self, context: Context, output: BasicVector) -> None:
-        super()._lip_state(context, output)
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        super()._calc(context, output)
         if Liar.lie is not None:
-            output.SetFromVector(Liar.lie(context.get_time(), np.array(output.value())))
+            told = np.array(output.value())
+            told[:6] = Liar.lie(context.get_time(), told[:6])
+            output.SetFromVector(told)
 
 
 @pytest.fixture(scope="module")
 def rig() -> Iterator[PushRig]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(biped_diagram, "StateEstimator", Liar)
+        patch.setattr(state_estimator, "_StateEstimator", Liar)
         yield PushRig(load_scenario("walking"), [10])
 
 

@@ -1,7 +1,5 @@
 """What the controller does when it can't do what it should: each rung of the ladder, and coming to a stand."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from walks import make_mpc, predicted, speed_limit, start, walk
@@ -163,7 +161,7 @@ def test_without_any_solution_the_last_plan_is_shifted_within_the_box(monkeypatc
     zmp = memory.state[:, 2] + 0.01 * plan.inputs[:, 0]
     assert np.all(zmp >= low - 1e-12) and np.all(zmp <= high + 1e-12)
     for way, edge in ((-99.0, low), (99.0, high)):  # a plan that leads out of the box is cut off at its edge
-        out = mpc.solve(220, memory.state, memory.stance, {}, None, replace(last, inputs=last.inputs + way))
+        out = mpc.solve(220, memory.state, memory.stance, {}, None, last._replace(inputs=last.inputs + way))
         np.testing.assert_allclose(memory.state[:, 2] + 0.01 * out.inputs[:, 0], edge, atol=1e-12)
     assert mpc.solve(221, memory.state, memory.stance, {}, None, plan).fallbacks == 2
     fresh = mpc.solve(0, np.zeros((2, 3)), start(mpc).stance, {}, None, None)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -162,7 +160,7 @@ def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory)
     state = settled.state.copy()
     state[0, 1] += 0.6
     plain = make_mpc({"stride": 0.1})
-    assert plain.solve(SETTLED, state, settled.stance, {}, None, replace(settled.plan)).reason == Reason.RELAXED
+    assert plain.solve(SETTLED, state, settled.stance, {}, None, settled.plan._replace()).reason == Reason.RELAXED
     plan = mpc.solve(SETTLED, state, settled.stance, {}, None, settled.plan)
     assert plan.recovering and plan.reason == Reason.NO_STEADY_PLAN
     # It steps farther than a steady walk may: that limit is named, of that axis alone, by as much as it is exceeded.

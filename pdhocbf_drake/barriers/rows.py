@@ -17,7 +17,6 @@ from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
 from pdhocbf_drake.barriers.relative_degree import check_relative_degree
 from pdhocbf_drake.errors import InputError
 
-
 AlongNormal = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -79,10 +78,8 @@ def affine_rows(
     return rows
 
 
-def along_normal(
-    normal: NDArray[np.float64], system: PeriodicAffineSystem, k: int, horizon: int
-) -> AlongNormal:
-    """on_state (H+1, n), on_inputs (H+1, H·n_u), offset (H+1,): n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j].
+def along_normal(normal: NDArray[np.float64], system: PeriodicAffineSystem, k: int, horizon: int) -> AlongNormal:
+    """n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H: (H+1, n), (H+1, H·n_u), (H+1,).
 
     Worked out from the end of the horizon on: there on_state[j]·x(k+i) is what of n·x(k+j) comes from x(k+i).
     """

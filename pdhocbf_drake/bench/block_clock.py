@@ -6,22 +6,12 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+from pydrake.systems.framework import LeafSystem
+
+from pdhocbf_drake import systems
 from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
-from pdhocbf_drake.systems.fall_detector import FallDetector
-from pdhocbf_drake.systems.foot_reference import FootReference
-from pdhocbf_drake.systems.gait_reference import GaitReference
-from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
-from pdhocbf_drake.systems.mpc_controller import MpcController
-from pdhocbf_drake.systems.state_estimator import StateEstimator
-from pdhocbf_drake.systems.vhip_plant import VhipPlant
-from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 
-_BLOCKS = (
-    BarrierSchedule, FallDetector, FootReference, GaitReference, InverseKinematics, MpcController, StateEstimator,
-    VhipPlant, ZmpOffset,
-)  # fmt: skip
 _CALLED_BY_DRAKE = (
     ("context", "output"),
     ("context", "values"),
@@ -35,7 +25,7 @@ class BlockClock:
     """Seconds spent in each block's own code, without what other blocks did for it, since `clear`.
 
     Attributes:
-        seconds: by the block's class name; "PeriodicMpc" is the solve inside "MpcController".
+        seconds: by the block's name; "PeriodicMpc" is the solve inside "MpcController".
     """
 
     def __init__(self) -> None:
@@ -68,18 +58,21 @@ def block_clock() -> Iterator[BlockClock]:
     clock = BlockClock()
     changed: list[tuple[type, str, Any]] = []
     try:
-        blocks: tuple[type, ...] = _BLOCKS
-        for block in blocks:
+        for block in _python_blocks():
             for name, function in list(vars(block).items()):
                 if callable(function) and _is_callback(function):
                     changed.append((block, name, function))
-                    setattr(block, name, clock.around(block.__name__, function))
+                    setattr(block, name, clock.around(block.__name__.strip("_"), function))
         changed.append((PeriodicMpc, "solve", PeriodicMpc.solve))
         PeriodicMpc.solve = clock.around("PeriodicMpc", PeriodicMpc.solve)  # type: ignore[method-assign]
         yield clock
     finally:
         for owner, name, function in changed:
             setattr(owner, name, function)
+
+
+def _python_blocks() -> list[type]:
+    return [block for block in LeafSystem.__subclasses__() if block.__module__.startswith(systems.__name__)]
 
 
 def _is_callback(function: Callable[..., Any]) -> bool:

@@ -41,7 +41,6 @@ def swing_point(start: np.ndarray, end: np.ndarray, height: float, duration: flo
     return SwingPoint(base + blend * move + lift * up, blend_v * move + lift_v * up, blend_a * move + lift_a * up)
 
 
-@compiled
 def swing_onward(now: np.ndarray, end: np.ndarray, remaining: float, ahead: float) -> np.ndarray:
     """Where a foot that is on its way will be, when it is to come to rest at `end` after `remaining` seconds.
 
@@ -58,18 +57,56 @@ def swing_onward(now: np.ndarray, end: np.ndarray, remaining: float, ahead: floa
     Returns:
         Position, velocity, acceleration after `ahead` seconds, shape (3, d).
     """
-    out = np.zeros((3, len(end)))
-    arrived = ahead >= remaining - 1e-9
+    axes = zip(*now, end, strict=True)
+    return np.array([onward(p, v, a, stop, remaining, ahead) for p, v, a, stop in axes]).T
+
+
+@compiled
+def onward(
+    position: float, velocity: float, acceleration: float, end: float, remaining: float, ahead: float
+) -> tuple[float, float, float]:
+    """`swing_onward` along one axis."""
+    if ahead >= remaining - 1e-9:
+        return end, 0.0, 0.0
     s = ahead / remaining
-    for axis in range(len(end)):
-        if arrived:
-            out[0, axis] = end[axis]
-        else:
-            c = least_jerk(now[0, axis], now[1, axis], now[2, axis], end[axis], remaining)
-            out[0, axis] = c[0] + s * (c[1] + s * (0.5 * c[2] + s * (c[3] + s * (c[4] + s * c[5]))))
-            out[1, axis] = (c[1] + s * (c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])))) / remaining
-            out[2, axis] = (c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * 20.0 * c[5]))) / remaining**2
-    return out
+    c = least_jerk(position, velocity, acceleration, end, remaining)
+    return (
+        c[0] + s * (c[1] + s * (0.5 * c[2] + s * (c[3] + s * (c[4] + s * c[5])))),
+        (c[1] + s * (c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])))) / remaining,
+        (c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * 20.0 * c[5]))) / remaining**2,
+    )
+
+
+@compiled
+def write_feet(
+    swinging: int, aloft: int, plan: np.ndarray, before: np.ndarray, above: np.ndarray, remaining: float, tick: float,
+    feet: np.ndarray,
+) -> None:  # fmt: skip
+    """Position, velocity and acceleration of the left sole, then of the right one, (18,) [m, m/s, m/s²].
+
+    Args:
+        swinging: which foot swings, 0 left, 1 right, −1 none.
+        aloft: ticks since it has left the ground.
+        plan: where the left foot starts and ends this step, then the right one, (8,) [m].
+        before: `feet` of the tick before.
+        above: the swing foot's height and its derivatives, (3,).
+        remaining, tick: how long it swings on from there, and how far a tick leads [s].
+    """
+    for i in range(18):
+        feet[i] = 0.0
+    for foot in range(2):
+        for axis in range(2):
+            at = 9 * foot + axis
+            feet[at] = plan[4 * foot + axis]
+            if foot == swinging and aloft > 0:
+                place, velocity, acceleration = feet[at], 0.0, 0.0
+                if aloft > 1:
+                    place, velocity, acceleration = before[at], before[at + 3], before[at + 6]
+                end = plan[4 * foot + 2 + axis]
+                feet[at], feet[at + 3], feet[at + 6] = onward(place, velocity, acceleration, end, remaining, tick)
+        if foot == swinging and aloft > 0:
+            for derivative in range(3):
+                feet[9 * foot + 3 * derivative + 2] = above[derivative]
 
 
 @compiled

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import replace
 
 import numpy as np
 
@@ -158,7 +157,7 @@ class PeriodicMpc:
             plan = self._plan(tick, results, reason)
         if reason <= Reason.CROSS_SOLVED:
             return plan
-        return replace(plan, unmet=unmet(plan, [axis[phase] for axis in self.qps], thetas, reasons))
+        return plan._replace(unmet=unmet(plan, [axis[phase] for axis in self.qps], thetas, reasons))
 
     def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason) -> Plan:
         """What the solvers of both axes found."""
@@ -222,19 +221,20 @@ class PeriodicMpc:
         step, phase = self.gait.phase(tick)
         weight = self.gait.box_weight[phase]
         half = self.preview.steps(before).half
-        return _box(step - before, weight, stance, footholds, half, self.config.zmp_margin)
+        box = np.empty((2, 2))
+        _write_box(step - before, weight, stance, footholds, half, self.config.zmp_margin, box)
+        return box
 
 
 @compiled
-def _box(
-    place: int, weight: float, stance: np.ndarray, footholds: np.ndarray, half: np.ndarray, margin: float
-) -> np.ndarray:
+def _write_box(
+    place: int, weight: float, stance: np.ndarray, footholds: np.ndarray, half: np.ndarray, margin: float,
+    box: np.ndarray,
+) -> None:  # fmt: skip
     """The box on its way from the stance foot at `place` of [last, this, coming …] to the next one."""
-    box = np.empty((2, 2))
     for axis in range(2):
         start = stance[axis, place]
         end = stance[axis, 1] if place == 0 else footholds[axis, 0]
         centre = (1.0 - weight) * start + weight * end
         side = (1.0 - weight) * half[axis, place] + weight * half[axis, place + 1] + margin
         box[axis, 0], box[axis, 1] = centre - side, centre + side
-    return box

@@ -76,7 +76,7 @@ class DaqpQp:
         root = _root(hessian)
         self._to_limits = (gradient.arrays, own.arrays, root, compressed(_cleaned(rows.copy())))
         self._way_back = (root, compressed(W), hard, order)
-        self._optimum, self._limits = np.zeros(len(hard)), own.offset.copy()
+        self._optimum, self._product, self._limits = np.zeros(len(hard)), np.zeros(len(hard)), own.offset.copy()
         self._low, self._high = np.split(self._limits, 2)
 
         somewhere = np.random.default_rng(0).uniform(1.0, 2.0, own.parameters)
@@ -120,7 +120,7 @@ class DaqpQp:
     def _answer(self, theta: np.ndarray, least: float, flag: int, y: np.ndarray, multipliers: np.ndarray) -> QpResult:
         decisions, active = np.zeros(len(self.qp.P)), np.zeros(len(self.qp.A))
         cost = self.qp.constant(theta) + least
-        cost += write_decisions(*self._way_back, self._optimum, y, multipliers, decisions, active)
+        cost += write_decisions(*self._way_back, self._optimum, y, multipliers, decisions, active, self._product)
         if flag == _SOFTENED:
             slack = np.maximum(0.0, self._low[self._soft] - self._soft_rows @ y)
             decisions[self._slacks.columns] = slack

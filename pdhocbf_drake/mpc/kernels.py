@@ -74,9 +74,9 @@ def write_limits(
 @compiled
 def write_decisions(
     root: Sparse, back: Sparse, hard: np.ndarray, order: np.ndarray, optimum: np.ndarray, y: np.ndarray,
-    multipliers: np.ndarray, decisions: np.ndarray, active: np.ndarray,
+    multipliers: np.ndarray, decisions: np.ndarray, active: np.ndarray, product: np.ndarray,
 ) -> float:  # fmt: skip
-    """Fills in w = M⁻¹ (y° + y) and the flags of the rows; gives what y costs: ½ |Lᵀ y|²."""
+    """Fills in w = M⁻¹ (y° + y), the flags of the rows and Lᵀ y; gives what y costs: ½ |Lᵀ y|²."""
     starts, columns, values = back
     for i in range(len(hard)):
         total = 0.0
@@ -87,7 +87,8 @@ def write_decisions(
         if multipliers[row] != 0.0:
             active[order[row]] = 1.0 if multipliers[row] > 0.0 else -1.0
     starts, columns, values = root
-    product = np.zeros(len(y))
+    for i in range(len(product)):
+        product[i] = 0.0
     for i in range(len(y)):
         for k in range(starts[i], starts[i + 1]):
             product[columns[k]] += values[k] * y[i]

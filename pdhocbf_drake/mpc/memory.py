@@ -135,9 +135,11 @@ class Memory:
         gait, tick = mpc.gait, plan.tick
         self.plan = plan
         here, following = tick % mpc.vhip.period, (tick + 1) % mpc.vhip.period
-        self.state, self.com_reference, self.zmp_reference = _moved_on(
-            mpc.vhip.A[here], mpc.vhip.B[here], mpc.vhip.eta[following], state, plan.inputs
-        )
+        self.state, self.com_reference, self.zmp_reference = np.empty((2, 3)), np.empty(6), np.empty(4)
+        _move_on(
+            mpc.vhip.A[here], mpc.vhip.B[here], mpc.vhip.eta[following], state, plan.inputs,
+            self.state, self.com_reference, self.zmp_reference,
+        )  # fmt: skip
         footholds = plan.footholds
         boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
         self.zmp_box = boxes.zmp_box(tick + 1, self.stance, footholds).ravel()
@@ -221,11 +223,11 @@ def _carried_places(mpc: PeriodicMpc) -> list[slice]:
 
 
 @compiled
-def _moved_on(
-    A: np.ndarray, B: np.ndarray, eta: float, state: np.ndarray, inputs: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """[c, v, p] of both axes a tick later (23), then `com_reference` and `zmp_reference`."""
-    following, com, zmp = np.empty((2, 3)), np.empty(6), np.empty(4)
+def _move_on(
+    A: np.ndarray, B: np.ndarray, eta: float, state: np.ndarray, inputs: np.ndarray, following: np.ndarray,
+    com: np.ndarray, zmp: np.ndarray,
+) -> None:  # fmt: skip
+    """Writes [c, v, p] of both axes a tick later (23), then `com_reference` and `zmp_reference`."""
     for axis in range(2):
         for i in range(3):
             total = B[i] * inputs[axis, 0]
@@ -235,7 +237,6 @@ def _moved_on(
         c, v, p = following[axis, 0], following[axis, 1], following[axis, 2]
         com[3 * axis], com[3 * axis + 1], com[3 * axis + 2] = c, v, eta * (c - p)
         zmp[2 * axis], zmp[2 * axis + 1] = p, inputs[axis, 0]
-    return following, com, zmp
 
 
 def _centre(support: int, feet: np.ndarray) -> np.ndarray:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from pdhocbf_drake.mpc.solution import Reason
 
+_ALL_MET = np.zeros((2, 3))
+_ALL_MET.flags.writeable = False
 
-@dataclass(frozen=True)
-class Plan:
+
+class Plan(NamedTuple):
     """One tick's answer.
 
     Attributes:
@@ -36,7 +38,7 @@ class Plan:
     reason: Reason
     fallbacks: int
     recovering: bool = False
-    unmet: np.ndarray = field(default_factory=lambda: np.zeros((2, 3)))
+    unmet: np.ndarray = _ALL_MET
 
     @property
     def slack(self) -> float:
@@ -46,4 +48,4 @@ class Plan:
     def of_disturbed(self, why: Reason) -> Plan:
         """The same as the plan of a disturbed walk, for the reason `why`, unless its own one is worse."""
         eased = self.reason in (Reason.SOLVED, Reason.SOFTENED)
-        return replace(self, recovering=True, reason=why if eased else self.reason)
+        return self._replace(recovering=True, reason=why if eased else self.reason)

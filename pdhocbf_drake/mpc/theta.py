@@ -17,6 +17,7 @@ from pdhocbf_drake.mpc.terminal_set import RELAXED
 from pdhocbf_drake.templates.divergent import DivergentComponent
 
 _NONE = np.zeros(0)
+_NO_ROW = np.zeros(3)
 
 
 class Theta:
@@ -70,8 +71,9 @@ class Theta:
         of_step, centre = self._of_step(axis, step)
         correction = self._config.path_correction[axis]
         towards = here + min(max(centre - here, -correction), correction)
-        tail, shift = self._tail(axis, tick, state), _NONE if offset is None else offset
-        theta = _filled(of_step, self._starts[axis], self._footholds, state, stance, towards, tail, shift)
+        (row, tail), shift = self._tail(axis, tick), _NONE if offset is None else offset
+        theta = of_step.copy()
+        _fill(theta, self._starts[axis], self._footholds, state, stance, towards, row, tail, shift)
         if plan is not None and plan.tick // self._gait.period == step:
             self._hold_landing(theta, place, phase, plan.footholds[axis, 0] - here)
         for name in self._names[axis]:
@@ -105,29 +107,29 @@ class Theta:
         theta[place["half"]] = ahead.half[axis]
         return theta, float(ahead.centre[axis])
 
-    def _tail(self, axis: int, tick: int, state: np.ndarray) -> float:
+    def _tail(self, axis: int, tick: int) -> tuple[np.ndarray, float]:
+        """The tail as a row for the state, and a constant [m]."""
         if self._config.tail == "truncated":
-            return 0.0
+            return _NO_ROW, 0.0
         if self._config.tail == "periodic" and self.preview.repeats(tick):
-            return float(self._periodic_tail[tick % self._gait.period] @ state)
-        return float(self.preview.anticipative_tail(tick)[axis])
+            return self._periodic_tail[tick % self._gait.period], 0.0
+        return _NO_ROW, float(self.preview.anticipative_tail(tick)[axis])
 
 
 @compiled
-def _filled(
-    of_step: np.ndarray, starts: tuple[int, int, int, int, int], footholds: int, state: np.ndarray,
-    stance: np.ndarray, towards: float, tail: float, offset: np.ndarray,
-) -> np.ndarray:  # fmt: skip
-    """What holds all through the step, with what this tick adds at the `starts` of its parts."""
-    theta = of_step.copy()
+def _fill(
+    theta: np.ndarray, starts: tuple[int, int, int, int, int], footholds: int, state: np.ndarray,
+    stance: np.ndarray, towards: float, row: np.ndarray, tail: float, offset: np.ndarray,
+) -> None:  # fmt: skip
+    """Adds what this tick brings, at the `starts` of its parts, to what holds all through the step."""
     at_state, at_stance, at_target, at_tail, at_offset = starts
+    theta[at_tail] = tail
     for i in range(3):
         theta[at_state + i] = state[i]
+        theta[at_tail] += row[i] * state[i]
     for i in range(2):
         theta[at_stance + i] = stance[i]
     for i in range(footholds):
         theta[at_target + i] += towards
-    theta[at_tail] = tail
     for i in range(len(offset)):
         theta[at_offset + i] = offset[i]
-    return theta

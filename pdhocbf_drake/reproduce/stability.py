@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -106,7 +105,7 @@ def attempt(walk: Walk, memory: Memory, first: int, ticks: int, rows: Rows) -> A
         plans = np.stack(found)
         if memory.plan is None:
             raise RuntimeError("the attempt begins in the middle of a walk")
-        plan = replace(memory.plan, tick=k, inputs=plans[:, :horizon], footholds=plans[:, horizon:])
+        plan = memory.plan._replace(tick=k, inputs=plans[:, :horizon], footholds=plans[:, horizon:])
         speed.append(memory.state[0, 1])
         inputs.append(plan.inputs[0, 0])
         memory.advance(mpc, memory.state, plan)

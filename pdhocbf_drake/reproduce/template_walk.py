@@ -7,7 +7,7 @@ thousands of short walks that begin in the middle of a step.
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +91,7 @@ def run_template(
             # The same problem less the barrier: the last plan's footholds, but an active set of its own.
             if active is None:
                 active = without.solve(k, state, memory.stance, {}).active
-            last = None if memory.plan is None else replace(memory.plan, active=active)
+            last = None if memory.plan is None else memory.plan._replace(active=active)
             free = without.solve(k, state, memory.stance, {}, None, last)
             active = free.active
             action[i] = abs(plan.inputs[0, 0] - free.inputs[0, 0])

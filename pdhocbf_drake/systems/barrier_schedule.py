@@ -8,9 +8,10 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from pdhocbf_drake.barriers import AffineBarrier
+from pdhocbf_drake.systems.unbundled import Unbundled
 
 
-class BarrierSchedule(LeafSystem):
+class BarrierSchedule(Unbundled):
     """Plays the periodic bounds V̄(k) of velocity barriers to the controller.
 
     Input ports:
@@ -29,27 +30,36 @@ class BarrierSchedule(LeafSystem):
     def __init__(
         self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int
     ) -> None:
+        count = len(barriers)
+        schedule = _BarrierSchedule(axes, barriers, ticks_per_step, horizon)
+        super().__init__(schedule, {"velocity_bound": count * (horizon + 1), "h": count})
+
+
+class _BarrierSchedule(LeafSystem):
+    """`BarrierSchedule` with one output."""
+
+    def __init__(
+        self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int
+    ) -> None:
         super().__init__()
-        self._axes, self._barriers = tuple(axes), tuple(barriers)
+        self._barriers = tuple(barriers)
         self._n, self._count = ticks_per_step, horizon + 1
         # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
         self._samples = [b.bound.samples(0, b.bound.period + self._count) for b in self._barriers]
+        self._signs = np.array([float(b.sign) for b in self._barriers])
+        self._normals = np.zeros((len(self._barriers), 2, 3))  # on lip_state
+        for normals, axis, barrier in zip(self._normals, axes, self._barriers, strict=True):
+            normals[axis] = barrier.normal
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._lip = self.DeclareVectorInputPort("lip_state", 6)
-        count, phase = len(self._barriers), self._phase.ticket()
-        self.DeclareVectorOutputPort("velocity_bound", count * (horizon + 1), self._bounds, {phase})
-        self.DeclareVectorOutputPort("h", count, self._h, {phase, self._lip.ticket()})
+        size, changes = len(self._barriers) * (horizon + 2), {self._phase.ticket(), self._lip.ticket()}
+        self.DeclareVectorOutputPort("bounds_and_h", size, self._calc, changes)
 
-    def _tick(self, context: Context) -> int:
-        tick, step, _ = self._phase.Eval(context).tolist()
-        return round(step * self._n + tick)
-
-    def _bounds(self, context: Context, output: BasicVector) -> None:
-        tick, count = self._tick(context), self._count
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        phase, step, _ = self._phase.Eval(context).tolist()
+        tick, count = round(step * self._n + phase), self._count
         starts = [tick % barrier.bound.period for barrier in self._barriers]
-        pieces = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
-        output.SetFromVector(pieces[0] if len(pieces) == 1 else np.concatenate(pieces))
-
-    def _h(self, context: Context, output: BasicVector) -> None:
-        tick, state = self._tick(context), self._lip.Eval(context).reshape(2, 3)
-        output.SetFromVector([b.h(tick, state[axis]) for axis, b in zip(self._axes, self._barriers, strict=True)])
+        bounds = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
+        now = np.array([part[0] for part in bounds])
+        h = self._signs * (now - self._normals.reshape(-1, 6) @ self._lip.Eval(context))
+        output.SetFromVector(np.concatenate([*bounds, h]))

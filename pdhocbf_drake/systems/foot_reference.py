@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.gait import Gait, swing_onward, swing_point
-
-_REST = np.zeros(2)
+from pdhocbf_drake.gait import Gait, swing_point
+from pdhocbf_drake.gait.swing import write_feet
 
 
 class FootReference(LeafSystem):
@@ -47,17 +46,9 @@ class FootReference(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, _, support = self._phase.Eval(context).tolist()
-        plan = self._plan.Eval(context).reshape(2, 2, 2)
-        feet = np.zeros((2, 3, 3))  # foot, derivative, axis
-        feet[:, 0, :2] = plan[:, 0]
         aloft = round(tick) - self._lifted  # ticks since the foot has left the ground
-        if support and aloft > 0:
-            swinging = 1 if support > 0 else 0
-            foot, (start, end) = feet[swinging], plan[swinging]
-            if aloft == 1:
-                now = np.array([start, _REST, _REST])
-            else:
-                now = context.get_discrete_state_vector().value().reshape(2, 3, 3)[swinging, :, :2]
-            foot[:, :2] = swing_onward(now, end, self._duration - (aloft - 1) * self._tick, self._tick)
-            foot[:, 2] = self._above[round(tick)]
-        output.SetFromVector(feet.ravel())
+        swinging = -1 if not support else 1 if support > 0 else 0
+        before, feet = context.get_discrete_state_vector().value(), np.empty(18)
+        remaining, above = self._duration - (aloft - 1) * self._tick, self._above[round(tick)]
+        write_feet(swinging, aloft, self._plan.Eval(context), before, above, remaining, self._tick, feet)
+        output.SetFromVector(feet)

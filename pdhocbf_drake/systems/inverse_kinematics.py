@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.biped import (
     Biped,
@@ -17,20 +14,14 @@ from pdhocbf_drake.biped import (
     zmp_of_wrenches,
 )
 from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.systems.unbundled import Unbundled
 
 _SWINGING: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the foot that stands
 _STILL = np.zeros(54)
+_PARTS = {"desired_state": 24, "feedforward": 12, "whole_body_zmp": 2, "ik_status": 3, "motion": 73}
 
 
-class _Answer(NamedTuple):
-    motion: np.ndarray
-    desired: np.ndarray
-    feedforward: np.ndarray
-    zmp: tuple[float, float]
-    status: np.ndarray
-
-
-class InverseKinematics(LeafSystem):
+class InverseKinematics(Unbundled):
     """Whole-body inverse kinematics and inverse dynamics of the plan, solved once a tick.
 
     The outputs are functions of the inputs, which change once a tick, and of the last tick's motion, which is this
@@ -45,7 +36,15 @@ class InverseKinematics(LeafSystem):
         feedforward (12): torques of the planned motion [N m].
         whole_body_zmp (2): where the planned motion of all links puts the ZMP [m].
         ik_status (3): met (1 or 0), greatest error [m, rad], iterations.
+        motion (73): this block's next state.
     """
+
+    def __init__(self, biped: Biped, initial: np.ndarray, tick: float) -> None:
+        super().__init__(_InverseKinematics(biped, initial, tick), _PARTS)
+
+
+class _InverseKinematics(LeafSystem):
+    """`InverseKinematics` with one output."""
 
     def __init__(self, biped: Biped, initial: np.ndarray, tick: float) -> None:
         super().__init__()
@@ -59,23 +58,10 @@ class InverseKinematics(LeafSystem):
         self.DeclareDiscreteState(np.concatenate([initial, _STILL]))
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._remember)
         changes = {self.xd_ticket(), *(port.ticket() for port in ports)}
-        producer = ValueProducer(allocate=lambda: AbstractValue.Make(None), calc=self._solve)
-        self._answer = self.DeclareCacheEntry("answer", producer, changes)
-        entry = {self._answer.ticket()}
-        self.DeclareVectorOutputPort("desired_state", 24, self._copy("desired"), entry)
-        self.DeclareVectorOutputPort("feedforward", 12, self._copy("feedforward"), entry)
-        self.DeclareVectorOutputPort("whole_body_zmp", 2, self._copy("zmp"), entry)
-        self.DeclareVectorOutputPort("ik_status", 3, self._copy("status"), entry)
-
-    def _evaluated(self, context: Context) -> _Answer:
-        answer: _Answer = self._answer.Eval(context)
-        return answer
-
-    def _copy(self, part: str):  # type: ignore[no-untyped-def]
-        return lambda context, output: output.SetFromVector(getattr(self._evaluated(context), part))
+        self._answer = self.DeclareVectorOutputPort("answer", sum(_PARTS.values()), self._calc, changes)
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value(self._evaluated(context).motion)
+        values.set_value(self._answer.Eval(context)[-_PARTS["motion"] :])
 
     def _swing_foot(self, context: Context) -> Side | None:
         """The foot that leaves the ground in this step, where that is known."""
@@ -83,14 +69,14 @@ class InverseKinematics(LeafSystem):
             return None
         return _SWINGING.get(self._phase.Eval(context)[2])
 
-    def _solve(self, context: Context, value: AbstractValue) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state_vector().value()
         last, way, wanted = state[:19], np.empty(18), np.zeros((3, 18))
         _write_way(state, self._period, way)
         _write_wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context), wanted)
         seed = self._ik.task_space.moved(last, way)
-        motion = self._ik.level_motion(wanted, seed, self._swing_foot(context))
-        q, found = motion.q, motion.ik
+        moving = self._ik.level_motion(wanted, seed, self._swing_foot(context))
+        q, found = moving.q, moving.ik
         # In the air a foot carries nothing; on both feet the ZMP says which share each one carries.
         left, right = wanted[0, 6:9], wanted[0, 12:15]
         if left[2] > 0.0:
@@ -99,18 +85,13 @@ class InverseKinematics(LeafSystem):
             share = 1.0
         else:
             share = left_share_of_zmp(self._zmp.Eval(context)[::2], left, right)
-        torque = self._dynamics(q, motion.v, motion.vdot, share)
+        torque = self._dynamics(q, moving.v, moving.vdot, share)
         targets = np.empty(24)
         _write_targets(q, last, self._joints, self._period, targets)
-        value.set_value(
-            _Answer(
-                np.concatenate([q, motion.v, motion.vdot, state[37:55]] if found.ok else [q, _STILL]),
-                targets,
-                torque.tau,
-                zmp_of_wrenches(torque.left, left, torque.right, right),
-                np.array([found.ok, min(found.error, 1e3), found.iterations]),
-            )
-        )
+        zmp = zmp_of_wrenches(torque.left, left, torque.right, right)
+        status = found.ok, min(found.error, 1e3), found.iterations
+        motion = (q, moving.v, moving.vdot, state[37:55]) if found.ok else (q, _STILL)
+        output.SetFromVector(np.concatenate([targets, torque.tau, zmp, status, *motion]))
 
 
 @compiled

@@ -12,9 +12,10 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import OUTPUTS, Memory
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.mpc.supervisor import believed_state, supervise
+from pdhocbf_drake.systems.unbundled import Unbundled
 
 
-class MpcController(LeafSystem):
+class MpcController(Unbundled):
     """Solves (36) at every tick kδ; its outputs are then what is planned for tick k + 1.
 
     All it remembers (the last plan, the feet on the ground, the active sets) is discrete state, laid out by
@@ -29,6 +30,7 @@ class MpcController(LeafSystem):
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
         barrier_slack (n_b), unmet (6): as in `simulation.signals`; they tell of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
+        carried: what the next update needs.
 
     Attributes:
         mpc: the compiled problem.
@@ -48,6 +50,24 @@ class MpcController(LeafSystem):
         barriers: Sequence[tuple[int, str]],
         latency: float = 0.0,
     ) -> None:
+        sizes = Memory.sizes(mpc)
+        parts = {name: sizes.pop(name) for name in (*OUTPUTS, "last_step")}
+        parts["carried"] = sum(sizes.values())
+        super().__init__(_MpcController(mpc, initial, feet, barriers, latency), parts)
+        self.mpc = mpc
+
+
+class _MpcController(LeafSystem):
+    """`MpcController` with one output, which is its state."""
+
+    def __init__(
+        self,
+        mpc: PeriodicMpc,
+        initial: np.ndarray,
+        feet: np.ndarray,
+        barriers: Sequence[tuple[int, str]],
+        latency: float,
+    ) -> None:
         super().__init__()
         self._latency = latency
         self.mpc, self._names = mpc, [name for _, name in barriers]
@@ -60,18 +80,14 @@ class MpcController(LeafSystem):
             self._bounds = self.DeclareVectorInputPort("velocity_bound", len(barriers) * (horizon + 1))
         self._offset = self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
         self._feet = self.DeclareVectorInputPort("foot_state", 12)
-        # One group of the state for each output, so that Drake's own code shows it, and one for all that is carried.
-        first, layout = Memory.at_start(mpc, initial, feet).pack(mpc), Memory.layout(mpc)
-        self._places = [layout[name] for name in (*OUTPUTS, "last_step")]
-        for name, place in zip((*OUTPUTS, "last_step"), self._places, strict=True):
-            self.DeclareStateOutputPort(name, self.DeclareDiscreteState(first[place]))
-        self._places.append(slice(layout["last_step"].start, len(first)))
-        self._carried = self.DeclareDiscreteState(first[self._places[-1]])
+        self._carried = slice(Memory.layout(mpc)["last_step"].start, None)
+        state = self.DeclareDiscreteState(Memory.at_start(mpc, initial, feet).pack(mpc))
+        self.DeclareStateOutputPort("memory", state)
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
-        memory = Memory.carried(self.mpc, context.get_discrete_state(self._carried).value())
+        memory = Memory.carried(self.mpc, context.get_discrete_state_vector().value()[self._carried])
         mpc = self.mpc if memory.last_step < 0 else self.mpc.ending_at(round(memory.last_step))
         phase, step, _ = self._phase.Eval(context).tolist()
         tick = round(step * mpc.gait.period + phase)
@@ -95,6 +111,4 @@ class MpcController(LeafSystem):
         elapsed = time.perf_counter() - started
         memory.solver_status = np.array([solved, elapsed, cost, plan.slack, plan.fallbacks, reason])
         memory.barrier_slack, memory.unmet = plan.slacks[self._columns], plan.unmet.ravel()
-        packed = memory.pack(self.mpc)
-        for i, place in enumerate(self._places):
-            values.set_value(i, packed[place])
+        values.set_value(memory.pack(self.mpc))
