@@ -176,7 +176,7 @@ def test_a_guess_of_dependent_rows_changes_no_answer(found):
     state = np.array([found.orbit[axis, 3] for axis in (0, 1)])
     stance = np.array([[-0.15, 0.0], [0.16, 0.0]])
     cold = mpc.solve(43, state, stance, {})
-    guess = cold.__class__(**{**vars(cold), "tick": 42, "active": tuple(np.ones(count) for count in mpc.rows)})
+    guess = cold._replace(tick=42, active=tuple(np.ones(count) for count in mpc.rows))
     warm = mpc.solve(43, state, stance, {}, None, guess)
     assert np.all(np.isfinite(warm.inputs)) and warm.inputs == pytest.approx(cold.inputs, abs=1e-6)
 

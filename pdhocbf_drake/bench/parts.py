@@ -58,7 +58,7 @@ def _axis(solver: DaqpQp, walk: Walk, given: Tick, axis: int) -> np.ndarray:
     times.append(clock())
     y, _, flag, info = solver._model.solve()
     times.append(clock())
-    solver._answer(parameters, least, flag, y, info["lam"])
+    solver._answer(least, flag, y, info["lam"])
     times.append(clock())
     spent = np.diff(times)
     core = info["solve_time"]

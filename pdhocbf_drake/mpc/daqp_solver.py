@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import daqp
@@ -11,7 +10,7 @@ import numpy as np
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.affine_map import AffineMap, compressed
 from pdhocbf_drake.mpc.compiled import ParametricQp
-from pdhocbf_drake.mpc.kernels import Sparse, write_decisions, write_limits, write_senses
+from pdhocbf_drake.mpc.kernels import Sparse, is_finite, write_decisions, write_limits, write_senses
 from pdhocbf_drake.mpc.slacks import Slacks, find_slacks
 from pdhocbf_drake.mpc.solution import QpResult
 
@@ -74,7 +73,7 @@ class DaqpQp:
         lower, upper = qp.lower.rows(order), qp.upper.rows(order)
         own = lower.above(upper)
         root = _root(hessian)
-        self._to_limits = (gradient.arrays, own.arrays, root, compressed(_cleaned(rows.copy())))
+        self._to_limits = (gradient.arrays, own.arrays, root, compressed(_cleaned(rows.copy())), qp.constant.arrays)
         self._way_back = (root, compressed(W), hard, order)
         self._optimum, self._product, self._limits = np.zeros(len(hard)), np.zeros(len(hard)), own.offset.copy()
         self._low, self._high = np.split(self._limits, 2)
@@ -111,16 +110,15 @@ class DaqpQp:
         flag, y, multipliers = self._run(self._cold if guess is None else self._guessed(guess))
         if flag < 0 and guess is not None:  # a guess must never change the answer
             flag, y, multipliers = self._run(self._cold)
-        return self._answer(theta, least, flag, y, multipliers)
+        return self._answer(least, flag, y, multipliers)
 
     def prepare(self, theta: np.ndarray) -> float:
-        """Works out y° and the limits on y at θ; gives what the cost is at w°, less its constant part."""
+        """Works out y° and the limits on y at θ; gives what the cost is at w°."""
         return float(write_limits(*self._to_limits, theta, self._optimum, self._limits))
 
-    def _answer(self, theta: np.ndarray, least: float, flag: int, y: np.ndarray, multipliers: np.ndarray) -> QpResult:
+    def _answer(self, least: float, flag: int, y: np.ndarray, multipliers: np.ndarray) -> QpResult:
         decisions, active = np.zeros(len(self.qp.P)), np.zeros(len(self.qp.A))
-        cost = self.qp.constant(theta) + least
-        cost += write_decisions(*self._way_back, self._optimum, y, multipliers, decisions, active, self._product)
+        cost = least + write_decisions(*self._way_back, self._optimum, y, multipliers, decisions, active, self._product)
         if flag == _SOFTENED:
             slack = np.maximum(0.0, self._low[self._soft] - self._soft_rows @ y)
             decisions[self._slacks.columns] = slack
@@ -139,7 +137,7 @@ class DaqpQp:
             return flag, np.zeros(len(self._optimum)), np.zeros(len(sense))
         y, _, flag, info = self._model.solve()
         self.core_seconds, self.iterations = info["solve_time"], info["iterations"]
-        if flag > 0 and not math.isfinite(y.sum()):
+        if flag > 0 and not is_finite(y):
             # DAQP calls this optimal: its guess held rows that depend on each other.
             return _DEPENDENT, np.zeros(len(y)), np.zeros(len(sense))
         return flag, y, info["lam"]

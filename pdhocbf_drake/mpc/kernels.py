@@ -15,6 +15,10 @@ Affine: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """An affine map: its offset, then its matrix as in `Sparse`."""
 
 
+Quadratic: TypeAlias = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""A `QuadraticForm`: its constant, the parameters that show, and the affine map to half their slopes."""
+
+
 @compiled
 def write_affine(
     offset: np.ndarray, starts: np.ndarray, columns: np.ndarray, values: np.ndarray, theta: np.ndarray, out: np.ndarray
@@ -25,6 +29,28 @@ def write_affine(
         for k in range(starts[row], starts[row + 1]):
             total += values[k] * theta[columns[k]]
         out[row] = total
+
+
+@compiled
+def quadratic(form: Quadratic, theta: np.ndarray) -> float:
+    """c + Σ θ_i (r_i + ½ Σ R_ij θ_j) over the parameters i that show."""
+    constant, used, vector, starts, columns, values = form
+    total = constant
+    for i in range(len(used)):
+        slope = vector[i]
+        for k in range(starts[i], starts[i + 1]):
+            slope += values[k] * theta[columns[k]]
+        total += theta[used[i]] * slope
+    return total
+
+
+@compiled
+def is_finite(vector: np.ndarray) -> bool:
+    """Whether every entry is a finite number."""
+    total = 0.0
+    for value in vector:
+        total += value - value  # NaN where it is not
+    return total == 0.0
 
 
 @compiled
@@ -39,13 +65,15 @@ def write_senses(guess: np.ndarray, source: np.ndarray, cold: np.ndarray, out: n
 
 @compiled
 def write_limits(
-    gradient: Affine, own: Affine, root: Sparse, rows: Sparse, theta: np.ndarray, optimum: np.ndarray,
-    limits: np.ndarray,
+    gradient: Affine, own: Affine, root: Sparse, rows: Sparse, unchanged: Quadratic, theta: np.ndarray,
+    optimum: np.ndarray, limits: np.ndarray,
 ) -> float:  # fmt: skip
-    """y° = −(L Lᵀ)⁻¹ g(θ), and the rows' own bounds less what the rows are at y°; gives −½ |L⁻¹ g|²."""
+    """y° = −(L Lᵀ)⁻¹ g(θ), and the rows' own bounds less what the rows are at y°; gives the cost −½ |L⁻¹ g|² at w°,
+    and its part that no decision changes.
+    """
     starts, columns, values = root
     write_affine(gradient[0], gradient[1], gradient[2], gradient[3], theta, optimum)
-    least, n, m = 0.0, len(optimum), len(limits) // 2
+    least, n, m = quadratic(unchanged, theta), len(optimum), len(limits) // 2
     for i in range(n):
         last = starts[i + 1] - 1  # the diagonal
         total = -optimum[i]

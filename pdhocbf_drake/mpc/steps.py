@@ -64,11 +64,9 @@ class StepPreview:
         half = np.array([s.half for s in seen]).T - config.zmp_margin
         return StepParameters(moves, lower, upper, half, centres[:, 1])
 
-    def repeats(self, tick: int) -> bool:
-        """True where this tick and the one a horizon later both lie in the walk proper, so that a gait repeats."""
-        gait = self._gait
-        first, last = tick // gait.period, (tick + self._config.horizon) // gait.period
-        return not gait.is_standing(first) and not gait.is_standing(last)
+    def repeats(self, step: int) -> bool:
+        """True where this step and the one a horizon later both lie in the walk proper, so that a gait repeats."""
+        return not self._gait.is_standing(step) and not self._gait.is_standing(step + self._count)
 
     def anticipative_tail(self, tick: int) -> np.ndarray:
         """Π λ⁻¹ e_{k+H} for a ZMP that follows the box centre beyond the horizon, per axis, shape (2,) [m]."""

@@ -68,11 +68,15 @@ class Theta:
             raise ValueError(f"state, stance and offset of an axis must have shapes {self._shapes}, given {shapes}")
         step, phase = self._gait.phase(tick)
         place, here = self.layouts[axis].places, float(stance[1])
-        of_step, centre = self._of_step(axis, step)
+        of_step, centre, repeats = self._of_step(axis, step)
         correction = self._config.path_correction[axis]
         towards = here + min(max(centre - here, -correction), correction)
-        (row, tail), shift = self._tail(axis, tick), _NONE if offset is None else offset
-        theta = of_step.copy()
+        row, tail = _NO_ROW, 0.0
+        if repeats and self._config.tail == "periodic":
+            row = self._periodic_tail[phase]
+        elif self._config.tail != "truncated":
+            tail = float(self.preview.anticipative_tail(tick)[axis])
+        theta, shift = of_step.copy(), _NONE if offset is None else offset
         _fill(theta, self._starts[axis], self._footholds, state, stance, towards, row, tail, shift)
         if plan is not None and plan.tick // self._gait.period == step:
             self._hold_landing(theta, place, phase, plan.footholds[axis, 0] - here)
@@ -81,7 +85,7 @@ class Theta:
         if self._ends[axis]:
             # Where the plan ends: H is a multiple of two steps, so at a step of the same parity.
             count = self._ends[axis]
-            in_force = (np.arange(count) == step % count) & self.preview.repeats(tick)
+            in_force = (np.arange(count) == step % count) & repeats
             theta[place["terminal"]] = np.where(in_force, 0.0, RELAXED)
         return theta
 
@@ -97,23 +101,17 @@ class Theta:
             theta[low] = min(max(theta[low], planned - room), theta[high])
             theta[high] = max(min(theta[high], planned + room), theta[low])
 
-    def _step_parameters(self, axis: int, step: int) -> tuple[np.ndarray, float]:
-        """The part of θ that holds all through a step (targets as seen from the stance, else zeros), and its centre."""
+    def _step_parameters(self, axis: int, step: int) -> tuple[np.ndarray, float, bool]:
+        """What holds all through a step: its part of θ (targets as seen from the stance, else zeros), its centre, and
+        whether a gait repeats over the horizon.
+        """
         ahead, place = self.preview.steps(step), self.layouts[axis].places
         theta = np.zeros(self.layouts[axis].size)
         theta[place["target"]] = np.cumsum(ahead.moves[axis])
         theta[place["step_lower"]] = ahead.lower[axis]
         theta[place["step_upper"]] = ahead.upper[axis]
         theta[place["half"]] = ahead.half[axis]
-        return theta, float(ahead.centre[axis])
-
-    def _tail(self, axis: int, tick: int) -> tuple[np.ndarray, float]:
-        """The tail as a row for the state, and a constant [m]."""
-        if self._config.tail == "truncated":
-            return _NO_ROW, 0.0
-        if self._config.tail == "periodic" and self.preview.repeats(tick):
-            return self._periodic_tail[tick % self._gait.period], 0.0
-        return _NO_ROW, float(self.preview.anticipative_tail(tick)[axis])
+        return theta, float(ahead.centre[axis]), self.preview.repeats(step)
 
 
 @compiled

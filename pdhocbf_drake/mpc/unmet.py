@@ -70,4 +70,4 @@ def slack_starts(barriers: Sequence[AffineBarrier], vhip: Vhip, horizon: int) ->
 
 def slack_by_barrier(slacks: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """The largest slack of each barrier [m/s]; a hard program has no slacks, so 0."""
-    return np.maximum.reduceat(slacks, starts) if len(slacks) else np.zeros(len(starts))
+    return np.maximum.reduceat(slacks, starts) if len(slacks) and slacks.any() else np.zeros(len(starts))

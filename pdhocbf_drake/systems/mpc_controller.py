@@ -109,6 +109,6 @@ class _MpcController(LeafSystem):
         solved = float(plan.reason.planned)
         cost = plan.cost if solved else 0.0
         elapsed = time.perf_counter() - started
-        memory.solver_status = np.array([solved, elapsed, cost, plan.slack, plan.fallbacks, reason])
+        memory.solver_status = np.array([solved, elapsed, cost, plan.slack, float(plan.fallbacks), float(reason)])
         memory.barrier_slack, memory.unmet = plan.slacks[self._columns], plan.unmet.ravel()
         values.set_value(memory.pack(self.mpc))
