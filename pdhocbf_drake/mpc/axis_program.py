@@ -107,12 +107,10 @@ def axis_program(
     part = {name: theta[place] for name, place in parameters.places.items()}
     feet = np.concatenate([part["stance"], f])
 
-    prog.AddQuadraticCost(2.0 * np.eye(horizon), np.zeros(horizon), u).evaluator().set_description("zmp_velocity")
+    _price(prog, 2.0 * np.eye(horizon), u, "zmp_velocity")
     eye = np.eye(n_f)
-    foothold_cost = 2.0 * config.foothold_weight * np.block([[eye, -eye], [-eye, eye]])
-    prog.AddQuadraticCost(
-        foothold_cost, np.zeros(2 * n_f), np.concatenate([f, part["target"]])
-    ).evaluator().set_description("foothold")
+    missed = np.hstack([eye, -eye])
+    _price(prog, 2.0 * config.foothold_weight * missed.T @ missed, np.concatenate([f, part["target"]]), "foothold")
 
     phi, gamma = vhip.prediction(phase, horizon)
     weights = box_weights(gait, phase, horizon, n_f)
@@ -120,8 +118,7 @@ def axis_program(
         rows = np.hstack([gamma[1:, 2], phi[1:, 2], -weights, np.eye(horizon)])
         hessian = 2.0 * config.zmp_centre_weight * rows.T @ rows
         variables = np.concatenate([u, part["state"], feet, part["offset"]])
-        centre = prog.AddQuadraticCost(hessian, np.zeros(len(hessian)), variables, True)
-        centre.evaluator().set_description("zmp_centre")
+        _price(prog, hessian, variables, "zmp_centre")
     for side, sign in (("lower", 1.0), ("upper", -1.0)):
         # ± (p_{k+i} + offset_i − S_i feet) + S_i half ≥ 0
         rows = np.hstack([sign * gamma[1:, 2], sign * phi[1:, 2], -sign * weights, weights, sign * np.eye(horizon)])
@@ -136,8 +133,7 @@ def axis_program(
         _constrain(prog, LinearEqualityConstraint(row[None], np.zeros(1)), on, "stability")
     else:
         weight = MISSED_TAIL if elastic else config.tail_weight
-        price = prog.AddQuadraticCost(2.0 * weight * np.outer(row, row), np.zeros(len(row)), on, True)
-        price.evaluator().set_description("stability")
+        _price(prog, 2.0 * weight * np.outer(row, row), on, "stability")
 
     slacks = []
     for barrier in barriers:
@@ -154,8 +150,7 @@ def axis_program(
         _at_least_zero(prog, rows, variables, f"barrier {barrier.name}", -psi.constant[keep])
         if soft:
             linear, quadratic = config.slack_weight
-            price = prog.AddQuadraticCost(2.0 * quadratic * np.eye(count), np.full(count, linear), slack)
-            price.evaluator().set_description("slack")
+            _price(prog, 2.0 * quadratic * np.eye(count), slack, "slack", np.full(count, linear))
             _at_least_zero(prog, np.eye(count), slack, "slack")
     if terminal is not None and not elastic:
         for step in range(steps_in_period):
@@ -178,6 +173,14 @@ def _add_terminal_rows(
     relaxed = part["terminal"][step : step + 1]
     vector = np.concatenate([u, part["state"], feet[-2:], relaxed])
     _at_least_zero(prog, np.hstack([-lhs, np.ones((len(rows), 1))]), vector, "terminal set", -bounds)
+
+
+def _price(
+    prog: MathematicalProgram, hessian: np.ndarray, variables: np.ndarray, name: str, linear: np.ndarray | None = None
+) -> None:
+    """A cost that is convex as it is written, which Drake need not find out."""
+    slope = np.zeros(len(hessian)) if linear is None else linear
+    prog.AddQuadraticCost(hessian, slope, variables, True).evaluator().set_description(name)
 
 
 def _at_least_zero(

@@ -10,9 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from pydrake.solvers import Binding, LinearConstraint, LinearCost, MathematicalProgram, QuadraticCost
+from pydrake.solvers import (
+    Binding,
+    GetProgramType,
+    LinearConstraint,
+    LinearCost,
+    MathematicalProgram,
+    ProgramType,
+    QuadraticCost,
+)
 from pydrake.symbolic import Variable
 
 from pdhocbf_drake.errors import InputError
@@ -59,10 +68,8 @@ def compile_program(
             in the decisions; its description is named. Or a decision is not continuous.
     """
     n, size = len(decisions), len(decisions) + len(parameters)
-    continuous = Variable.Type.CONTINUOUS
-    for variable in decisions:
-        if variable.get_type() != continuous:
-            raise InputError(f"decision {variable}: only continuous variables can be compiled")
+    if GetProgramType(prog) not in (ProgramType.kLP, ProgramType.kQP):
+        _check_continuous(decisions)
     place = np.full(prog.num_vars(), -1)
     place[prog.FindDecisionVariableIndices([*decisions, *parameters])] = np.arange(size)
 
@@ -106,6 +113,12 @@ def compile_program(
     linear = AffineMap(gradient[:n], hessian[:n, n:])
     value = QuadraticForm(hessian[n:, n:], gradient[n:], constant)
     return ParametricQp(hessian[:n, :n].copy(), A, linear, lower, upper, tuple(names), value)
+
+
+def _check_continuous(decisions: Sequence[Variable] | np.ndarray) -> None:
+    for variable in decisions:
+        if variable.get_type() != Variable.Type.CONTINUOUS:
+            raise InputError(f"decision {variable}: only continuous variables can be compiled")
 
 
 def _places(prog: MathematicalProgram, binding: Binding, place: np.ndarray) -> np.ndarray:
@@ -190,8 +203,7 @@ def _equal_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """For each row the first one that equals it or its opposite, and whether it is the opposite."""
     # Equal rows have equal sums and opposite ones opposite sums, to the last bit, whatever the weights: `einsum` adds
     # up each row in the same order, where a matrix product need not.
-    weights = np.random.default_rng(0).uniform(1.0, 2.0, rows.shape[1])
-    sums = np.einsum("ij,j->i", rows, weights)
+    sums = np.einsum("ij,j->i", rows, somewhere(rows.shape[1]))
     _, first, inverse = np.unique(np.abs(sums), return_index=True, return_inverse=True)
     group = first[inverse]
     others = np.flatnonzero(group != np.arange(len(rows)))
@@ -208,3 +220,9 @@ def _bound(values: np.ndarray, rows: np.ndarray, n: int, of: np.ndarray, none: f
     matrix = -rows[of, n:]
     matrix[of < 0] = 0.0
     return AffineMap(np.append(values, none)[of], matrix)
+
+
+@lru_cache(maxsize=16)
+def somewhere(count: int) -> np.ndarray:
+    """A point (count,) where two linear functions that differ are not equal by chance; do not write into it."""
+    return np.random.default_rng(0).uniform(1.0, 2.0, count)

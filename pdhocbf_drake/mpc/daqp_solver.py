@@ -9,7 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.affine_map import AffineMap, compressed
-from pdhocbf_drake.mpc.compiled import ParametricQp
+from pdhocbf_drake.mpc.compiled import ParametricQp, somewhere
 from pdhocbf_drake.mpc.kernels import Sparse, is_finite, write_decisions, write_limits, write_senses
 from pdhocbf_drake.mpc.slacks import Slacks, find_slacks
 from pdhocbf_drake.mpc.solution import QpResult
@@ -78,8 +78,8 @@ class DaqpQp:
         self._optimum, self._product, self._limits = np.zeros(len(hard)), np.zeros(len(hard)), own.offset.copy()
         self._low, self._high = np.split(self._limits, 2)
 
-        somewhere = np.random.default_rng(0).uniform(1.0, 2.0, own.parameters)
-        equal = (self._low == self._high) & (lower(somewhere) == upper(somewhere))  # and so everywhere
+        point = somewhere(own.parameters)
+        equal = (self._low == self._high) & (lower(point) == upper(point))  # there, and so everywhere
         self._cold = np.where(equal, _EQUALITY, np.where(np.isin(order, slacks.rows), _SOFT, 0)).astype(np.int32)
         self._sense = self._cold.copy()
         self._model = self._set_up(hessian, np.ascontiguousarray(rows))

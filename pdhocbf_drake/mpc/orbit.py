@@ -48,8 +48,10 @@ def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
             states[:, i] = memory.state - memory.stance[:, 1:] * [1.0, 0.0, 1.0]
             _advance(mpc, memory, start + gaits * cycle + i)
         change = np.abs(states - before)[:, :, 1].max()
-        # A solver that is less exact comes to its own noise, from which nothing shrinks any more.
-        if change < _RECURRENCE or last <= change < _NOISE:
+        # A change that shrinks by the factor r from gait to gait leaves r/(1 − r) of itself to come. A solver that is
+        # less exact comes to its own noise, from which nothing shrinks any more.
+        to_come = change**2 / (last - change) if change < last < np.inf else change
+        if to_come < _RECURRENCE or last <= change < _NOISE:
             return states
         before, last = states, change
     raise InputError(

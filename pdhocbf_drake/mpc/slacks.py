@@ -26,12 +26,14 @@ class Slacks(NamedTuple):
 
 def find_slacks(qp: ParametricQp) -> Slacks:
     """All slacks of that form; anything that differs (two rows, a coupled cost) is an ordinary decision."""
+    priced = np.flatnonzero((np.count_nonzero(qp.P, axis=1) == 1) & (np.diag(qp.P) > 0.0) & ~qp.linear.changing)
     used = qp.A != 0.0
-    alone = used.sum(axis=1) == 1
-    by_itself = (used & alone[:, None]).sum(axis=0) == 1
-    columns = np.flatnonzero(by_itself & (used.sum(axis=0) == 2))
-    bounds = (used & alone[:, None]).argmax(axis=0)[columns]
-    rows = (used & ~alone[:, None]).argmax(axis=0)[columns]
+    alone = np.count_nonzero(used, axis=1) == 1
+    used = used[:, priced]
+    once = (np.count_nonzero(used[alone], axis=0) == 1) & (np.count_nonzero(used[~alone], axis=0) == 1)
+    columns, used = priced[once], used[:, once]
+    bounds = (used & alone[:, None]).argmax(axis=0)
+    rows = (used & ~alone[:, None]).argmax(axis=0)
     from_zero = (
         (qp.A[bounds, columns] == 1.0)
         & (qp.lower.offset[bounds] == 0.0)
@@ -39,8 +41,7 @@ def find_slacks(qp: ParametricQp) -> Slacks:
         & np.isposinf(qp.upper.offset[bounds])
     )
     one_sided = (qp.A[rows, columns] == 1.0) & np.isposinf(qp.upper.offset[rows])
-    own_price = (np.count_nonzero(qp.P[columns], axis=1) == 1) & ~qp.linear.changing[columns]
-    chosen = from_zero & one_sided & own_price & (qp.P[columns, columns] > 0.0)
+    chosen = from_zero & one_sided
     # A row with two slacks keeps the first; the other one stays an ordinary decision.
     first = np.zeros(len(columns), dtype=bool)
     first[np.flatnonzero(chosen)[np.unique(rows[chosen], return_index=True)[1]]] = True

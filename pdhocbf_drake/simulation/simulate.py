@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
@@ -23,6 +25,11 @@ _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
     """The scenario's diagram with its log, drawing to `meshcat`; raises `InputError` or `ModelError`."""
+    with collecting_no_garbage():
+        return _make_diagram(scenario, meshcat)
+
+
+def _make_diagram(scenario: Scenario, meshcat: Meshcat | None) -> LoggedDiagram:
     check_scenario(scenario)
     if meshcat is not None:
         check_watchable(scenario)
@@ -43,6 +50,18 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDi
     if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
         check_zmp_box(biped, scenario.mpc.recovery.zmp_box)
     return biped_diagram(scenario, build_walk(scenario), biped, meshcat)
+
+
+@contextmanager
+def collecting_no_garbage() -> Iterator[None]:
+    """Looks for no reference cycles meanwhile: what is built stays, and looking through it all takes a while."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
 
 
 def check_watchable(scenario: Scenario) -> None:
