@@ -7,6 +7,7 @@ import pkgutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import numba
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 from numba.core.registry import CPUDispatcher
 
 import pdhocbf_drake
+from pdhocbf_drake import jit
 from pdhocbf_drake.jit import compiled
 
 
@@ -62,7 +64,7 @@ def test_without_a_place_to_keep_it_the_code_is_made_all_the_same(monkeypatch: p
             raise RuntimeError("cannot cache function: no locator available")
         return real(*args, **options)
 
-    monkeypatch.setattr(numba, "njit", nowhere)
+    monkeypatch.setattr(jit, "numba", SimpleNamespace(njit=nowhere))
     np.testing.assert_array_equal(compiled(halved)(np.ones(2), 2.0), [0.5, 0.5])
     assert [bool(options.get("cache")) for options in asked] == [True, False]
 
