@@ -25,14 +25,14 @@ def compiled(function: F) -> F:
     except RuntimeError:  # neither the source's folder nor the user's cache can be written
         return cast(F, numba.njit(error_model="numpy")(function))
     cache = machine_code._cache
-    save = cache.save_overload
+    # Numba's own loading first learns all that Python code might call, which takes longer than all the rest of it, and
+    # which what is machine code already has no use for. A numba in which the rest goes by another name does both.
+    load, save = getattr(cache, "_load_overload", cache.load_overload), cache.save_overload
 
     def load_if_whole(signature: object, target: object) -> object:
-        # Numba's own loading first learns all that Python code might call, which takes longer than all the rest of a
-        # start, and which what is machine code already has no use for.
         try:
             rtsys.initialize(target)
-            return cache._load_overload(signature, target)
+            return load(signature, target)
         except Exception:  # whatever a file says that was torn by a power cut
             with suppress(OSError):
                 cache.flush()

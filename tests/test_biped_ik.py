@@ -113,16 +113,23 @@ def test_it_recovers_from_a_failed_solve() -> None:
 
 
 @pytest.mark.parametrize("bad", ["target", "seed"])
-def test_not_a_number_is_answered_not_raised(bad: str) -> None:
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
+def test_what_is_no_place_is_answered_not_raised(bad: str, value: float) -> None:
     target, seed = standing(), np.array(biped().bent_knee)
     if bad == "target":
-        target = target._replace(com=np.array([np.nan, 0.0, 0.58]))
+        target = target._replace(com=np.array([value, 0.0, 0.58]))
     else:
-        seed[8] = np.nan
+        seed[8] = value
     result = ik().solve(target, seed)
     assert np.isfinite(result.q).all()
     assert result.ok == (bad == "seed")
-    assert result.reason == ("" if bad == "seed" else "the target is not finite")
+    assert result.reason == ("" if bad == "seed" else "the target is not finite, or beyond 1e+06 m")
+
+
+def test_a_seed_that_is_turned_nowhere_is_not_started_from() -> None:
+    seed = np.array(biped().bent_knee)
+    seed[biped().base_q_index[:4]] = 0.0
+    assert ik().solve(standing(), seed).ok
 
 
 def test_a_turn_by_half_a_revolution_is_not_taken_for_no_turn() -> None:

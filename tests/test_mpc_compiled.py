@@ -108,6 +108,27 @@ def test_maps_and_forms_are_those_of_their_matrices(seed: int) -> None:
     square, vector = matrix[:12].T @ matrix[:12], random.normal(size=12)
     form = QuadraticForm(square, vector, 2.0)
     assert form(theta) == pytest.approx(0.5 * theta @ square @ theta + vector @ theta + 2.0)
+    chosen = random.permutation(30)[:7]
+    some = AffineMap(offset, matrix).rows(chosen)
+    both = some.above(AffineMap(offset, matrix))
+    assert np.array_equal(some.matrix, matrix[chosen]) and np.array_equal(some.offset, offset[chosen])
+    assert np.array_equal(both.matrix, np.vstack([matrix[chosen], matrix]))
+    assert np.allclose(both(theta), np.concatenate([some(theta), offset + matrix @ theta]), atol=1e-13)
+    assert np.array_equal(both.changing, matrix[[*chosen, *range(30)]].any(axis=1))
+
+
+def test_parameters_and_guesses_of_another_length_are_refused_before_machine_code_reads_them() -> None:
+    prog, w, theta = random_program(0)
+    qp = compile_program(prog, w, theta)
+    solver, at = DaqpQp(qp), np.zeros(len(theta))
+    for asked in (
+        lambda: solver.solve(at[1:]),
+        lambda: solver.solve(at, np.zeros(len(qp.A) - 1)),
+        lambda: qp.constant(at[1:]),
+        lambda: qp.linear(at[1:]),
+    ):
+        with pytest.raises(ValueError, match="θ"):
+            asked()
 
 
 def test_rows_that_say_the_same_are_merged() -> None:
@@ -147,9 +168,14 @@ def _concave(prog: MathematicalProgram, w: np.ndarray) -> None:
     prog.AddQuadraticCost(-3.0 * np.eye(2), np.zeros(2), w, is_convex=False).evaluator().set_description("concave")
 
 
+def _flattered(prog: MathematicalProgram, w: np.ndarray) -> None:
+    prog.AddQuadraticCost(-3.0 * np.eye(2), np.zeros(2), w, is_convex=True).evaluator().set_description("flattered")
+
+
 @pytest.mark.parametrize(
     ("spoil", "sentence"),
     [
+        (_flattered, "cost flattered: it is not convex in the decisions, so it can't be compiled"),
         (_lorentz, "constraint cone: only linear constraints can be compiled"),
         (_stranger, "stranger: uses a variable that is neither a decision nor a parameter"),
         (_quartic, "cost quartic: only linear and quadratic costs can be compiled"),

@@ -6,10 +6,16 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pdhocbf_drake.gait import swing_onward, swing_point
+from pdhocbf_drake.gait import swing_point
+from pdhocbf_drake.gait.swing import onward
 
 TICK, DURATION, TICKS = 0.01, 0.36, 36
 AT_REST = np.zeros((3, 2))
+
+
+def swing_onward(now: np.ndarray, end: np.ndarray, remaining: float, ahead: float) -> np.ndarray:
+    """Position, velocity and acceleration (3, d) from those of now, each axis by itself."""
+    return np.array([onward(*axis, remaining, ahead) for axis in zip(*now, end, strict=True)]).T
 
 
 def way(ends: list[np.ndarray]) -> np.ndarray:

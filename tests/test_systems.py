@@ -59,6 +59,17 @@ def test_barrier_schedule_plays_bounds_and_h() -> None:
     np.testing.assert_allclose(bounds, np.repeat([0.5, 0.2], 81))
 
 
+def test_what_is_no_number_on_one_axis_leaves_the_other_ones_h_alone() -> None:
+    schedule = BarrierSchedule([0, 1], [speed_limit(0.5), speed_limit(0.2)], 40, 80)
+    context = schedule.CreateDefaultContext()
+    schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
+    schedule.GetInputPort("lip_state").FixValue(context, [np.nan, 0.45, np.inf, 0.0, np.nan, 0.0])
+    np.testing.assert_array_equal(np.isnan(schedule.GetOutputPort("h").Eval(context)), [True, True])
+    schedule.GetInputPort("lip_state").FixValue(context, [0.0, 0.45, 0.0, np.inf, np.nan, np.nan])
+    h = schedule.GetOutputPort("h").Eval(context)
+    assert h[0] == pytest.approx(0.05) and np.isnan(h[1])
+
+
 def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -> None:
     bound = harmonic(0.5, 0.1, 0.05, 80)
     barrier = AffineBarrier("limit", [0.0, 1.0, 0.0], bound, 1, [Linear(0.5), Linear(0.5)], "m/s")

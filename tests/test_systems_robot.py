@@ -10,7 +10,7 @@ from pdhocbf_drake.biped import Biped, InverseDynamics, sole_pose
 from pdhocbf_drake.gait import Gait, GaitConfig
 from pdhocbf_drake.simulation.biped_diagram import add_robot, model_instance
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics, _write_way
 from pdhocbf_drake.systems.joint_targets import joint_targets
 from pdhocbf_drake.systems.state_estimator import StateEstimator
 
@@ -102,6 +102,24 @@ def test_kinematics_starts_where_the_last_motion_leads(biped: Biped, posture: np
         context.SetDiscreteState(np.where(np.arange(73) < kept, moving, 0.0))  # type: ignore[attr-defined]
         iterations.append(block.GetOutputPort("ik_status").Eval(context)[2])
     assert iterations[0] < min(iterations[1:])
+
+
+def test_kinematics_goes_on_as_its_acceleration_changed_last(biped: Biped, posture: np.ndarray) -> None:
+    """Exact on a cubic: v̇ of this tick and of the one before give the third derivative."""
+    tick, now = 0.01, 0.3
+    v, vdot, before = (np.full(18, value) for value in (3.0 * now**2, 6.0 * now, 6.0 * (now - tick)))
+    way = np.empty(18)
+    _write_way(np.concatenate([np.zeros(19), v, vdot, before]), tick, way)
+    np.testing.assert_allclose(way, (now + tick) ** 3 - now**3, rtol=1e-9)
+
+    feet = _at_rest([0.0, 0.08, 0.0], [0.0, -0.08, 0.0])
+    block, context = _kinematics(biped, posture, com_reference=[0, 0.5, 3.0, 0, 0, 0], foot_reference=feet)
+    update(block, context)
+    first = context.get_discrete_state_vector().value().copy()  # type: ignore[attr-defined]
+    update(block, context)
+    second = context.get_discrete_state_vector().value()  # type: ignore[attr-defined]
+    np.testing.assert_array_equal(second[55:], first[37:55])
+    assert np.abs(first[37:55]).max() > 1.0
 
 
 @pytest.mark.parametrize("support", [1.0, -1.0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
 
 from pdhocbf_drake.systems.unbundled import Unbundled
 
@@ -23,17 +23,30 @@ class _Doubled(LeafSystem):
         output.SetFromVector(2.0 * self._numbers.Eval(context))
 
 
-def test_each_part_has_a_port_and_all_are_worked_out_in_one_call_however_time_goes_on() -> None:
-    parts = {"first": 2, "nothing": 0, "second": 3}
+def test_each_part_has_a_port_and_all_are_worked_out_in_one_call() -> None:
     block = _Doubled()
-    system = Unbundled(block, parts)
+    system = Unbundled(block, {"first": 2, "nothing": 0, "second": 2})  # the last number is the block's own
     context = system.CreateDefaultContext()
     for calls, numbers in enumerate((np.arange(5.0), np.ones(5)), start=1):
         system.GetInputPort("numbers").FixValue(context, numbers)
-        for time in (0.0, 1.0):
-            context.SetTime(calls + time)
-            told = [system.GetOutputPort(name).Eval(context) for name in parts]
-            assert [len(part) for part in told] == list(parts.values())
-            np.testing.assert_array_equal(np.concatenate(told), 2.0 * numbers)
+        told = [system.GetOutputPort(name).Eval(context) for name in ("first", "nothing", "second")]
+        assert [len(part) for part in told] == [2, 0, 2]
+        np.testing.assert_array_equal(np.concatenate(told), 2.0 * numbers[:4])
         assert block.calls == calls
     assert not system.GetInputPort("other").HasValue(context)
+
+
+def test_what_stands_behind_is_not_worked_out_anew_because_time_goes_on() -> None:
+    builder, block, behind = DiagramBuilder(), _Doubled(), _Doubled()
+    system = builder.AddSystem(Unbundled(block, {"all": 5}))
+    builder.AddSystem(behind)
+    builder.Connect(system.GetOutputPort("all"), behind.GetInputPort("numbers"))
+    builder.ExportInput(system.GetInputPort("numbers"), "numbers")
+    builder.ExportOutput(behind.get_output_port(), "all")
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    diagram.GetInputPort("numbers").FixValue(context, np.ones(5))
+    for time in (0.0, 1.0, 2.0):
+        context.SetTime(time)
+        np.testing.assert_array_equal(diagram.GetOutputPort("all").Eval(context), 4.0 * np.ones(5))
+    assert behind.calls == 1

@@ -1,5 +1,7 @@
 """The variable-height pendulum and its periodic divergent component."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -114,3 +116,15 @@ def test_periodic_tail_is_brute_force_repetition_of_the_input() -> None:
         phase = (5 + i) % 40
         offset = divergent.growth[phase] * offset - divergent.gain[phase] * u
     assert offset == pytest.approx(closed, rel=1e-9)
+
+
+def test_a_prediction_is_kept_and_can_be_copied_with_the_pendulum_but_not_changed() -> None:
+    vhip = Vhip(ETA, 0.01)
+    phi, gamma = vhip.prediction(13, 60)
+    with pytest.raises(ValueError, match="read-only"):
+        phi[0, 0, 0] = 2.0
+    with pytest.raises(ValueError, match="read-only"):
+        gamma[0, 0, 0] = 2.0
+    again = pickle.loads(pickle.dumps(vhip))
+    for kept, told in zip((phi, gamma), again.prediction(13, 60), strict=True):
+        np.testing.assert_array_equal(kept, told)

@@ -55,7 +55,8 @@ def affine_rows(
     """The rows of ψ_m(k), …, ψ_m(k+H−m); they depend on k only through its phase.
 
     Args:
-        along: what `along_normal` gives, where whoever asks knows it already.
+        along: what `along_normal` gives for this system, k and horizon, where whoever asks knows it already: it is
+            taken for granted.
 
     Raises:
         InputError: the horizon is shorter than m, the class-K functions are not linear, the barrier's normal has

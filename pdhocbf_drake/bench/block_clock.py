@@ -11,6 +11,7 @@ from pydrake.systems.framework import LeafSystem
 from pdhocbf_drake import systems
 from pdhocbf_drake.bench.clock import now
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.simulation import simulate as _every_block_is_loaded_by  # noqa: F401
 
 _CALLED_BY_DRAKE = (
     ("context", "output"),

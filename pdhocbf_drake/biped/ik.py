@@ -21,6 +21,8 @@ NEWTON_ITERATIONS = 12
 _STRETCHED_DAMPING = 0.1
 LARGEST_STEP = 0.5  # a joint step beyond this says that the Jacobian is near singular [rad]
 _LEVEL = (0.0,) * 9  # roll, pitch and yaw of torso and soles [rad]
+_FARTHEST = 1e6  # [m, rad]: beyond this nothing is looked for
+_NOWHERE = f"the target is not finite, or beyond {_FARTHEST:g} m"
 _WILD = 1e3  # a joint speed or acceleration beyond this is no robot's [rad/s, rad/s²]
 _ROWS = tuple(
     f"{what} {axis}"
@@ -88,11 +90,13 @@ class WholeBodyIk:
         Where there is none, a `loose` foot, one that carries nothing, is what misses its target first.
         """
         if not math.isfinite(np.concatenate(target).sum()):
-            return self._refused(seed, "the target is not finite")
+            return self._refused(seed, _NOWHERE)
         return self._solve(TargetPoses.of(target), seed, loose)
 
     def _solve(self, goal: TargetPoses, seed: np.ndarray, loose: Side | None) -> IkResult:
-        q = seed if math.isfinite(seed.sum()) else self._biped.bent_knee
+        if not largest(goal.offset) < _FARTHEST:
+            return self._refused(seed, _NOWHERE)
+        q = self._start(seed)
         q = q.copy() if self._within(q) else self._biped.clipped(q)
         task = self.task_space
         for iteration in range(NEWTON_ITERATIONS):
@@ -141,9 +145,8 @@ class WholeBodyIk:
             wanted: (3, 18): place, velocity and acceleration of CoM (3), torso (3, 0), left and right sole: how they
                 move (3) and turn (3, 0) [m, m/s, m/s²].
         """
-        if not math.isfinite(wanted[0].sum()):
-            return self._moving(self._refused(seed, "the target is not finite"), wanted[1], wanted[2], loose)
-        return self._moving(self._solve(TargetPoses(wanted[0], *_LEVEL), seed, loose), wanted[1], wanted[2], loose)
+        found = self._solve(TargetPoses(wanted[0], *_LEVEL), seed, loose)
+        return self._moving(found, wanted[1], wanted[2], loose)
 
     def _moving(self, found: IkResult, rates: np.ndarray, accelerations: np.ndarray, loose: Side | None) -> Motion:
         """How the robot moves at the posture found."""
@@ -191,6 +194,11 @@ class WholeBodyIk:
         held = f" with {', '.join(names)} at the limit" if names else ""
         return f"{_ROWS[row]} misses by {abs(error[row]):.2g} {unit}{held}"
 
+    def _start(self, seed: np.ndarray) -> np.ndarray:
+        """The seed, where it is a posture at all."""
+        turned = largest(seed[self._quaternion]) > 0.0
+        return seed if turned and largest(seed) < _FARTHEST else self._biped.bent_knee
+
     def _refused(self, seed: np.ndarray, reason: str) -> IkResult:
-        q = self._biped.clipped(seed if np.isfinite(seed).all() else self._biped.bent_knee)
+        q = self._biped.clipped(self._start(seed))
         return IkResult(q, False, 0, float("inf"), reason)

@@ -11,7 +11,7 @@ from pydrake.multibody.tree import JacobianWrtVariable
 
 from pdhocbf_drake.biped.linear_algebra import factorize, move_along, substitute
 from pdhocbf_drake.biped.posture import UPRIGHT, Posture
-from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.biped.task_arrays import write_bias, write_error, write_jacobian, write_places
 
 if TYPE_CHECKING:
     from pdhocbf_drake.biped.robot import Biped
@@ -19,7 +19,6 @@ if TYPE_CHECKING:
 _ORIGIN = np.zeros(3)
 _REST = np.zeros(6)
 _TURNS = (slice(3, 6), slice(9, 12), slice(15, 18))
-_SMALL_TURN = 2.99  # trace of a rotation matrix, 1 + 2 cos: above it the sine of the angle stands for the angle
 
 
 class TaskSpace:
@@ -94,7 +93,8 @@ class TaskSpace:
     def error(self, target: TargetPoses) -> np.ndarray:
         """(18,) small motion [m, rad] in task coordinates that leads from here to the target.
 
-        Below 0.1 rad the sine stands for the angle, which is equal to third order: enough for Newton's method.
+        Where all turns are below 0.1 rad the sine stands for the angle, which is equal to third order: enough for
+        Newton's method.
         """
         error, places = np.empty(18), self.places()
         if not write_error(target.map, target.offset, places, error):
@@ -202,57 +202,3 @@ def _rotation_vector(target: np.ndarray, present: np.ndarray) -> np.ndarray:
     turn = RotationMatrix.ProjectToRotationMatrix(target @ present.T).ToAngleAxis()
     vector: np.ndarray = turn.axis() * turn.angle()
     return vector
-
-
-@compiled
-def write_error(rows: np.ndarray, offset: np.ndarray, places: np.ndarray, out: np.ndarray) -> bool:
-    """The error, (18,), as `TargetPoses` has it; whether all three turns are small."""
-    small = True
-    for i in range(len(rows)):
-        total = offset[i] if i < 18 else 0.0
-        for j in range(len(places)):
-            total += rows[i, j] * places[j]
-        if i < 18:
-            out[i] = total
-        else:
-            small = small and total >= _SMALL_TURN
-    return small
-
-
-@compiled
-def write_places(com: np.ndarray, torso: np.ndarray, left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
-    """`TaskSpace.places`, (39,), of the CoM (3,) and three poses (3, 4)."""
-    for i in range(3):
-        out[i] = com[i]
-        for j in range(4):
-            out[3 + 4 * i + j] = torso[i, j]
-            out[15 + 4 * i + j] = left[i, j]
-            out[27 + 4 * i + j] = right[i, j]
-
-
-@compiled
-def write_jacobian(
-    com: np.ndarray, torso: np.ndarray, left: np.ndarray, right: np.ndarray, out: np.ndarray, again: np.ndarray
-) -> None:
-    """`TaskSpace.jacobian`, (18, 18), twice, of the CoM's (3, 18) and of three frames' (6, 18), turns first."""
-    for i in range(3):
-        for j in range(18):
-            out[i, j], out[3 + i, j] = com[i, j], torso[i, j]
-            out[6 + i, j], out[9 + i, j] = left[3 + i, j], left[i, j]
-            out[12 + i, j], out[15 + i, j] = right[3 + i, j], right[i, j]
-    for i in range(18):
-        for j in range(18):
-            again[i, j] = out[i, j]
-
-
-@compiled
-def write_bias(
-    force: np.ndarray, base: np.ndarray, mass: float, torso: np.ndarray, left: np.ndarray, right: np.ndarray,
-    out: np.ndarray,
-) -> None:  # fmt: skip
-    """`TaskSpace.bias`, (18,), of the bias force C v (18,) and three frames' bias accelerations (6,), turns first."""
-    for i in range(3):
-        # With v̇ = 0 the force on the base is the whole robot's mass times its CoM's acceleration.
-        out[i], out[3 + i] = force[base[3 + i]] / mass, torso[i]
-        out[6 + i], out[9 + i] = left[3 + i], left[i]
-        out[12 + i], out[15 + i] = right[3 + i], right[i]

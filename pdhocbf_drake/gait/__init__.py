@@ -3,6 +3,6 @@
 from pdhocbf_drake.gait.com_height import CosineHeight
 from pdhocbf_drake.gait.config import GaitConfig
 from pdhocbf_drake.gait.gait import Gait, Step
-from pdhocbf_drake.gait.swing import SwingPoint, swing_onward, swing_point
+from pdhocbf_drake.gait.swing import SwingPoint, swing_point
 
-__all__ = ["CosineHeight", "Gait", "GaitConfig", "Step", "SwingPoint", "swing_onward", "swing_point"]
+__all__ = ["CosineHeight", "Gait", "GaitConfig", "Step", "SwingPoint", "swing_point"]

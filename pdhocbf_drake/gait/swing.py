@@ -41,31 +41,24 @@ def swing_point(start: np.ndarray, end: np.ndarray, height: float, duration: flo
     return SwingPoint(base + blend * move + lift * up, blend_v * move + lift_v * up, blend_a * move + lift_a * up)
 
 
-def swing_onward(now: np.ndarray, end: np.ndarray, remaining: float, ahead: float) -> np.ndarray:
-    """Where a foot that is on its way will be, when it is to come to rest at `end` after `remaining` seconds.
-
-    Along each axis the quintic polynomial from the position, velocity and acceleration of now to rest at the end: the
-    motion of least jerk, of which that of `swing_point` is the case that starts at rest. Planned anew at every tick
-    towards an end that moves, it never jumps in position, velocity or acceleration.
-
-    Args:
-        now: position, velocity, acceleration, shape (3, d).
-        end: shape (d,) [m].
-        remaining: > 0 [s].
-        ahead: how far ahead to look, at most `remaining` [s].
-
-    Returns:
-        Position, velocity, acceleration after `ahead` seconds, shape (3, d).
-    """
-    axes = zip(*now, end, strict=True)
-    return np.array([onward(p, v, a, stop, remaining, ahead) for p, v, a, stop in axes]).T
-
-
 @compiled
 def onward(
     position: float, velocity: float, acceleration: float, end: float, remaining: float, ahead: float
 ) -> tuple[float, float, float]:
-    """`swing_onward` along one axis."""
+    """Where a foot that is on its way will be `ahead` seconds on, when it is to come to rest at `end`, along one axis.
+
+    The quintic polynomial from the position, velocity and acceleration of now to rest at the end: the motion of least
+    jerk, of which that of `swing_point` is the case that starts at rest. Planned anew at every tick towards an end
+    that moves, it never jumps in position, velocity or acceleration.
+
+    Args:
+        position, velocity, acceleration: now [m, m/s, m/s²].
+        end: where to [m].
+        remaining: > 0 [s]. ahead: at most `remaining` [s].
+
+    Returns:
+        Position, velocity, acceleration then.
+    """
     if ahead >= remaining - 1e-9:
         return end, 0.0, 0.0
     s = ahead / remaining

@@ -55,7 +55,7 @@ class PeriodicMpc:
         """Compiles every phase, except for what the cache has from other controllers.
 
         What a disturbed walk is planned with is compiled phase by phase when it is first needed, since most walks
-        never need it: some 15 ms at each of the first N disturbed ticks. Where ticks must be on time, call `prepare`.
+        never need it: some 10 ms at each of the first N disturbed ticks. Where ticks must be on time, call `prepare`.
 
         Args:
             cache: what other controllers have compiled. on_demand: compile each phase when it is first needed.

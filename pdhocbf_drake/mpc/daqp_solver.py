@@ -9,8 +9,9 @@ import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.affine_map import AffineMap, compressed
-from pdhocbf_drake.mpc.compiled import ParametricQp, somewhere
+from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.kernels import Sparse, is_finite, write_decisions, write_limits, write_senses
+from pdhocbf_drake.mpc.merged_rows import somewhere
 from pdhocbf_drake.mpc.slacks import Slacks, find_slacks
 from pdhocbf_drake.mpc.solution import QpResult
 
@@ -64,6 +65,7 @@ class DaqpQp:
             )
         order = np.concatenate([left[is_bound], left[~is_bound]])
         self._guess_from = order if guess_rows is None else guess_rows[order]
+        self._guessed_rows = int(self._guess_from.max(initial=-1)) + 1
         A, P = qp.A[np.ix_(order, hard)], qp.P[np.ix_(hard, hard)]
         bounds = int(is_bound.sum())
         W = _inverse(A[:bounds], bound_rows) if bound_rows else np.eye(len(hard))
@@ -79,7 +81,7 @@ class DaqpQp:
         self._low, self._high = np.split(self._limits, 2)
 
         point = somewhere(own.parameters)
-        equal = (self._low == self._high) & (lower(point) == upper(point))  # there, and so everywhere
+        equal = (self._low == self._high) & (lower(point) == upper(point))  # there, and so, but for chance, everywhere
         self._cold = np.where(equal, _EQUALITY, np.where(np.isin(order, slacks.rows), _SOFT, 0)).astype(np.int32)
         self._sense = self._cold.copy()
         self._model = self._set_up(hessian, np.ascontiguousarray(rows))
@@ -105,7 +107,17 @@ class DaqpQp:
             self._model.soft_weights(rho_l=rho, rho_u=rho, w_l=linear, w_u=linear)
 
     def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
-        """Solves at θ, starting from the active set guessed by the last tick's `QpResult.active`."""
+        """Solves at θ, starting from the active set guessed by the last tick's `QpResult.active`.
+
+        Raises:
+            ValueError: θ is of another length than the parameters, or the guess too short for the rows it is about.
+        """
+        if len(theta) != self.qp.linear.parameters or (guess is not None and len(guess) < self._guessed_rows):
+            # machine code would read beyond them
+            raise ValueError(
+                f"θ has {self.qp.linear.parameters} entries and a guess {self._guessed_rows} at least, given "
+                f"{len(theta)} and {None if guess is None else len(guess)}"
+            )
         least = self.prepare(theta)
         flag, y, multipliers = self._run(self._cold if guess is None else self._guessed(guess))
         if flag < 0 and guess is not None:  # a guess must never change the answer

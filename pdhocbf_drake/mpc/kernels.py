@@ -68,8 +68,8 @@ def write_limits(
     gradient: Affine, own: Affine, root: Sparse, rows: Sparse, unchanged: Quadratic, theta: np.ndarray,
     optimum: np.ndarray, limits: np.ndarray,
 ) -> float:  # fmt: skip
-    """y° = −(L Lᵀ)⁻¹ g(θ), and the rows' own bounds less what the rows are at y°; gives the cost −½ |L⁻¹ g|² at w°,
-    and its part that no decision changes.
+    """y° = −(L Lᵀ)⁻¹ g(θ), and the rows' own bounds less what the rows are at y°; gives the cost at w°: what
+    no decision changes − ½ |L⁻¹ g|².
     """
     starts, columns, values = root
     write_affine(gradient[0], gradient[1], gradient[2], gradient[3], theta, optimum)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder, LeafSystem, OutputPort, System
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
 
 from pdhocbf_drake.simulation.build import Walk
@@ -119,7 +119,7 @@ def add_controller(
     return controller
 
 
-def connect_controller(wiring: Wiring, walk: Walk, controller: LeafSystem) -> None:
+def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     """Closes the loop from `lip_state` and logs the controller's signals."""
     wiring.connect(controller, "gait_phase")
     wiring.connect(wiring.port("gait_phase").get_system(), "last_step")

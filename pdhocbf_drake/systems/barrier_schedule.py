@@ -47,9 +47,7 @@ class _BarrierSchedule(LeafSystem):
         # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
         self._samples = [b.bound.samples(0, b.bound.period + self._count) for b in self._barriers]
         self._signs = np.array([float(b.sign) for b in self._barriers])
-        self._normals = np.zeros((len(self._barriers), 2, 3))  # on lip_state
-        for normals, axis, barrier in zip(self._normals, axes, self._barriers, strict=True):
-            normals[axis] = barrier.normal
+        self._axes, self._normals = list(axes), np.array([b.normal for b in self._barriers])
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._lip = self.DeclareVectorInputPort("lip_state", 6)
         size, changes = len(self._barriers) * (horizon + 2), {self._phase.ticket(), self._lip.ticket()}
@@ -61,5 +59,7 @@ class _BarrierSchedule(LeafSystem):
         starts = [tick % barrier.bound.period for barrier in self._barriers]
         bounds = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
         now = np.array([part[0] for part in bounds])
-        h = self._signs * (now - self._normals.reshape(-1, 6) @ self._lip.Eval(context))
+        # Each on its own axis alone: what is no number on the other one is not its business.
+        states = self._lip.Eval(context).reshape(2, 3)[self._axes]
+        h = self._signs * (now - np.einsum("ij,ij->i", self._normals, states))
         output.SetFromVector(np.concatenate([*bounds, h]))

@@ -18,7 +18,8 @@ from pdhocbf_drake.systems.unbundled import Unbundled
 
 _SWINGING: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the foot that stands
 _STILL = np.zeros(54)
-_PARTS = {"desired_state": 24, "feedforward": 12, "whole_body_zmp": 2, "ik_status": 3, "motion": 73}
+_MOTION = 73  # this block's state, behind what it tells
+_PARTS = {"desired_state": 24, "feedforward": 12, "whole_body_zmp": 2, "ik_status": 3}
 
 
 class InverseKinematics(Unbundled):
@@ -36,7 +37,6 @@ class InverseKinematics(Unbundled):
         feedforward (12): torques of the planned motion [N m].
         whole_body_zmp (2): where the planned motion of all links puts the ZMP [m].
         ik_status (3): met (1 or 0), greatest error [m, rad], iterations.
-        motion (73): this block's next state.
     """
 
     def __init__(self, biped: Biped, initial: np.ndarray, tick: float) -> None:
@@ -48,7 +48,7 @@ class _InverseKinematics(LeafSystem):
 
     def __init__(self, biped: Biped, initial: np.ndarray, tick: float) -> None:
         super().__init__()
-        self._biped, self._period = biped, tick
+        self._period = tick
         self._ik = WholeBodyIk(biped)
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
         sizes = {"gait_phase": 3, "com_height": 3, "com_reference": 6, "zmp_reference": 4, "foot_reference": 18}
@@ -58,10 +58,10 @@ class _InverseKinematics(LeafSystem):
         self.DeclareDiscreteState(np.concatenate([initial, _STILL]))
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._remember)
         changes = {self.xd_ticket(), *(port.ticket() for port in ports)}
-        self._answer = self.DeclareVectorOutputPort("answer", sum(_PARTS.values()), self._calc, changes)
+        self._answer = self.DeclareVectorOutputPort("answer", sum(_PARTS.values()) + _MOTION, self._calc, changes)
 
     def _remember(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value(self._answer.Eval(context)[-_PARTS["motion"] :])
+        values.set_value(self._answer.Eval(context)[-_MOTION:])
 
     def _swing_foot(self, context: Context) -> Side | None:
         """The foot that leaves the ground in this step, where that is known."""

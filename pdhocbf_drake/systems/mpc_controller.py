@@ -30,7 +30,6 @@ class MpcController(Unbundled):
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
         barrier_slack (n_b), unmet (6): as in `simulation.signals`; they tell of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
-        carried: what the next update needs.
 
     Attributes:
         mpc: the compiled problem.
@@ -51,8 +50,7 @@ class MpcController(Unbundled):
         latency: float = 0.0,
     ) -> None:
         sizes = Memory.sizes(mpc)
-        parts = {name: sizes.pop(name) for name in (*OUTPUTS, "last_step")}
-        parts["carried"] = sum(sizes.values())
+        parts = {name: sizes[name] for name in (*OUTPUTS, "last_step")}
         super().__init__(_MpcController(mpc, initial, feet, barriers, latency), parts)
         self.mpc = mpc
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import Literal, get_args
 
 import numpy as np
@@ -47,7 +46,7 @@ class Vhip:
         self.A = np.array([a for a, _ in pairs])
         self.B = np.array([b for _, b in pairs])
         self.system = PeriodicAffineSystem(self.A, self.B[:, :, None])
-        self._predictions = lru_cache(maxsize=4)(self._all_predictions)
+        self._predictions: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def step(self, tick: int, state: np.ndarray, zmp_velocity: float) -> np.ndarray:
         """s(k + 1) from s(k), shape (3,)."""
@@ -57,7 +56,9 @@ class Vhip:
     def prediction(self, tick: int, horizon: int) -> tuple[np.ndarray, np.ndarray]:
         """Φ (H + 1, 3, 3) and Γ (H + 1, 3, H), read-only, with s(k + i) = Φ_i s(k) + Γ_i [u(k), …, u(k + H − 1)]."""
         phase = tick % self.period
-        phi, gamma = self._predictions(horizon)
+        if horizon not in self._predictions:
+            self._predictions[horizon] = self._all_predictions(horizon)
+        phi, gamma = self._predictions[horizon]
         return phi[phase], gamma[phase : phase + horizon + 1, :, phase : phase + horizon]
 
     def _all_predictions(self, horizon: int) -> tuple[np.ndarray, np.ndarray]:
