@@ -14,7 +14,7 @@ from pdhocbf_drake.push.directions import force, parse_directions, parse_phases
 from pdhocbf_drake.push.legs import soles_overlap
 from pdhocbf_drake.push.results import Impulse, document, table
 from pdhocbf_drake.push.search import largest_survived
-from pdhocbf_drake.push.variants import BARRIERS, DCBF, NONE, PERIODIC, variant, with_gamma
+from pdhocbf_drake.push.variants import BARRIERS, DCBF, NONE, PERIODIC, told_of_borrowed, variant, with_gamma
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 
 HALVES = np.array([[0.1, 0.06], [0.1, 0.06]])
@@ -104,3 +104,10 @@ def test_a_constant_bound_clears_a_harmonic_and_a_tabulated_one() -> None:
 def test_gamma_is_replaced_in_every_barrier() -> None:
     changed = with_gamma(load_scenario("walking", ""), 0.2)
     assert [barrier.gamma for barrier in changed.barriers.values()] == [(0.2, 0.2)]
+
+
+def test_a_scenario_without_barriers_says_whose_it_is_compared_with() -> None:
+    assert told_of_borrowed(load_scenario("walking", "")) == ""
+    told = told_of_borrowed(load_scenario("walking_nobarrier", ""))
+    (bound,) = [config.bound for config in variant(load_scenario("walking_nobarrier", ""), PERIODIC).barriers.values()]
+    assert told.startswith("walking_nobarrier has no barrier") and f"{bound.margin:g} m/s" in told

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 from pdhocbf_drake.arguments import add_overrides
@@ -14,7 +15,7 @@ from pdhocbf_drake.push.directions import parse_directions, parse_phases
 from pdhocbf_drake.push.figures import draw_phases, draw_polar
 from pdhocbf_drake.push.folder import result_folder
 from pdhocbf_drake.push.results import Impulse, document, table
-from pdhocbf_drake.push.variants import BARRIERS
+from pdhocbf_drake.push.variants import BARRIERS, told_of_borrowed
 from pdhocbf_drake.push.worker import Settings, search_all
 from pdhocbf_drake.simulation.run_folder import replaced_file
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -60,6 +61,8 @@ def run(options: argparse.Namespace) -> int:
     if scenario.system != "biped":
         raise InputError(f"scenario.system: only a 'biped' can be pushed here (given: {scenario.system!r})")
     folder = result_folder(options.out, "push", scenario)
+    if told := told_of_borrowed(scenario):
+        print(told, file=sys.stderr, flush=True)
     mass = Biped.load(scenario.robot).mass
     total = len(barriers) * len(directions) * len(phases)
     with run_progress("push", 0, total) as progress:

@@ -30,9 +30,21 @@ def variant(scenario: Scenario, barrier: str) -> Scenario:
         return scenario.model_copy(update={"barriers": {}})
     if barrier not in BARRIERS:
         raise InputError(f"barriers are {', '.join(BARRIERS)} (given: {barrier!r})")
-    own = scenario.barriers or load_scenario(_USUAL, "").barriers
+    own = scenario.barriers or _usual()
     change = _constant if barrier == DCBF else _periodic
     return scenario.model_copy(update={"barriers": {name: change(config) for name, config in own.items()}})
+
+
+def told_of_borrowed(scenario: Scenario) -> str:
+    """What to say of a scenario without barriers, with which those of another one are compared; else nothing."""
+    if scenario.barriers:
+        return ""
+    bounds = ", ".join(f"{name} with a margin of {config.bound.margin:g} m/s" for name, config in _usual().items())
+    return f"{scenario.name} has no barrier: {DCBF} and {PERIODIC} are those of {_USUAL} ({bounds})"
+
+
+def _usual() -> dict[str, BarrierConfig]:
+    return load_scenario(_USUAL, "").barriers
 
 
 def with_gamma(scenario: Scenario, gamma: float) -> Scenario:

@@ -19,7 +19,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.push.directions import parse_phases
 from pdhocbf_drake.push.folder import result_folder
 from pdhocbf_drake.push.measures import HEADER, Measures, summarised
-from pdhocbf_drake.push.variants import BARRIERS, NONE
+from pdhocbf_drake.push.variants import BARRIERS, NONE, told_of_borrowed
 from pdhocbf_drake.push.worth_robot import RobotWorth
 from pdhocbf_drake.push.worth_template import TemplateWorth
 from pdhocbf_drake.simulation.run_folder import replaced_file
@@ -69,6 +69,8 @@ def run(options: argparse.Namespace) -> int:
     ticks = scenario.gait.ticks_per_step if scenario.system == "vhip" else scenario.gait.ticks_per_gait
     phases = parse_phases(options.phases, ticks)
     folder = result_folder(options.out, "worth", scenario)
+    if told := told_of_borrowed(scenario):
+        print(told, file=sys.stderr, flush=True)
     experiment = (TemplateWorth if scenario.system == "vhip" else RobotWorth)(scenario, *sizes, phases)
     rows = experiment.run(gammas, lambda words: print(f"worth: {words}", file=sys.stderr, flush=True))
     text = table(rows)
