@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from contexts import update
+from pydrake.math import RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
@@ -161,6 +162,21 @@ def test_an_unreachable_plan_gives_finite_targets_and_says_so(biped: Biped, post
         block.GetInputPort(name).FixValue(context, value)
     assert block.GetOutputPort("ik_status").Eval(context)[0] == 0.0
     assert np.all(np.isfinite(block.GetOutputPort("desired_state").Eval(context)))
+
+
+def test_the_soles_turns_are_those_that_drake_tells_however_the_robot_lies(biped: Biped, posture: np.ndarray) -> None:
+    estimator = StateEstimator(biped)
+    context = estimator.CreateDefaultContext()
+    estimator.GetInputPort("contact_forces").FixValue(context, np.zeros(18))
+    for turn in np.random.default_rng(0).normal(size=(20, 4)):
+        q = posture.copy()
+        q[biped.base_q_index[:4]] = turn / np.linalg.norm(turn)
+        estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([q, np.zeros(18)]))
+        here = _at(biped, q)
+        poses = [biped.soles[side].frame.CalcPoseInWorld(here) for side in ("left", "right")]
+        expected = [[*pose.translation(), *RollPitchYaw(pose.rotation()).vector()] for pose in poses]
+        told = estimator.GetOutputPort("foot_state").Eval(context)
+        np.testing.assert_allclose(told, np.ravel(expected), atol=1e-12)
 
 
 def test_estimator_finds_com_soles_and_zmp(biped: Biped, posture: np.ndarray) -> None:

@@ -51,20 +51,16 @@ class MpcController(Unbundled):
     ) -> None:
         sizes = Memory.sizes(mpc)
         parts = {name: sizes[name] for name in (*OUTPUTS, "last_step")}
-        super().__init__(_MpcController(mpc, initial, feet, barriers, latency), parts)
+        first = Memory.at_start(mpc, initial, feet).pack(mpc)
+        super().__init__(_MpcController(mpc, first, barriers, latency), parts)
         self.mpc = mpc
 
 
 class _MpcController(LeafSystem):
-    """`MpcController` with one output, which is its state."""
+    """`MpcController` with one output, which is its state; `first` is what it remembers at the start."""
 
     def __init__(
-        self,
-        mpc: PeriodicMpc,
-        initial: np.ndarray,
-        feet: np.ndarray,
-        barriers: Sequence[tuple[int, str]],
-        latency: float,
+        self, mpc: PeriodicMpc, first: np.ndarray, barriers: Sequence[tuple[int, str]], latency: float
     ) -> None:
         super().__init__()
         self._latency = latency
@@ -79,8 +75,7 @@ class _MpcController(LeafSystem):
         self._offset = self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
         self._feet = self.DeclareVectorInputPort("foot_state", 12)
         self._carried = slice(Memory.layout(mpc)["last_step"].start, None)
-        state = self.DeclareDiscreteState(Memory.at_start(mpc, initial, feet).pack(mpc))
-        self.DeclareStateOutputPort("memory", state)
+        self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(first))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:

@@ -75,7 +75,10 @@ def _write_com(
 
 @compiled
 def _write_soles(left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
-    """foot_state: xyz, then roll, pitch and yaw, of two poses (3, 4) with R = R_z(yaw) R_y(pitch) R_x(roll)."""
+    """foot_state: xyz, then roll, pitch and yaw, of two poses (3, 4) with R = R_z(yaw) R_y(pitch) R_x(roll).
+
+    They are those of Drake's `RollPitchYaw`, which would have to be asked four times for each sole.
+    """
     for start, pose in ((8, left), (14, right)):
         for i in range(3):
             out[start + i] = pose[i, 3]
