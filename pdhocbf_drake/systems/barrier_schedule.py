@@ -8,6 +8,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from pdhocbf_drake.barriers import AffineBarrier
+from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.systems.unbundled import Unbundled
 
 
@@ -44,10 +45,12 @@ class _BarrierSchedule(LeafSystem):
         super().__init__()
         self._barriers = tuple(barriers)
         self._n, self._count = ticks_per_step, horizon + 1
+        for barrier in barriers:
+            barrier.check_fits(3)  # machine code would read beyond
         # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
         self._samples = [b.bound.samples(0, b.bound.period + self._count) for b in self._barriers]
         self._signs = np.array([float(b.sign) for b in self._barriers])
-        self._axes, self._normals = list(axes), np.array([b.normal for b in self._barriers])
+        self._axes, self._normals = np.array(axes), np.array([b.normal for b in self._barriers])
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._lip = self.DeclareVectorInputPort("lip_state", 6)
         size, changes = len(self._barriers) * (horizon + 2), {self._phase.ticket(), self._lip.ticket()}
@@ -58,8 +61,18 @@ class _BarrierSchedule(LeafSystem):
         tick, count = round(step * self._n + phase), self._count
         starts = [tick % barrier.bound.period for barrier in self._barriers]
         bounds = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
-        now = np.array([part[0] for part in bounds])
-        # Each on its own axis alone: what is no number on the other one is not its business.
-        states = self._lip.Eval(context).reshape(2, 3)[self._axes]
-        h = self._signs * (now - np.einsum("ij,ij->i", self._normals, states))
-        output.SetFromVector(np.concatenate([*bounds, h]))
+        told = np.concatenate([*bounds, self._signs])
+        _write_h(self._signs, self._axes, self._normals, count, self._lip.Eval(context), told)
+        output.SetFromVector(told)
+
+
+@compiled
+def _write_h(
+    signs: np.ndarray, axes: np.ndarray, normals: np.ndarray, count: int, lip: np.ndarray, told: np.ndarray
+) -> None:
+    """h behind the bounds, each on its own axis alone: what is no number on the other one is not its business."""
+    for i in range(len(signs)):
+        value = 0.0
+        for j in range(3):
+            value += normals[i, j] * lip[3 * axes[i] + j]
+        told[count * len(signs) + i] = signs[i] * (told[count * i] - value)
