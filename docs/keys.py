@@ -10,11 +10,11 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from pdhocbf_drake.barriers.config import BarrierConfig, BoundConfig
-from pdhocbf_drake.gait.config import GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
+from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, MeasurementNoise, ModelErrorConfig
 from pdhocbf_drake.simulation.scenario import Push, Scenario
-from pdhocbf_drake.templates.config import VanDerPolConfig, VhipConfig
+from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
 PAGE = Path(__file__).parent / "scenario.md"
 CONFIGS: dict[str, type[BaseModel]] = {

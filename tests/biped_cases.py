@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from pdhocbf_drake.biped import Biped, Posture, WholeBodyIk, sole_pose
+from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk, sole_pose
 
 
 @cache

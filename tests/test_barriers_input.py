@@ -37,8 +37,8 @@ from pdhocbf_drake.barriers import (
 )
 from pdhocbf_drake.barriers.config import BoundConfig
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.templates.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle, orbit_through
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.oscillator.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle, orbit_through
+from pdhocbf_drake.walking.vhip import Vhip
 
 NAN, INF = float("nan"), float("inf")
 SYSTEM = PeriodicAffineSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]])

@@ -11,19 +11,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pdhocbf_drake.bench import benchmark, command, growth, loops, startup
-from pdhocbf_drake.bench.bare_plant import bare_plant, replayed_plant
-from pdhocbf_drake.bench.benchmark import Effort
-from pdhocbf_drake.bench.block_clock import block_clock
-from pdhocbf_drake.bench.recording import record
-from pdhocbf_drake.bench.tables import table
-from pdhocbf_drake.biped import Biped
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
+from pdhocbf_drake.studies.bench import benchmark, command, growth, loops, startup
+from pdhocbf_drake.studies.bench.bare_plant import bare_plant, replayed_plant
+from pdhocbf_drake.studies.bench.benchmark import Effort
+from pdhocbf_drake.studies.bench.block_clock import block_clock
+from pdhocbf_drake.studies.bench.recording import record
+from pdhocbf_drake.studies.bench.tables import table
 from pdhocbf_drake.systems.gait_reference import _GaitReference
 
 SHORT = "{gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40}}"
@@ -181,7 +181,7 @@ def test_a_walk_and_the_benchmarks_refusal_need_no_daqp() -> None:
         "text = '{duration: 0.3, gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40}}'\n"
         "log = simulate(load_scenario('vhip_nobarrier', text))\n"
         "assert log.ending == 'finished' and log['solver_status'][:, 0].min() == 1.0\n"
-        "from pdhocbf_drake.bench import benchmark\n"
+        "from pdhocbf_drake.studies.bench import benchmark\n"
         "try:\n"
         "    benchmark.measure(benchmark.QUICK, print)\n"
         "except benchmark.InputError as error:\n"

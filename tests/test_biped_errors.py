@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from biped_cases import biped, standing
 
-from pdhocbf_drake.biped import Biped, RobotConfig, check_walk, load_robot_config, models_folder
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError, ModelError
+from pdhocbf_drake.robot import Biped, RobotConfig, check_walk, load_robot_config, models_folder
 
 FOLDER = models_folder() / "biped"
 LINKS = ("hip_yaw", "hip_roll", "thigh", "shank", "ankle", "foot")

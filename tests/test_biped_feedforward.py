@@ -11,7 +11,7 @@ from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from pdhocbf_drake.biped import InverseDynamics, left_share_of_zmp
+from pdhocbf_drake.robot import InverseDynamics, left_share_of_zmp
 
 
 def random_motion(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from biped_cases import biped, ik, mirrored, mirrored_joints, random_posture, standing
 
-from pdhocbf_drake.biped import Posture, PostureRates, WholeBodyIk, sole_pose
-from pdhocbf_drake.biped.ik import TOLERANCE
+from pdhocbf_drake.robot import Posture, PostureRates, WholeBodyIk, sole_pose
+from pdhocbf_drake.robot.ik import TOLERANCE
 
 
 @pytest.mark.parametrize("seed", range(60))

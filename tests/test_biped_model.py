@@ -17,7 +17,7 @@ from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from pdhocbf_drake.biped import SIDES, Biped, load_robot_config, models_folder, robot_names
+from pdhocbf_drake.robot import SIDES, Biped, load_robot_config, models_folder, robot_names
 
 URDF = models_folder() / "biped" / "biped.urdf"
 

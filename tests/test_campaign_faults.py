@@ -17,7 +17,7 @@ import pyarrow.parquet as pq
 import pytest
 from campaigns import campaign_file, finish, start
 
-from pdhocbf_drake.campaign.task import run_process
+from pdhocbf_drake.studies.campaign.task import run_process
 
 
 def table(folder: Path) -> dict[int, dict]:
@@ -32,7 +32,7 @@ def run_processes(root: psutil.Process, run: int | None = None) -> list[psutil.P
             words = process.cmdline()
         except psutil.Error:
             continue
-        if "pdhocbf_drake.campaign.one_run" in words and (run is None or words[-1] == f"run-{run}"):
+        if "pdhocbf_drake.studies.campaign.one_run" in words and (run is None or words[-1] == f"run-{run}"):
             found.append(process)
     return found
 
@@ -141,7 +141,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(tmp_path, 
 
 
 def test_a_run_that_never_answers_is_given_up(tmp_path) -> None:
-    from pdhocbf_drake.campaign.plan import load_campaign, plan_runs
+    from pdhocbf_drake.studies.campaign.plan import load_campaign, plan_runs
 
     config, path = load_campaign(str(campaign_file(tmp_path)))
     answer = run_process(0, plan_runs(config, path.parent)[0].scenario, 0.2)
@@ -220,8 +220,8 @@ def test_a_scheduler_that_goes_away_is_told_and_what_was_done_is_kept(tmp_path) 
     ],
 )
 def test_a_cluster_that_is_not_there_is_told(tmp_path, monkeypatch, capsys, address: str, sentence: str) -> None:
-    from pdhocbf_drake.campaign import cluster
     from pdhocbf_drake.cli import main
+    from pdhocbf_drake.studies.campaign import cluster
 
     monkeypatch.setattr(cluster, "_PATIENCE", 1.0)
     code = main(["campaign", str(campaign_file(tmp_path)), "--out", str(tmp_path / "out"), "--scheduler", address])

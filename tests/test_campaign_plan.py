@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from campaigns import TINY, campaign_file
 
-from pdhocbf_drake.campaign.config import CampaignConfig
-from pdhocbf_drake.campaign.fields import has_field, set_field
-from pdhocbf_drake.campaign.plan import campaign_names, check_buildable, load_campaign, plan_runs
-from pdhocbf_drake.campaign.sample import points
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.studies.campaign.config import CampaignConfig
+from pdhocbf_drake.studies.campaign.fields import has_field, set_field
+from pdhocbf_drake.studies.campaign.plan import campaign_names, check_buildable, load_campaign, plan_runs
+from pdhocbf_drake.studies.campaign.sample import points
 
 RANDOM = {
     "scenario": "vhip",
@@ -139,7 +139,7 @@ def test_a_campaign_that_does_not_exist_is_told() -> None:
 def test_without_the_extra_the_command_names_what_to_install(monkeypatch, capsys) -> None:
     from pdhocbf_drake.cli import main
 
-    for name in ("distributed", "pdhocbf_drake.campaign.store", "pdhocbf_drake.campaign.dispatch"):
+    for name in ("distributed", "pdhocbf_drake.studies.campaign.store", "pdhocbf_drake.studies.campaign.dispatch"):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setitem(sys.modules, "distributed", None)
     assert main(["campaign", "vhip_pushes"]) == 1

@@ -9,12 +9,12 @@ import pyarrow.parquet as pq
 import pytest
 from campaigns import campaign_file
 
-from pdhocbf_drake.campaign.dispatch import Outcome
-from pdhocbf_drake.campaign.plan import PlannedRun, load_campaign, plan_runs
-from pdhocbf_drake.campaign.report import campaign_report
-from pdhocbf_drake.campaign.store import CampaignStore, locked
-from pdhocbf_drake.campaign.survival import campaign_summary, paired, survival_rate
 from pdhocbf_drake.errors import RunFolderError
+from pdhocbf_drake.studies.campaign.dispatch import Outcome
+from pdhocbf_drake.studies.campaign.plan import PlannedRun, load_campaign, plan_runs
+from pdhocbf_drake.studies.campaign.report import campaign_report
+from pdhocbf_drake.studies.campaign.store import CampaignStore, locked
+from pdhocbf_drake.studies.campaign.survival import campaign_summary, paired, survival_rate
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from pdhocbf_drake.barriers import PeriodicAffineSystem
-from pdhocbf_drake.barriers.invariant_set import invariant_set
-from pdhocbf_drake.barriers.polytope import Polytope
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.sets.invariant_set import invariant_set
+from pdhocbf_drake.sets.polytope import Polytope
 
 seeds = st.integers(0, 2**32 - 1)
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pdhocbf_drake.barriers.polytope import Polytope
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.sets.polytope import Polytope
 
 seeds = st.integers(0, 2**32 - 1)
 

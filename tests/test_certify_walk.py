@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from pdhocbf_drake.barriers import AffineBarrier, constant, tabulated
-from pdhocbf_drake.certify.certificate import area, certify_axis
-from pdhocbf_drake.certify.psi_rows import psi_system
-from pdhocbf_drake.certify.pushes import kick_range, push_range
-from pdhocbf_drake.certify.rescue import SAVED, Rescue
-from pdhocbf_drake.certify.starts import inside_starts, outside_starts
-from pdhocbf_drake.certify.stepping_template import stepping_template
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.gait import GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.studies.certify.certificate import area, certify_axis
+from pdhocbf_drake.studies.certify.psi_rows import psi_system
+from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
+from pdhocbf_drake.studies.certify.rescue import SAVED, Rescue
+from pdhocbf_drake.studies.certify.starts import inside_starts, outside_starts
+from pdhocbf_drake.studies.certify.stepping_template import stepping_template
+from pdhocbf_drake.walking import GaitConfig
 
 REACH = 0.23
 MPC, FIXED = MpcConfig(), MpcConfig(step_tolerance=(0.0, 0.0))

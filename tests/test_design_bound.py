@@ -7,12 +7,12 @@ import pytest
 import synthetic
 
 from pdhocbf_drake.barriers import make_bound
-from pdhocbf_drake.certify.design import design_bound, measured_envelope
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import Run, write_run
 from pdhocbf_drake.simulation.run_log import FELL
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope
 
 N, ANGLE = synthetic.N, 2 * np.pi * np.arange(synthetic.N) / synthetic.N
 FORMULA = synthetic.SPEED + synthetic.RIPPLE * np.cos(ANGLE)

@@ -7,7 +7,6 @@ import pytest
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeIntegrator
 
-from pdhocbf_drake.campaign.verdict import verdict
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.diagram import Wiring
@@ -16,6 +15,7 @@ from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
+from pdhocbf_drake.studies.campaign.verdict import verdict
 
 TICK = 0.01
 # A gait that builds fast.

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import BasicVector, Context
 
-from pdhocbf_drake.mpc.solution import QpResult, Reason
-from pdhocbf_drake.mpc.solvers import QpSolver
-from pdhocbf_drake.push.endings import ASTRAY, SURVIVED
-from pdhocbf_drake.push.rig import PushRig, Trial
+from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.qp.result import QpResult
+from pdhocbf_drake.qp.solvers import QpSolver
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
+from pdhocbf_drake.studies.push.endings import ASTRAY, SURVIVED
+from pdhocbf_drake.studies.push.rig import PushRig, Trial
 from pdhocbf_drake.systems import state_estimator
 
 Lie = Callable[[int, np.ndarray], np.ndarray]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.gait import CosineHeight, Gait, GaitConfig, swing_point
+from pdhocbf_drake.walking import CosineHeight, Gait, GaitConfig, swing_point
 
 
 def test_steps_alternate_and_advance_by_a_stride() -> None:

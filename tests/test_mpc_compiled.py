@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 
-from pdhocbf_drake.bench.reference import reference
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.affine_map import AffineMap
-from pdhocbf_drake.mpc.compiled import compile_program
-from pdhocbf_drake.mpc.daqp_solver import DaqpQp
-from pdhocbf_drake.mpc.drake_solver import DrakeQp
-from pdhocbf_drake.mpc.quadratic_form import QuadraticForm
-from pdhocbf_drake.mpc.solvers import make_solver
+from pdhocbf_drake.qp.affine_map import AffineMap
+from pdhocbf_drake.qp.compiled import compile_program
+from pdhocbf_drake.qp.daqp_solver import DaqpQp
+from pdhocbf_drake.qp.drake_solver import DrakeQp
+from pdhocbf_drake.qp.quadratic_form import QuadraticForm
+from pdhocbf_drake.qp.solvers import make_solver
+from pdhocbf_drake.studies.bench.reference import reference
 
 
 def random_program(seed: int, slacks: bool = False) -> tuple[MathematicalProgram, np.ndarray, np.ndarray]:
@@ -227,7 +227,7 @@ def test_contradicting_bounds_are_infeasible_in_both_solvers_and_leave_them_usab
 
 
 def test_without_daqp_everything_goes_through_drake(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pdhocbf_drake.mpc.solvers.has_daqp", lambda: False)
+    monkeypatch.setattr("pdhocbf_drake.qp.solvers.has_daqp", lambda: False)
     prog, w, theta = random_program(7)
     qp = compile_program(prog, w, theta)
     solver = make_solver("daqp", qp)

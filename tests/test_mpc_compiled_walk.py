@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver, SolverOptions
 
-from pdhocbf_drake.bench.recording import record, solve, theta
-from pdhocbf_drake.bench.reference import gap
-from pdhocbf_drake.bench.sparse_program import sparse_qp
 from pdhocbf_drake.mpc.axis_program import axis_program
-from pdhocbf_drake.mpc.daqp_solver import DaqpQp
-from pdhocbf_drake.mpc.drake_solver import DrakeQp
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.mpc.warm_start import guess_rows
+from pdhocbf_drake.qp.daqp_solver import DaqpQp
+from pdhocbf_drake.qp.drake_solver import DrakeQp
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.bench.recording import record, solve, theta
+from pdhocbf_drake.studies.bench.reference import gap
+from pdhocbf_drake.studies.bench.sparse_program import sparse_qp
 
 
 @pytest.fixture(scope="module")

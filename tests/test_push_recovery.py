@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from walks import make_mpc, start
 
-from pdhocbf_drake.gait.forecast import SwingForecast
-from pdhocbf_drake.gait.swing import swing_point
 from pdhocbf_drake.mpc.config import RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.programs import Programs
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance
 from pdhocbf_drake.mpc.solution import CONSTRAINTS, Reason
+from pdhocbf_drake.walking.forecast import SwingForecast
+from pdhocbf_drake.walking.swing import swing_point
 
 RECOVERY = RecoveryConfig(zmp_box=(0.18, 0.11))
 SETTLED = 480  # [ticks], a multiple of the gait

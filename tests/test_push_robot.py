@@ -10,16 +10,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pdhocbf_drake.biped import Biped, WholeBodyIk, row_weights, sole_pose, swing_lever
-from pdhocbf_drake.biped.posture import Posture, PostureRates
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.push import worker
-from pdhocbf_drake.push.endings import GAVE_UP, SURVIVED
-from pdhocbf_drake.push.results import Impulse
-from pdhocbf_drake.push.rig import PushRig
+from pdhocbf_drake.robot import Biped, WholeBodyIk, row_weights, sole_pose, swing_lever
+from pdhocbf_drake.robot.posture import Posture, PostureRates
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
+from pdhocbf_drake.studies.push import worker
+from pdhocbf_drake.studies.push.endings import GAVE_UP, SURVIVED
+from pdhocbf_drake.studies.push.results import Impulse
+from pdhocbf_drake.studies.push.rig import PushRig
 
 SHORT = "gait: {stride: 0.1}"
 
@@ -114,7 +114,7 @@ def test_what_was_found_is_told_though_the_disk_is_full(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
     monkeypatch.setattr(worker, "search", lambda work: [Impulse(work.barrier, "+x", work.phase, 12.5)])
-    monkeypatch.setattr("pdhocbf_drake.push.command.draw_polar", full)
+    monkeypatch.setattr("pdhocbf_drake.studies.push.command.draw_polar", full)
     words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out"]
     assert main([*words, str(tmp_path / "pushes")]) == 1
     shown = capsys.readouterr()

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.push.directions import force, parse_directions, parse_phases
-from pdhocbf_drake.push.legs import soles_overlap
-from pdhocbf_drake.push.results import Impulse, document, table
-from pdhocbf_drake.push.search import largest_survived
-from pdhocbf_drake.push.variants import BARRIERS, DCBF, NONE, PERIODIC, told_of_borrowed, variant, with_gamma
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.push.directions import force, parse_directions, parse_phases
+from pdhocbf_drake.studies.push.legs import soles_overlap
+from pdhocbf_drake.studies.push.results import Impulse, document, table
+from pdhocbf_drake.studies.push.search import largest_survived
+from pdhocbf_drake.studies.push.variants import BARRIERS, DCBF, NONE, PERIODIC, told_of_borrowed, variant, with_gamma
 
 HALVES = np.array([[0.1, 0.06], [0.1, 0.06]])
 

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pdhocbf_drake.gait import swing_point
-from pdhocbf_drake.gait.swing import onward
+from pdhocbf_drake.walking import swing_point
+from pdhocbf_drake.walking.swing import onward
 
 TICK, DURATION, TICKS = 0.01, 0.36, 36
 AT_REST = np.zeros((3, 2))

@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from synthetic import walk_log
 
-from pdhocbf_drake.push import worth_robot
-from pdhocbf_drake.push.endings import SURVIVED
-from pdhocbf_drake.push.measures import Measures, first_time, recovery_time, summarised
-from pdhocbf_drake.push.rig import Trial
-from pdhocbf_drake.push.worth_command import table
-from pdhocbf_drake.push.worth_robot import RobotWorth
-from pdhocbf_drake.push.worth_template import TemplateWorth
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.push.endings import SURVIVED
+from pdhocbf_drake.studies.push.measures import Measures, first_time, recovery_time, summarised
+from pdhocbf_drake.studies.push.rig import Trial
+from pdhocbf_drake.studies.worth import robot as worth_robot
+from pdhocbf_drake.studies.worth.command import table
+from pdhocbf_drake.studies.worth.robot import RobotWorth
+from pdhocbf_drake.studies.worth.template import TemplateWorth
 
 
 def test_times_are_counted_from_the_event() -> None:

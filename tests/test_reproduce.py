@@ -13,13 +13,20 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.reproduce.calibration import PAPER_DCBF, PAPER_PERIODIC, WINDOW, calibrate, measure, statement
-from pdhocbf_drake.reproduce.joints import _legs
-from pdhocbf_drake.reproduce.record import Number, Picture, Section
-from pdhocbf_drake.reproduce.report import value, write_report
-from pdhocbf_drake.reproduce.sections import PARTS, chosen
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
+from pdhocbf_drake.studies.reproduce.calibration import (
+    PAPER_DCBF,
+    PAPER_PERIODIC,
+    WINDOW,
+    calibrate,
+    measure,
+    statement,
+)
+from pdhocbf_drake.studies.reproduce.joints import _legs
+from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
+from pdhocbf_drake.studies.reproduce.report import value, write_report
+from pdhocbf_drake.studies.reproduce.sections import PARTS, chosen
 
 ROW = {"name", "paper", "ours", "unit", "tolerance", "calibrated", "command"}
 

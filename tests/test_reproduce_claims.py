@@ -5,12 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pdhocbf_drake.reproduce.events import CASES, Laboratory, SteppedGait, commanded, first_tick
-from pdhocbf_drake.reproduce.lemma_2 import FIXED, FREE
-from pdhocbf_drake.reproduce.runs import Runs
-from pdhocbf_drake.reproduce.stability import VARIANTS, attempt, literal, literal_terminal, matching, matching_terminal
-from pdhocbf_drake.reproduce.template_walk import run_template, standing
-from pdhocbf_drake.reproduce.theorem import counterexample, least_of_lemma, least_of_theorem, refusal
+from pdhocbf_drake.studies.reproduce.events import CASES, Laboratory, SteppedGait, commanded, first_tick
+from pdhocbf_drake.studies.reproduce.lemma_2 import FIXED, FREE
+from pdhocbf_drake.studies.reproduce.runs import Runs
+from pdhocbf_drake.studies.reproduce.stability import (
+    VARIANTS,
+    attempt,
+    literal,
+    literal_terminal,
+    matching,
+    matching_terminal,
+)
+from pdhocbf_drake.studies.reproduce.template_walk import run_template, standing
+from pdhocbf_drake.studies.reproduce.theorem import counterexample, least_of_lemma, least_of_theorem, refusal
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pdhocbf_drake.reproduce import lemma_2, literal
-from pdhocbf_drake.reproduce.events import Outcome
-from pdhocbf_drake.reproduce.stability import VARIANTS, Attempt
-from pdhocbf_drake.reproduce.template_walk import TemplateRecord
-from pdhocbf_drake.reproduce.unsafe_findings import acts_first, conclusions, finding
+from pdhocbf_drake.studies.reproduce import lemma_2, literal
+from pdhocbf_drake.studies.reproduce.events import Outcome
+from pdhocbf_drake.studies.reproduce.stability import VARIANTS, Attempt
+from pdhocbf_drake.studies.reproduce.template_walk import TemplateRecord
+from pdhocbf_drake.studies.reproduce.unsafe_findings import acts_first, conclusions, finding
 
 NOMINAL = np.array([0.3, 0.4, 0.5, 0.4])
 NEVER = float("nan")

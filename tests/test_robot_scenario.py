@@ -8,7 +8,7 @@ import numpy as np
 import yaml
 
 from pdhocbf_drake.analysis.metrics import compute_metrics
-from pdhocbf_drake.biped import Biped, models_folder
+from pdhocbf_drake.robot import Biped, models_folder
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate

@@ -9,8 +9,9 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from walks import make_mpc, speed_limit, start
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, harmonic
-from pdhocbf_drake.gait import Gait, GaitConfig, swing_point
 from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.oscillator.config import VanDerPolConfig
+from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
@@ -20,8 +21,7 @@ from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.oscillator import TubeFilter
 from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
-from pdhocbf_drake.templates.config import VanDerPolConfig
-from pdhocbf_drake.templates.van_der_pol_tube import VanDerPolTube
+from pdhocbf_drake.walking import Gait, GaitConfig, swing_point
 
 GAIT = Gait(GaitConfig())
 FEET = np.array([[0.0, 0.08], [0.0, -0.08]])

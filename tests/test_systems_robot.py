@@ -7,13 +7,13 @@ from pydrake.math import RollPitchYaw
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, DiagramBuilder
 
-from pdhocbf_drake.biped import Biped, InverseDynamics, sole_pose
-from pdhocbf_drake.gait import Gait, GaitConfig
+from pdhocbf_drake.robot import Biped, InverseDynamics, sole_pose
 from pdhocbf_drake.simulation.biped_diagram import add_robot, model_instance
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics, _write_way
 from pdhocbf_drake.systems.joint_targets import joint_targets
 from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.walking import Gait, GaitConfig
 
 GAIT = Gait(GaitConfig())
 FEET = np.array([[0.0, 0.08], [0.0, -0.08]])

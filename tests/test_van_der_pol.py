@@ -18,9 +18,9 @@ from pdhocbf_drake.barriers import (
     tabulated,
 )
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.templates.config import VanDerPolConfig
-from pdhocbf_drake.templates.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle
-from pdhocbf_drake.templates.van_der_pol_tube import VanDerPolTube, joint_feasibility, tube_barriers
+from pdhocbf_drake.oscillator.config import VanDerPolConfig
+from pdhocbf_drake.oscillator.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle
+from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube, joint_feasibility, tube_barriers
 
 TICK = 0.01
 

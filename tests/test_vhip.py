@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pdhocbf_drake.gait import CosineHeight, GaitConfig
-from pdhocbf_drake.templates.divergent import DivergentComponent
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.walking import CosineHeight, GaitConfig
+from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.vhip import Vhip
 
 ETA = CosineHeight(GaitConfig(com_height_amplitude=0.015)).eta()
 FLOWS = ("euler", "exact")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from contexts import update
 
-from pdhocbf_drake.gait import Gait, GaitConfig, swing_point
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
+from pdhocbf_drake.walking import Gait, GaitConfig, swing_point
 
 GAIT = Gait(GaitConfig())
 FEET = np.array([[0.0, 0.08], [0.0, -0.08]])

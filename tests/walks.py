@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, constant
-from pdhocbf_drake.gait import Gait, GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.walking import Gait, GaitConfig
+from pdhocbf_drake.walking.vhip import Vhip
 
 
 def make_mpc(gait: dict | None = None, mpc: dict | None = None, barriers: tuple = ()) -> PeriodicMpc:

@@ -14,8 +14,8 @@ from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.feet import touchdown_rows
 from pdhocbf_drake.analysis.replay_markers import Foothold, Markers, safety_along
 from pdhocbf_drake.analysis.replay_stage import Stage
-from pdhocbf_drake.biped.config import SIDES
-from pdhocbf_drake.biped.robot import Biped
+from pdhocbf_drake.robot.config import SIDES
+from pdhocbf_drake.robot.robot import Biped
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.biped.config import SIDES
-from pdhocbf_drake.biped.locate import load_robot_config
-from pdhocbf_drake.biped.robot import Biped
+from pdhocbf_drake.robot.config import SIDES
+from pdhocbf_drake.robot.locate import load_robot_config
+from pdhocbf_drake.robot.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
 
 Array = NDArray[np.float64]

@@ -23,24 +23,24 @@ _CODES = (
     "run folder, but the robot fell or the simulation gave up before the scenario's duration."
 )
 
-# Verb: (what it does, the module with its `add_arguments(parser)` and `run(options) -> exit code`). Only the module
-# of the verb that is asked for is imported, since most of them load Drake.
+# Verb: (what it does, the module below this package with its `add_arguments(parser)` and `run(options) -> exit code`).
+# Only the module of the verb that is asked for is imported, since most of them load Drake.
 _VERBS: Final[dict[str, tuple[str, str]]] = {
-    "list": ("scenarios that come with the package", "pdhocbf_drake.cli.list"),
-    "run": ("simulate a scenario and write a run folder", "pdhocbf_drake.cli.run"),
-    "compare": ("safety margins of two runs and their ratio (6)", "pdhocbf_drake.cli.compare"),
-    "replay": ("rebuild a run's replay.html from its log", "pdhocbf_drake.cli.replay"),
-    "report": ("rebuild a run's report.html, or write one page for several runs", "pdhocbf_drake.cli.report"),
+    "list": ("scenarios that come with the package", "cli.list"),
+    "run": ("simulate a scenario and write a run folder", "cli.run"),
+    "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
+    "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
+    "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),
     "certify": (
         "which bounds can be kept for ever, what they cost, and what a push may do",
-        "pdhocbf_drake.certify.command",
+        "studies.certify.command",
     ),
-    "design-bound": ("a certified bound from a recorded walk, as YAML", "pdhocbf_drake.certify.design_command"),
-    "bench": ("what a control tick costs, against other ways to solve the same problem", "pdhocbf_drake.bench.command"),
-    "worth": ("what a barrier buys when something goes wrong", "pdhocbf_drake.push.worth_command"),
-    "push": ("how hard the robot can be pushed, by direction, phase and barrier", "pdhocbf_drake.push.command"),
-    "reproduce": ("every figure and number of the paper beside ours", "pdhocbf_drake.reproduce.command"),
-    "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "pdhocbf_drake.campaign.command"),
+    "design-bound": ("a certified bound from a recorded walk, as YAML", "studies.certify.design_command"),
+    "bench": ("what a control tick costs, against other ways to solve the same problem", "studies.bench.command"),
+    "worth": ("what a barrier buys when something goes wrong", "studies.worth.command"),
+    "push": ("how hard the robot can be pushed, by direction, phase and barrier", "studies.push.command"),
+    "reproduce": ("every figure and number of the paper beside ours", "studies.reproduce.command"),
+    "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "studies.campaign.command"),
 }
 
 
@@ -104,7 +104,7 @@ def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, argparse.Arg
     for verb, (what, place) in _VERBS.items():
         subparser = verbs.add_parser(verb, help=what, description=f"{what[0].upper()}{what[1:]}.", epilog=_CODES)
         if verb == asked:
-            module = importlib.import_module(place)
+            module = importlib.import_module(f"pdhocbf_drake.{place}")
             module.add_arguments(subparser)
             used = subparser
     return parser, used, module

@@ -9,11 +9,11 @@ import numpy as np
 from pydrake.solvers import Constraint, LinearConstraint, LinearEqualityConstraint, MathematicalProgram
 
 from pdhocbf_drake.barriers import AffineBarrier, affine_rows
-from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
-from pdhocbf_drake.templates.divergent import DivergentComponent
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.vhip import Vhip
 
 
 class Parameters:

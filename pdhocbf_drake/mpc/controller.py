@@ -9,23 +9,24 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_program import Parameters
-from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.program_cache import ProgramCache
 from pdhocbf_drake.mpc.programs import Programs
 from pdhocbf_drake.mpc.recovery import recovery_of
-from pdhocbf_drake.mpc.solution import NOTICED, QpResult, Reason
-from pdhocbf_drake.mpc.solvers import QpSolver
+from pdhocbf_drake.mpc.solution import NOTICED, Reason
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.theta import Theta
 from pdhocbf_drake.mpc.unmet import slack_by_barrier, slack_starts, unmet
-from pdhocbf_drake.templates.divergent import DivergentComponent
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.qp.result import QpResult
+from pdhocbf_drake.qp.solvers import QpSolver
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.vhip import Vhip
 
 
 class PeriodicMpc:

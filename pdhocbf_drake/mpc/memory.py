@@ -9,13 +9,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from pdhocbf_drake.gait.gait import BOTH, LEFT
 from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_program import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.walking.gait import BOTH, LEFT
 
 OUTPUTS = (
     "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack", "unmet",

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.walking import Gait
 
 _RECURRENCE = 1e-9  # [m/s]
 _NOISE = 1e-5  # of an interior-point solver [m/s]

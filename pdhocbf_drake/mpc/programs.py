@@ -7,18 +7,18 @@ from dataclasses import dataclass
 from functools import partial
 
 from pdhocbf_drake.barriers import AffineBarrier
-from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, axis_program
-from pdhocbf_drake.mpc.compiled import ParametricQp, compile_program
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.program_cache import Compiled, OnDemand, ProgramCache
 from pdhocbf_drake.mpc.rungs import Rung, without_decay
 from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.mpc.solvers import make_solver
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.warm_start import guess_rows
-from pdhocbf_drake.templates.divergent import DivergentComponent
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.qp.compiled import ParametricQp, compile_program
+from pdhocbf_drake.qp.solvers import make_solver
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.vhip import Vhip
 
 
 @dataclass(frozen=True)

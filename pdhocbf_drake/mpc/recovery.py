@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
-from pdhocbf_drake.templates.divergent import DivergentComponent
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.vhip import Vhip
 
 
 def recovery_of(gait: Gait, vhip: Vhip, config: MpcConfig) -> tuple[Gait, Vhip, MpcConfig]:

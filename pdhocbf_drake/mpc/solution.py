@@ -1,11 +1,8 @@
-"""What a solve of the periodic MPC gives back, and why it may be less than an optimum."""
+"""Why a plan of the periodic MPC may be less than an optimum, and the constraints that it may miss."""
 
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import NamedTuple
-
-import numpy as np
 
 NOTICED = 1e-6  # [m/s] or [m]: a constraint that is missed by less counts as met
 
@@ -32,23 +29,3 @@ class Reason(IntEnum):
     def planned(self) -> bool:
         """Whether the tick's plan is the answer of a solver."""
         return self not in (Reason.INFEASIBLE, Reason.NOT_OPTIMAL)
-
-
-class QpResult(NamedTuple):
-    """One quadratic program's answer.
-
-    Attributes:
-        ok: True only for a solver status of "optimal".
-        decisions: the optimum, shape (n,); meaningless unless `ok`.
-        cost: the optimal cost, parameters' constant part included.
-        active: flags of the constraints active at the optimum, +1 upper, −1 lower, 0 inactive, shape (n_rows,).
-        infeasible: True where the solver proved that no point meets the constraints.
-        status: the solver's own word.
-    """
-
-    ok: bool
-    decisions: np.ndarray
-    cost: float
-    active: np.ndarray
-    infeasible: bool
-    status: str

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.gait import Gait
-from pdhocbf_drake.gait.gait import BOTH
 from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.templates.divergent import DivergentComponent
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.gait import BOTH
 
 _TAIL_HORIZONS = 4  # ticks beyond the horizon are discounted by e^{-ωδi}: after four horizons nothing is left
 

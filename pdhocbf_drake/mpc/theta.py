@@ -7,14 +7,14 @@ from functools import lru_cache
 
 import numpy as np
 
-from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_program import Parameters
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import RELAXED
-from pdhocbf_drake.templates.divergent import DivergentComponent
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.divergent import DivergentComponent
 
 _NONE = np.zeros(0)
 _NO_ROW = np.zeros(3)

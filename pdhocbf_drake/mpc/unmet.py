@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier, affine_rows
-from pdhocbf_drake.mpc.compiled import ParametricQp
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.solution import CONSTRAINTS, NOTICED, Reason
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.walking.vhip import Vhip
 
 _ROWS = {
     "stability": ("stability", "terminal set"),

@@ -10,8 +10,8 @@ from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, PdControllerGa
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
-from pdhocbf_drake.biped import Biped, sole_pose
-from pdhocbf_drake.biped.swing_lever import swing_lever
+from pdhocbf_drake.robot import Biped, sole_pose
+from pdhocbf_drake.robot.swing_lever import swing_lever
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import LoggedDiagram, Wiring, add_controller, connect_controller, start_of
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error

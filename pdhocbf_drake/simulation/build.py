@@ -19,13 +19,13 @@ from pdhocbf_drake.barriers import (
 )
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.gait import Gait, GaitConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_orbit
 from pdhocbf_drake.mpc.program_cache import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.walking import Gait, GaitConfig
+from pdhocbf_drake.walking.vhip import Vhip
 
 _FASTEST = 1e3  # [m/s]
 AT_REST = np.zeros(3)  # [c, v, p] at tick 0: standing between the feet

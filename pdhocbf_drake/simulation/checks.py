@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any, Final
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.gait.com_height import GRAVITY
 from pdhocbf_drake.simulation.scenario import Push, Scenario, System
+from pdhocbf_drake.walking.com_height import GRAVITY
 
 _LONGEST_STEP = 10.0  # [s]
 _MOST_GROWTH = 100.0  # ω·H·δ; the tail looks five horizons ahead, and e^709 is the largest number there is

@@ -9,6 +9,7 @@ import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
 
+from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.disturbance import SEEN, add_measurement
 from pdhocbf_drake.simulation.pushes import timed_forces
@@ -21,7 +22,6 @@ from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.oscillator import Oscillator, TubeFilter
 from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
-from pdhocbf_drake.templates.van_der_pol_tube import VanDerPolTube
 
 
 @dataclass

@@ -13,7 +13,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Context
 from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, RandomSource
 
-from pdhocbf_drake.biped import Biped
+from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, ModelErrorConfig
 
 if TYPE_CHECKING:

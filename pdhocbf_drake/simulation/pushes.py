@@ -6,8 +6,8 @@ import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex
 
-from pdhocbf_drake.biped import Biped
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.scenario import Push, Scenario
 from pdhocbf_drake.systems.push_schedule import TimedForce
 

@@ -9,11 +9,11 @@ from pydantic import Field, field_validator, model_validator
 
 from pdhocbf_drake.barriers.config import LinearBarrierConfig
 from pdhocbf_drake.config import Config, Name, parse_config, within
-from pdhocbf_drake.gait.config import GaitConfig
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, ModelErrorConfig
 from pdhocbf_drake.simulation.drake_config import complete_plant_config, complete_simulator_config
-from pdhocbf_drake.templates.config import VanDerPolConfig, VhipConfig
+from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
 DEFAULT_ROBOT = "biped"
 System = Literal["biped", "vhip", "van_der_pol"]

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
-from pdhocbf_drake.biped import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.robot import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.checks import check_scenario

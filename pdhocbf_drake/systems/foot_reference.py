@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.gait import Gait, swing_point
-from pdhocbf_drake.gait.swing import write_feet
+from pdhocbf_drake.walking import Gait, swing_point
+from pdhocbf_drake.walking.swing import write_feet
 
 
 class FootReference(LeafSystem):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.gait import Gait
 from pdhocbf_drake.systems.unbundled import Unbundled
+from pdhocbf_drake.walking import Gait
 
 
 class GaitReference(Unbundled):

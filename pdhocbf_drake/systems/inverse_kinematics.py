@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.biped import (
+from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.robot import (
     Biped,
     InverseDynamics,
     Side,
@@ -13,7 +14,6 @@ from pdhocbf_drake.biped import (
     left_share_of_zmp,
     zmp_of_wrenches,
 )
-from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.systems.unbundled import Unbundled
 
 _SWINGING: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the foot that stands

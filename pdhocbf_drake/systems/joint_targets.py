@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import AffineSystem, MatrixGain
 
-from pdhocbf_drake.biped import Biped
+from pdhocbf_drake.robot import Biped
 
 LATENCY = 2.0
 """Plant steps from a measurement to the effect of what is planned from it, calibrated on the walk.

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.templates.van_der_pol_tube import VanDerPolTube
+from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 
 _REASONS = {"solved": Reason.SOLVED, "softened": Reason.SOFTENED, "failed": Reason.NOT_OPTIMAL}
 

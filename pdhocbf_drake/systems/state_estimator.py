@@ -7,9 +7,9 @@ import math
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from pdhocbf_drake.biped import Biped
-from pdhocbf_drake.biped.config import SIDES
 from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.robot.config import SIDES
 from pdhocbf_drake.systems.unbundled import Unbundled
 
 _LEAST_LOAD = 1.0  # [N]: below this nothing stands on the ground and the ZMP is taken to be below the CoM

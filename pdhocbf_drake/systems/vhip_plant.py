@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.templates.vhip import Vhip
+from pdhocbf_drake.walking.vhip import Vhip
 
 
 class VhipPlant(LeafSystem):

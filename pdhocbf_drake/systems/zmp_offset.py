@@ -8,10 +8,10 @@ from functools import lru_cache
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.gait import Gait
-from pdhocbf_drake.gait.forecast import SwingForecast
-from pdhocbf_drake.gait.swing import add_swing_accelerations
 from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.forecast import SwingForecast
+from pdhocbf_drake.walking.swing import add_swing_accelerations
 
 _RATE = 0.5  # how much of a new step goes into the table [1]
 _FEET = {"foot_reference": 18, "foot_plan": 8, "stance_plan": 8}

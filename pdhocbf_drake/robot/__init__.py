@@ -1,0 +1,39 @@
+"""A robot as data: loading, frames and soles, whole-body inverse kinematics, feedforward torques."""
+
+from pdhocbf_drake.robot.config import ROLES, SIDES, RobotConfig, Side
+from pdhocbf_drake.robot.damped import row_weights
+from pdhocbf_drake.robot.feedforward import Feedforward, InverseDynamics
+from pdhocbf_drake.robot.ground import left_share_of_zmp, zmp_of_wrenches
+from pdhocbf_drake.robot.ik import IkResult, Motion, WholeBodyIk
+from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_file, robot_names
+from pdhocbf_drake.robot.posture import Posture, PostureRates, sole_pose
+from pdhocbf_drake.robot.reach import check_walk, check_zmp_box
+from pdhocbf_drake.robot.robot import Biped, Sole
+from pdhocbf_drake.robot.swing_lever import swing_lever
+
+__all__ = [
+    "ROLES",
+    "SIDES",
+    "Biped",
+    "Feedforward",
+    "IkResult",
+    "InverseDynamics",
+    "Motion",
+    "Posture",
+    "PostureRates",
+    "RobotConfig",
+    "Side",
+    "Sole",
+    "WholeBodyIk",
+    "check_walk",
+    "check_zmp_box",
+    "left_share_of_zmp",
+    "load_robot_config",
+    "models_folder",
+    "robot_file",
+    "robot_names",
+    "row_weights",
+    "sole_pose",
+    "swing_lever",
+    "zmp_of_wrenches",
+]

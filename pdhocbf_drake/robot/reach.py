@@ -1,0 +1,93 @@
+"""What the legs can reach: refuses CoM heights, strides and ZMP boxes that this robot can't do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.robot.ik import WholeBodyIk
+from pdhocbf_drake.robot.posture import Posture, sole_pose
+from pdhocbf_drake.robot.robot import Biped
+
+RESOLUTION = 0.01  # of the limits named in messages [m]
+
+
+def check_walk(
+    biped: Biped,
+    *,
+    stride: float,
+    stance_width: float,
+    com_heights: tuple[float, float],
+    zmp_box: tuple[float, float],
+) -> None:
+    """Refuses a walk beyond the robot's reach.
+
+    Args:
+        biped: the robot.
+        stride: step length along x, either sign [m].
+        stance_width: lateral distance of the feet [m].
+        com_heights: lowest and highest commanded CoM height [m].
+        zmp_box: side lengths of the ZMP box in x and y [m].
+
+    Raises:
+        ModelError: CoM height out of reach, stride beyond the legs, or a ZMP box larger than the sole.
+    """
+    check_zmp_box(biped, zmp_box)
+    for height in com_heights:
+        check_com_height(biped, height, stance_width)
+        check_stride(biped, stride, stance_width, height)
+
+
+def check_zmp_box(biped: Biped, zmp_box: tuple[float, float]) -> None:
+    """The box of eq. (27) must lie within the smaller sole: outside it the foot tips."""
+    sole = 2 * np.min([biped.soles[side].half_size for side in ("left", "right")], axis=0)
+    if (np.array(zmp_box) > sole + 1e-9).any():
+        raise ModelError(
+            f"ZMP box {zmp_box[0]:g} x {zmp_box[1]:g} m is larger than the sole of robot {biped.config.name!r}; "
+            f"allowed is up to {sole[0]:g} x {sole[1]:g} m"
+        )
+
+
+def check_com_height(biped: Biped, height: float, stance_width: float) -> None:
+    """Standing upright on both feet at that width must be possible."""
+    if _reaches(biped, height, stance_width, 0.0):
+        return
+    resolution = max(RESOLUTION, biped.config.com_height / 60.0)
+    heights = np.arange(0.0, 2.0 * biped.config.com_height, resolution)
+    good = [other for other in heights if _reaches(biped, other, stance_width, 0.0)]
+    allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if good else "no height is in reach"
+    raise ModelError(
+        f"CoM height {height:g} m is out of reach of robot {biped.config.name!r} "
+        f"with its feet {stance_width:g} m apart; {allowed}"
+    )
+
+
+def check_stride(biped: Biped, stride: float, stance_width: float, height: float) -> None:
+    """Both feet on the ground, one stride apart, with the CoM above their middle, must be possible."""
+    if _reaches(biped, height, stance_width, stride):
+        return
+    longest = longest_stride(biped, stance_width, height)
+    raise ModelError(
+        f"stride {stride:g} m is beyond the legs' reach of robot {biped.config.name!r} "
+        f"at a CoM height of {height:g} m; allowed is up to {longest:.3g} m"
+    )
+
+
+def longest_stride(biped: Biped, stance_width: float, height: float) -> float:
+    """The longest step at a CoM height, with both feet on the ground and the CoM above their middle [m]."""
+    return _largest(lambda length: _reaches(biped, height, stance_width, length))
+
+
+def _reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
+    left, right = sole_pose(stride / 2, width / 2), sole_pose(-stride / 2, -width / 2)
+    return WholeBodyIk(biped).solve(Posture(np.array([0.0, 0.0, height]), left, right), biped.bent_knee).ok
+
+
+def _largest(possible: Callable[[float], bool]) -> float:
+    low, high = 0.0, 2.0
+    while high - low > RESOLUTION:
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if possible(middle) else (low, middle)
+    return low

@@ -1,0 +1,1 @@
+"""Convex polytopes and controlled invariant sets of periodic linear systems."""

@@ -1,0 +1,122 @@
+"""The largest sets that a periodic system can be kept in for ever, under limits on its state and input.
+
+They answer whether a bound is enforceable at all, which ψ rows alone do not.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope
+
+Progress = Callable[[int, float], None]
+Rows = tuple[Array, Array]
+
+
+@dataclass(frozen=True)
+class InvariantSet:
+    """The maximal periodic controlled-invariant set C_0, …, C_{N−1}:
+
+        C_k = X_k ∩ Pre_k(C_{k+1}),   Pre_k(C) = {x : A_k x + B_k u + c_k ∈ C for some u ∈ U_k},   C_{k+N} = C_k.
+
+    From x(k) ∈ C_k some admissible inputs keep x(j) ∈ X_j for all j ≥ k, and from elsewhere none do; both up to
+    `residual`, since the iteration ends.
+
+    Attributes:
+        sets: C_k, one per phase; empty if there is no such set.
+        first_failing_phase: the phase at which, going backward in time, no state was left; None if there is a set.
+        sweeps: passes around the cycle.
+        residual: how far a vertex of some C_k lies outside Pre_k(C_{k+1}) at most [unit of x]; of the order of the
+            tolerance, because the iteration stops when sets no longer change, not after an infinity of sweeps.
+        seconds: wall time.
+    """
+
+    sets: tuple[Polytope, ...]
+    first_failing_phase: int | None
+    sweeps: int
+    residual: float
+    seconds: float
+
+    @property
+    def enforceable(self) -> bool:
+        """Whether some states can be kept within the limits for ever, up to `residual`."""
+        return self.first_failing_phase is None
+
+
+def predecessor_rows(system: PeriodicAffineSystem, k: int, target: Polytope, inputs: Polytope) -> Rows:
+    """Pre_k(target) as rows (A, b): A_k x + c_k ∈ target ⊕ (−B_k U_k).
+
+    A_k need not be invertible.
+    """
+    reach = target.swept(np.unique(-(inputs.vertices @ system.B(k).T), axis=0))
+    return reach.A @ system.A(k), reach.b - reach.A @ system.c(k)
+
+
+def invariant_set(
+    system: PeriodicAffineSystem,
+    states: Sequence[Polytope],
+    inputs: Sequence[Polytope],
+    tolerance: float = 1e-9,
+    max_sweeps: int = 500,
+    progress: Progress | None = None,
+) -> InvariantSet:
+    """Runs C_k ← X_k ∩ Pre_k(C_{k+1}) backward around the cycle from C_k = X_k until nothing changes.
+
+    Args:
+        system: x(k+1) = A_k x + B_k u + c_k of period N.
+        states: X_k, N of them or one.
+        inputs: U_k, N of them or one.
+        tolerance: a sweep that cuts off less than this anywhere is the last one [unit of x].
+        max_sweeps: passes around the cycle before giving up.
+        progress: called after every sweep with its number and the largest cut [unit of x].
+
+    Raises:
+        InputError: sizes that do not fit; or no fixed point within the sweeps.
+    """
+    started = time.perf_counter()
+    period = system.period
+    limits = _one_per_phase(states, period, system.n, "state")
+    allowed = _one_per_phase(inputs, period, system.m, "input")
+    sets = list(limits)
+    stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were last looked at
+    residual = np.zeros(period)
+    for sweep in range(1, max_sweeps + 1):
+        cut = 0.0
+        for k in reversed(range(period)):
+            if not stale[k]:
+                continue
+            rows, bounds = predecessor_rows(system, k, sets[(k + 1) % period], allowed[k])
+            size = np.maximum(np.linalg.norm(rows, axis=1), THINNEST)  # a row of zeros is true or false anywhere
+            excess = float(((sets[k].vertices @ rows.T - bounds) / size).max())
+            stale[k], residual[k], cut = False, max(excess, 0.0), max(cut, excess)
+            if excess <= tolerance:
+                continue
+            smaller = Polytope.from_rows(
+                np.vstack([limits[k].A, rows]), np.concatenate([limits[k].b, bounds]), sets[k].centre
+            )
+            if smaller is None:
+                return InvariantSet((), k, sweep, np.nan, time.perf_counter() - started)
+            sets[k], residual[k] = smaller, 0.0
+            stale[k - 1] = True
+        if progress is not None:
+            progress(sweep, cut)
+        if not stale.any():
+            return InvariantSet(tuple(sets), None, sweep, float(residual.max()), time.perf_counter() - started)
+    raise InputError(
+        f"no invariant set was found within {max_sweeps} sweeps (the last one still cut off {cut:.1e}): "
+        "allow more of them or a larger tolerance"
+    )
+
+
+def _one_per_phase(given: Sequence[Polytope], period: int, size: int, what: str) -> tuple[Polytope, ...]:
+    if len(given) not in (1, period):
+        raise InputError(f"the {what} limits need 1 polytope or one for each of {period} phases, given {len(given)}")
+    if wrong := [p.dimension for p in given if p.dimension != size]:
+        raise InputError(f"the {what} limits must have {size} dimensions, given {wrong[0]}")
+    return tuple(given) * (period if len(given) == 1 else 1)

@@ -1,0 +1,128 @@
+"""A user's own periodic linear system with polytopic limits, from a file to certified sets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from pdhocbf_drake.barriers import PeriodicAffineSystem
+from pdhocbf_drake.config import Config, parse_config
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.sets.invariant_set import InvariantSet, invariant_set
+from pdhocbf_drake.sets.polytope import Polytope
+
+Vector = tuple[float, ...]
+Matrix = tuple[Vector, ...]
+
+
+class PolytopeConfig(Config):
+    """{x : lower ≤ x ≤ upper, rows·x ≤ bounds}; either part may be left out, but together they must be bounded.
+
+    Attributes:
+        lower, upper: a box [unit of each entry].
+        rows, bounds: further half-spaces.
+    """
+
+    lower: Vector | None = None
+    upper: Vector | None = None
+    rows: Matrix = ()
+    bounds: Vector = ()
+
+    @model_validator(mode="after")
+    def _fits(self) -> PolytopeConfig:
+        if (self.lower is None) != (self.upper is None):
+            raise ValueError("lower and upper are given together or not at all")
+        if len(self.rows) != len(self.bounds):
+            raise ValueError(f"as many rows as bounds are needed, not {len(self.rows)} and {len(self.bounds)}")
+        return self
+
+    def polytope(self, size: int, where: str) -> Polytope:
+        """The polytope in `size` dimensions; raises `InputError`."""
+        A, b = [np.zeros((0, size))], [np.zeros(0)]
+        if self.lower is not None and self.upper is not None:
+            A += [np.eye(size), -np.eye(size)]
+            b += [np.array(self.upper), -np.array(self.lower)]
+        if self.rows:
+            A.append(np.array(self.rows))
+            b.append(np.array(self.bounds))
+        if any(part.shape[1] != size for part in A) or any(len(x) != len(y) for x, y in zip(A, b, strict=True)):
+            raise InputError(f"{where}: every limit must have {size} entries")
+        if not sum(len(part) for part in A):
+            raise InputError(f"{where}: give lower and upper, or rows and bounds")
+        found = Polytope.from_rows(np.vstack(A), np.concatenate(b))
+        if found is None:
+            raise InputError(f"{where}: the limits leave nothing")
+        return found
+
+
+class LinearSystemConfig(Config):
+    """x(k+1) = A_k x(k) + B_k u(k) + c_k with x ∈ X_k and u ∈ U_k; each is one for all phases or a list over them.
+
+    Attributes:
+        name: for messages and files.
+        A, B, c: one matrix (vector) per phase, or a single one.
+        states, inputs: X_k and U_k, one per phase or a single one.
+    """
+
+    name: str = "system"
+    A: tuple[Matrix, ...] = Field(min_length=1)
+    B: tuple[Matrix, ...] = Field(min_length=1)
+    c: tuple[Vector, ...] = ()
+    states: tuple[PolytopeConfig, ...] = Field(min_length=1)
+    inputs: tuple[PolytopeConfig, ...] = Field(min_length=1)
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], where: str) -> LinearSystemConfig:
+        """A system from plain YAML data, in which what is given once is a list of one; raises `InputError`."""
+        depth = {"A": 3, "B": 3, "c": 2}
+        wrapped = {key: [data[key]] for key in depth if key in data and _depth(data[key]) == depth[key] - 1}
+        wrapped |= {key: [data[key]] for key in ("states", "inputs") if isinstance(data.get(key), dict)}
+        return parse_config(cls, {**data, **wrapped}, where)
+
+    def certify(self) -> InvariantSet:
+        """The largest sets that the system can be kept in; raises `InputError`."""
+        try:
+            system = PeriodicAffineSystem(np.array(self.A), np.array(self.B), np.array(self.c) if self.c else None)
+        except ValueError as error:  # an InputError too, or rows of different lengths
+            raise InputError(f"{self.name}: {error}") from None
+        period = max(system.period, len(self.states), len(self.inputs))
+        if any(period % count for count in (system.period, len(self.states), len(self.inputs))):
+            raise InputError(f"{self.name}: A, B, c, states and inputs share one period or are given once")
+        phases = range(period)
+        system = PeriodicAffineSystem(*(np.array([part(k) for k in phases]) for part in (system.A, system.B, system.c)))
+        states = [p.polytope(system.n, f"{self.name}.states.{i}") for i, p in enumerate(self.states)]
+        inputs = [p.polytope(system.m, f"{self.name}.inputs.{i}") for i, p in enumerate(self.inputs)]
+        return invariant_set(
+            system, [states[k % len(states)] for k in phases], [inputs[k % len(inputs)] for k in phases]
+        )
+
+
+def system_data(config: LinearSystemConfig, found: InvariantSet, seconds: float) -> dict[str, Any]:
+    """Everything for `certify.json`; what only a walk has is null."""
+    return {
+        "schema": 1,
+        "scenario": config.name,
+        "enforceable": found.enforceable,
+        "first_failing_phase": found.first_failing_phase,
+        "phases": [
+            {
+                "phase": phase,
+                "area": part.volume(),
+                "vertices": part.vertices.tolist(),
+                "rows": part.A.tolist(),
+                "bounds": part.b.tolist(),
+                "push_max": None,
+                "push_min": None,
+            }
+            for phase, part in enumerate(found.sets)
+        ],
+        "sweeps": found.sweeps,
+        "residual": found.residual if found.enforceable else None,
+        "seconds": seconds,
+    }
+
+
+def _depth(data: Any) -> int:
+    return 1 + _depth(data[0]) if isinstance(data, (list, tuple)) and data else 0

@@ -1,0 +1,81 @@
+"""Where a tick's time goes: a clock around the Python of every block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from pydrake.systems.framework import LeafSystem
+
+from pdhocbf_drake import systems
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.simulation import simulate as _every_block_is_loaded_by  # noqa: F401
+from pdhocbf_drake.studies.bench.clock import now
+
+_CALLED_BY_DRAKE = (
+    ("context", "output"),
+    ("context", "values"),
+    ("context", "value"),
+    ("context",),
+    ("context", "state"),
+)
+
+
+class BlockClock:
+    """Seconds spent in each block's own code, without what other blocks did for it, since `clear`.
+
+    Attributes:
+        seconds: by the block's name; "PeriodicMpc" is the solve inside "MpcController".
+    """
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self._inner: list[float] = []
+
+    def clear(self) -> None:
+        self.seconds.clear()
+
+    def around(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
+        """`function`, timed."""
+
+        def timed(*args: Any, **kwargs: Any) -> Any:
+            self._inner.append(0.0)
+            start = now()
+            try:
+                return function(*args, **kwargs)
+            finally:
+                spent = now() - start
+                self.seconds[name] = self.seconds.get(name, 0.0) + spent - self._inner.pop()
+                if self._inner:
+                    self._inner[-1] += spent
+
+        return timed
+
+
+@contextmanager
+def block_clock() -> Iterator[BlockClock]:
+    """Diagrams that are built inside have their blocks timed; the classes are put back afterwards."""
+    clock = BlockClock()
+    changed: list[tuple[type, str, Any]] = []
+    try:
+        for block in _python_blocks():
+            for name, function in list(vars(block).items()):
+                if callable(function) and _is_callback(function):
+                    changed.append((block, name, function))
+                    setattr(block, name, clock.around(block.__name__.strip("_"), function))
+        changed.append((PeriodicMpc, "solve", PeriodicMpc.solve))
+        PeriodicMpc.solve = clock.around("PeriodicMpc", PeriodicMpc.solve)  # type: ignore[method-assign]
+        yield clock
+    finally:
+        for owner, name, function in changed:
+            setattr(owner, name, function)
+
+
+def _python_blocks() -> list[type]:
+    return [block for block in LeafSystem.__subclasses__() if block.__module__.startswith(systems.__name__)]
+
+
+def _is_callback(function: Callable[..., Any]) -> bool:
+    code = getattr(function, "__code__", None)
+    return code is not None and code.co_varnames[1 : code.co_argcount] in _CALLED_BY_DRAKE

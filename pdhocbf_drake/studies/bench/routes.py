@@ -1,0 +1,163 @@
+"""The ways from a measured state to the decisions of both axes that are timed against each other."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from typing import Any
+
+import numpy as np
+from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
+from scipy.sparse import csc_matrix
+
+from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
+from pdhocbf_drake.mpc.warm_start import guess_rows
+from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.studies.bench.clock import now
+from pdhocbf_drake.studies.bench.recording import Tick, solve, theta
+from pdhocbf_drake.studies.bench.sparse_program import sparse_qp
+
+AXES = (0, 1)
+SparseQps = list[list[ParametricQp]]
+
+
+class Route(ABC):
+    """One way to solve x and y of a tick; what can be prepared before the walk is prepared in the constructor.
+
+    Attributes:
+        name: as printed.
+        failures: solves that did not end as optimal.
+    """
+
+    name = ""
+
+    def __init__(self, walk: Walk) -> None:
+        self.mpc = walk.mpc
+        self.failures = 0
+
+    def seconds(self, given: Tick) -> float:
+        """How long this tick takes [s]."""
+        start = now()
+        self.decide(given)
+        return now() - start
+
+    @abstractmethod
+    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
+        """The decisions of x and of y."""
+
+
+class Ours(Route):
+    """`PeriodicMpc.solve`: state, stance and bounds in, plan out."""
+
+    name = "ours"
+
+    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
+        plan = solve(self.mpc, given)
+        self.failures += plan.fallbacks > 0
+        return tuple(plan.inputs)
+
+
+class Core(Route):
+    """The least that ours can take: the solver's own clock, plus one product of its map with θ.
+
+    The product is ours, of the few coefficients that matter; the dense one takes several times as long.
+    """
+
+    name = "solver core"
+
+    def __init__(self, walk: Walk) -> None:
+        super().__init__(walk)
+        from pdhocbf_drake.qp.daqp_solver import DaqpQp
+
+        self._solvers = [
+            [DaqpQp(qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)] for axis in self.mpc.qps
+        ]
+
+    def seconds(self, given: Tick) -> float:
+        total = 0.0
+        for axis in AXES:
+            solver = self._solvers[axis][given.tick % len(self._solvers[axis])]
+            parameters = theta(self.mpc, given, axis)
+            start = now()
+            solver.prepare(parameters)
+            total += now() - start
+            solver.solve(parameters, None if given.last is None else given.last.active[axis])
+            total += solver.core_seconds
+        return total
+
+    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
+        raise NotImplementedError("this is a clock, not a route")
+
+
+class Rebuilt(Route):
+    """Drake as it comes: a new `MathematicalProgram` at every tick, matrices at hand, Clarabel with its defaults."""
+
+    name = "Drake rebuilt"
+
+    def __init__(self, walk: Walk, qps: SparseQps) -> None:
+        super().__init__(walk)
+        self._qps = qps
+        self._parts = [[_parts(qp) for qp in axis] for axis in self._qps]
+        self._solver = ClarabelSolver()
+
+    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
+        answers = []
+        for axis in AXES:
+            phase = given.tick % len(self._qps[axis])
+            f, low, high = self._qps[axis][phase].vectors(theta(self.mpc, given, axis))
+            prog, w, _, _ = _program(*self._parts[axis][phase], f, low, high)
+            result = self._solver.Solve(prog, None, None)
+            self.failures += not result.is_success()
+            answers.append(result.GetSolution(w))
+        return tuple(answers)
+
+
+class Updated(Route):
+    """Drake at its best: one program a phase, vectors updated, Clarabel without refinement, scaling and presolve."""
+
+    name = "Drake updated"
+
+    def __init__(self, walk: Walk, qps: SparseQps) -> None:
+        super().__init__(walk)
+        self._qps = qps
+        self._programs = [[_program(*_parts(qp), *_at_zero(qp)) for qp in axis] for axis in self._qps]
+        self._solver, self._options = ClarabelSolver(), SolverOptions()
+        for name in ("iterative_refinement_enable", "equilibrate_enable", "presolve_enable"):
+            self._options.SetOption(ClarabelSolver.id(), name, 0)
+
+    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
+        answers = []
+        for axis in AXES:
+            phase = given.tick % len(self._qps[axis])
+            f, low, high = self._qps[axis][phase].vectors(theta(self.mpc, given, axis))
+            prog, w, cost, rows = self._programs[axis][phase]
+            cost.UpdateCoefficients(cost.Q(), f[: len(cost.b())], 0.0, is_convex=True)
+            rows.UpdateLowerBound(low)
+            rows.UpdateUpperBound(high)
+            result = self._solver.Solve(prog, None, self._options)
+            self.failures += not result.is_success()
+            answers.append(result.GetSolution(w))
+        return tuple(answers)
+
+
+def sparse_qps(walk: Walk) -> SparseQps:
+    """`sparse_qp` of both axes and all phases."""
+    return [[sparse_qp(walk, axis, phase) for phase in range(walk.gait.period)] for axis in AXES]
+
+
+def _parts(qp: ParametricQp) -> tuple[np.ndarray, Any]:
+    """P without the states, which cost nothing and come last; A, sparse."""
+    count = int(np.flatnonzero(qp.P.any(axis=1))[-1]) + 1
+    return np.asfortranarray(qp.P[:count, :count]), csc_matrix(qp.A)
+
+
+def _at_zero(qp: ParametricQp) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    return qp.linear.offset, np.full(len(qp.A), -np.inf), np.full(len(qp.A), np.inf)
+
+
+def _program(P: np.ndarray, A: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple:
+    """The program, its decisions, the evaluators of its cost and of its rows."""
+    prog = MathematicalProgram()
+    w = prog.NewContinuousVariables(len(f))
+    cost = prog.AddQuadraticCost(P, f[: len(P)], w[: len(P)], is_convex=True).evaluator()
+    return prog, w, cost, prog.AddLinearConstraint(A, low, high, w).evaluator()

@@ -1,0 +1,129 @@
+"""`pdhocbf campaign`: a campaign goes in, a folder with a table, a summary and a report comes out."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Any, Final
+
+from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError
+from pdhocbf_drake.progress import Tell, run_progress
+from pdhocbf_drake.simulation.run_folder import REPORT, replaced_file
+from pdhocbf_drake.stopping import stop_requests
+from pdhocbf_drake.studies.campaign.config import CampaignConfig
+from pdhocbf_drake.studies.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
+from pdhocbf_drake.yaml_text import write_yaml
+
+SUMMARY: Final = "campaign.json"
+CAMPAIGN: Final = "campaign.yaml"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A campaign, where to put it, and who works on it."""
+    parser.add_argument("campaign", metavar="FILE", help="a YAML file, or a campaign that comes with the package")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/campaign-NAME")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler to use, such as tcp://host:8786")
+    parser.add_argument("--workers", type=int, metavar="N", help="workers on this machine; otherwise one a core")
+    parser.add_argument("--retry-failed", action="store_true", help="run those again that failed before")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Runs what is missing of a campaign; gives the exit code."""
+    try:
+        from pdhocbf_drake.studies.campaign.store import FAILED, CampaignStore, locked
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"a campaign needs the package '{error.name}'; install them all with pip install 'pdhocbf-drake[campaign]'"
+        ) from None
+    if options.workers is not None and options.workers < 1:
+        raise InputError(f"--workers must be 1 or more, given {options.workers}")
+    if options.workers is not None and options.scheduler is not None:
+        raise InputError("--workers is for this machine; a scheduler has the workers that it has")
+    config, path = load_campaign(options.campaign)
+    planned = plan_runs(config, path.resolve().parent)
+    folder: Path = options.out or Path("runs") / f"campaign-{path.stem}"
+    with locked(folder):
+        store = CampaignStore(folder, planned)
+        if options.retry_failed:
+            store.forget([number for number, row in store.rows.items() if row["status"] == FAILED])
+        if not store.rows:
+            check_buildable(planned)
+        with replaced_file(folder / CAMPAIGN) as staging:
+            write_yaml(config.model_dump(mode="json"), staging)
+        stopped = _run_missing(options, config, path.stem, planned, store)
+        rows = [store.rows[number] for number in sorted(store.rows)]
+        try:
+            store.consolidate()
+            _write_results(folder, path.stem, config, len(planned), rows)
+        except RunFolderError as error:
+            stopped = stopped or str(error)
+    _tell(config, len(planned), rows, folder)
+    if stopped:
+        again = "the same command goes on from there" if len(rows) < len(planned) else "the same command completes it"
+        print(f"pdhocbf: {stopped}; {len(rows)} of {len(planned)} runs are kept, and {again}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _run_missing(
+    options: argparse.Namespace, config: CampaignConfig, name: str, planned: list[PlannedRun], store: Any
+) -> str:
+    """Runs what has no row yet and writes each row; gives why it stopped early, or nothing."""
+    from pdhocbf_drake.studies.campaign.cluster import cores, existing_cluster, local_cluster
+    from pdhocbf_drake.studies.campaign.dispatch import dispatch
+
+    missing = [run for run in planned if run.run not in store.rows]
+    if not missing:
+        return ""
+    try:
+        where = existing_cluster(options.scheduler) if options.scheduler else local_cluster(options.workers or cores())
+        with where as client, stop_requests() as asked, run_progress(name, len(store.rows), len(planned)) as tell:
+            for outcome in dispatch(client, missing, config.run_seconds):
+                if asked.is_set():
+                    return "interrupted"
+                if outcome is not None:
+                    store.add(outcome)
+                    _show(tell, store.rows)
+    except KeyboardInterrupt:
+        return "interrupted"
+    except PdhocbfError as error:
+        if not store.rows:
+            raise
+        return str(error)
+    return ""
+
+
+def _show(tell: Tell, rows: dict[int, dict[str, Any]]) -> None:
+    counts = Counter(row["status"] for row in rows.values())
+    tell(len(rows), ", ".join(f"{count} {status}" for status, count in sorted(counts.items(), reverse=True)))
+
+
+def _write_results(folder: Path, name: str, config: CampaignConfig, runs: int, rows: list[dict[str, Any]]) -> None:
+    from pdhocbf_drake.studies.campaign.report import campaign_report
+    from pdhocbf_drake.studies.campaign.survival import campaign_summary
+
+    summary = campaign_summary(runs, list(config.barriers), rows)
+    with replaced_file(folder / SUMMARY) as staging:
+        staging.write_text(json.dumps(summary, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    with replaced_file(folder / REPORT) as staging:
+        staging.write_text(campaign_report(name, config, runs, rows), encoding="utf-8")
+
+
+def _tell(config: CampaignConfig, runs: int, rows: list[dict[str, Any]], folder: Path) -> None:
+    from pdhocbf_drake.studies.campaign.survival import campaign_summary
+
+    summary = campaign_summary(runs, list(config.barriers), rows)
+    width = max(len(name) for name in ("barrier", *config.barriers))
+    print(f"{'barrier':<{width}}  survived  95 % interval")
+    for name, rate in summary["survival"].items():
+        if rate["n"]:
+            low, high = 100 * rate["low"], 100 * rate["high"]
+            print(f"{name:<{width}}  {100 * rate['rate']:6.1f} %  {low:.1f} to {high:.1f} % of {rate['n']}")
+        else:
+            print(f"{name:<{width}}         –")
+    if summary["failed"]:
+        print(f"failed: {summary['failed']} runs, told one by one in the report")
+    print(f"results: {folder}")

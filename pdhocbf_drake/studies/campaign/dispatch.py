@@ -1,0 +1,151 @@
+"""Hands runs to Dask's workers and yields what became of each, in the order in which they end.
+
+A run whose worker or process dies is begun once more; if that dies too, the run has failed. A worker that died
+can't tell, so every beginning is announced as an event of the scheduler and counted here.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import uuid
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from concurrent.futures import CancelledError
+from contextlib import suppress
+from typing import Any, Final, NamedTuple
+
+from distributed import Client, Future, KilledWorker, wait
+
+from pdhocbf_drake.errors import ClusterError
+from pdhocbf_drake.studies.campaign.plan import PlannedRun
+from pdhocbf_drake.studies.campaign.task import DIED, perform
+
+ATTEMPTS: Final = 2
+# A worker may die while a run waits there that it has not begun; such a run is not at fault, up to a point.
+_SUBMISSIONS: Final = 5
+_POLL = 0.5  # [s]
+_GONE = "the Dask scheduler went away"
+_FETCH = 10.0  # [s] for a row to arrive
+_AHEAD = 3  # runs a core that the scheduler knows of at a time
+
+
+class Outcome(NamedTuple):
+    """What became of a run.
+
+    Attributes:
+        planned: the run.
+        status: how it went, see `verdict`; None if it failed.
+        metrics: as in metrics.json; None if it failed.
+        error: why it failed.
+        attempts: how often it was begun.
+        worker: the worker that ended it.
+    """
+
+    planned: PlannedRun
+    status: str | None
+    metrics: dict[str, Any] | None
+    error: str | None
+    attempts: int
+    worker: str | None
+
+
+def dispatch(client: Client, runs: Sequence[PlannedRun], seconds: float) -> Iterator[Outcome | None]:
+    """Runs them all; yields None now and then while nothing ends, so that the caller may stop or show the time.
+
+    Raises:
+        ClusterError: the scheduler went away.
+    """
+    yield from _Dispatcher(client, seconds).outcomes(list(runs))
+
+
+class _Dispatcher:
+    def __init__(self, client: Client, seconds: float) -> None:
+        self._client, self._seconds = client, seconds
+        self._topic = f"pdhocbf-campaign-{uuid.uuid4().hex}"
+        self._begun: Counter[int] = Counter()
+        self._submitted: Counter[int] = Counter()
+        self._lock = threading.Lock()
+        self._running: dict[Future, PlannedRun] = {}
+
+    def outcomes(self, waiting: list[PlannedRun]) -> Iterator[Outcome | None]:
+        waiting.reverse()
+        self._client.subscribe_topic(self._topic, self._count)
+        try:
+            while waiting or self._running:
+                room = _AHEAD * max(1, sum(self._client.nthreads().values())) - len(self._running)
+                for _ in range(min(room, len(waiting))):
+                    self._submit(waiting.pop())
+                ended = self._ended()
+                for future in ended:
+                    planned = self._running.pop(future)
+                    outcome = self._outcome(future, planned)
+                    future.release()
+                    if outcome is None:
+                        self._submit(planned)
+                    else:
+                        yield outcome
+                if not ended:
+                    yield None
+        except (OSError, CancelledError):  # whatever Dask was asked, nobody was there to answer
+            raise ClusterError(_GONE) from None
+        finally:
+            with suppress(OSError, CancelledError):
+                self._close()
+
+    def _submit(self, planned: PlannedRun) -> None:
+        self._submitted[planned.run] += 1
+        key = f"{self._topic}-run-{planned.run}-{self._submitted[planned.run]}"
+        future = self._client.submit(
+            perform, planned.run, planned.scenario, self._seconds, self._topic,
+            key=key, pure=False, priority=-planned.run,
+        )  # fmt: skip
+        self._running[future] = planned
+
+    def _ended(self) -> list[Future]:
+        """Futures that are done, and those that the scheduler began too often by itself."""
+        with suppress(asyncio.TimeoutError, CancelledError):  # the first is not yet the builtin one in Python 3.10
+            wait(list(self._running), timeout=_POLL, return_when="FIRST_COMPLETED")
+        if self._client.status != "running":
+            raise ClusterError(_GONE)
+        # A result that died with its worker before we had it is "lost": the scheduler begins its run again.
+        done = [future for future in self._running if future.status in ("finished", "error", "cancelled")]
+        return done or [future for future, planned in self._running.items() if self._times_begun(planned) > ATTEMPTS]
+
+    def _outcome(self, future: Future, planned: PlannedRun) -> Outcome | None:
+        """What became of the run, or None if it is to be begun again."""
+        begun = self._times_begun(planned)
+        cause, worker = "its worker died", None
+        if future.status == "finished":
+            try:
+                answer: dict[str, Any] = future.result(timeout=_FETCH)
+            except (asyncio.TimeoutError, CancelledError, KilledWorker, OSError):
+                answer = {DIED: cause, "worker": None}  # between its end and our question
+            if DIED not in answer:
+                status, metrics, error = (answer.get(key) for key in ("status", "metrics", "error"))
+                return Outcome(planned, status, metrics, error, max(begun, 1), answer["worker"])
+            cause, worker = answer[DIED], answer["worker"]
+        elif future.status == "error" and not isinstance(future.exception(), KilledWorker):
+            raised = future.exception()
+            return Outcome(planned, None, None, f"{type(raised).__name__}: {raised}", max(begun, 1), None)
+        else:
+            future.cancel()
+        if begun < ATTEMPTS and self._submitted[planned.run] < _SUBMISSIONS:
+            return None
+        return Outcome(planned, None, None, f"{cause}, {max(begun, 1)} times", max(begun, 1), worker)
+
+    def _times_begun(self, planned: PlannedRun) -> int:
+        with self._lock:
+            return self._begun[planned.run]
+
+    def _count(self, event: tuple[float, Any]) -> None:
+        # Dask calls this in a thread of its own.
+        message = event[1]
+        if isinstance(message, dict) and "run" in message:
+            with self._lock:
+                self._begun[int(message["run"])] += 1
+
+    def _close(self) -> None:
+        if self._client.status == "running":
+            self._client.unsubscribe_topic(self._topic)
+            self._client.cancel(list(self._running), force=True)

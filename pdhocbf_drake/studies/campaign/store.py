@@ -1,0 +1,190 @@
+"""The folder of a campaign: one small Parquet file a run as runs end, one table of all of them at the end.
+
+Each file is written beside its place and moved there, so that whatever is there is whole. What a killed campaign
+leaves is read back when it is started again, and runs with a result are not run again.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from pdhocbf_drake.errors import RunFolderError
+from pdhocbf_drake.studies.campaign.dispatch import Outcome
+from pdhocbf_drake.studies.campaign.plan import PlannedRun
+
+TABLE: Final = "runs.parquet"
+PARTS: Final = "parts"
+FAILED: Final = "failed"
+
+# The rest of the columns is told by the metrics themselves.
+_CORE = (
+    ("run", pa.int64()), ("point", pa.int64()), ("barrier", pa.string()), ("status", pa.string()),
+    ("attempts", pa.int64()), ("error", pa.string()), ("worker", pa.string()), ("fingerprint", pa.string()),
+)  # fmt: skip
+
+
+class CampaignStore:
+    """Results of a campaign in a folder.
+
+    Attributes:
+        folder: the folder, made if need be.
+        rows: what is known of each run, by its number: the columns of the table.
+
+    Raises:
+        RunFolderError: the folder can't be written, or holds something else, or another campaign, or one that runs.
+    """
+
+    def __init__(self, folder: Path, planned: Sequence[PlannedRun]) -> None:
+        self.folder = folder
+        with _writable(folder):
+            _parts(folder).mkdir(parents=True, exist_ok=True)
+            probe = _parts(folder) / ".probe"
+            probe.write_bytes(b"0" * 4096)
+            probe.unlink()
+        self.rows: dict[int, dict[str, Any]] = {}
+        for table in self._tables():
+            self.rows |= {row["run"]: row for row in table.to_pylist()}
+        known = {run.run: run.fingerprint for run in planned}
+        for run, row in self.rows.items():
+            if known.get(run) != row.get("fingerprint"):
+                raise RunFolderError(
+                    f"{folder} holds results of another campaign, since its run {run} is not a run of this one; "
+                    "choose another --out"
+                )
+
+    def forget(self, runs: Sequence[int]) -> None:
+        """Takes runs out of what is known, so that they are run again; their files are replaced when they end."""
+        for run in runs:
+            self.rows.pop(run, None)
+
+    def add(self, outcome: Outcome) -> None:
+        """Writes what became of a run; raises `RunFolderError`."""
+        row = _row(outcome)
+        name = f"run-{outcome.planned.run:06d}.parquet"
+        with _writable(self.folder):
+            _write(_table([row]), _parts(self.folder) / name)
+        self.rows[outcome.planned.run] = row
+
+    def consolidate(self) -> None:
+        """Writes one table of all rows, then removes the parts; raises `RunFolderError`."""
+        rows = [self.rows[run] for run in sorted(self.rows)]
+        with _writable(self.folder):
+            if rows:
+                tables = [_table([row]) for row in rows]
+                _write(_typed(pa.concat_tables(tables, promote_options="permissive")), self.folder / TABLE)
+            for part in _parts(self.folder).iterdir():
+                part.unlink()
+            _parts(self.folder).rmdir()
+
+    def _tables(self) -> Iterator[pa.Table]:
+        """The table, then the parts, which are newer."""
+        whole = self.folder / TABLE
+        if whole.exists():
+            try:
+                yield pq.read_table(whole)
+            except (OSError, pa.ArrowInvalid) as error:
+                raise RunFolderError(f"{whole} cannot be read: {_first(error)}") from None
+        for part in sorted(_parts(self.folder).glob("run-*.parquet")):
+            try:
+                yield pq.read_table(part)
+            except (OSError, pa.ArrowInvalid):
+                continue  # torn by a crash of the machine: that run is run again
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Keeps a second command from writing into the same folder; raises `RunFolderError`."""
+    with _writable(folder):
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = (folder / ".lock").open("w")
+    with lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise RunFolderError(f"another campaign is writing to {folder}") from None
+        except OSError:
+            pass  # a file system without locks
+        yield
+
+
+def _row(outcome: Outcome) -> dict[str, Any]:
+    planned, metrics = outcome.planned, outcome.metrics
+    status = FAILED if metrics is None else outcome.status
+    row = {
+        "run": planned.run, "point": planned.point, "barrier": planned.barrier, "status": status,
+        "attempts": outcome.attempts, "error": outcome.error, "worker": outcome.worker,
+        "fingerprint": planned.fingerprint,
+    }  # fmt: skip
+    factors = {path: _plain(value) for path, value in planned.factors.items()}
+    return row | factors | {f"metrics.{name}": value for name, value in _flat(metrics or {}).items()}
+
+
+def _flat(data: dict[str, Any]) -> dict[str, Any]:
+    """Nested maps as one, keys joined by dots."""
+    flat: dict[str, Any] = {}
+    for key, value in data.items():
+        if isinstance(value, dict):
+            flat |= {f"{key}.{below}": deep for below, deep in _flat(value).items()}
+        else:
+            flat[key] = value
+    return flat
+
+
+def _plain(value: Any) -> Any:
+    """A factor as one cell: numbers as floats, so that all rows agree; lists and maps as JSON."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return float(value)
+    return value if value is None or isinstance(value, (str, bool)) else json.dumps(value)
+
+
+def _table(rows: list[dict[str, Any]]) -> pa.Table:
+    table = pa.Table.from_pylist(rows)
+    for name, kind in _CORE:
+        table = table.set_column(table.schema.get_field_index(name), name, table[name].cast(kind))
+    return table
+
+
+def _typed(table: pa.Table) -> pa.Table:
+    """The same with columns that hold nothing at all as numbers, since many readers know no column of nulls."""
+    for index, field in enumerate(table.schema):
+        if pa.types.is_null(field.type):
+            table = table.set_column(index, field.name, table[field.name].cast(pa.float64()))
+    return table
+
+
+def _write(table: pa.Table, place: Path) -> None:
+    staging = place.with_name(f".{place.name}.part")
+    try:
+        with staging.open("wb") as stream:
+            pq.write_table(table, stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        staging.replace(place)
+    except BaseException:
+        staging.unlink(missing_ok=True)
+        raise
+
+
+@contextmanager
+def _writable(folder: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise RunFolderError(f"{folder} cannot be written: {error.strerror or _first(error)}") from None
+
+
+def _parts(folder: Path) -> Path:
+    return folder / PARTS
+
+
+def _first(error: BaseException) -> str:
+    return (str(error).splitlines() or [type(error).__name__])[0]

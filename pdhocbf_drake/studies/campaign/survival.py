@@ -1,0 +1,52 @@
+"""What share of the runs survives, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from scipy.stats import binomtest
+
+from pdhocbf_drake.studies.campaign.store import FAILED
+from pdhocbf_drake.studies.push.endings import SURVIVED
+
+
+class Rate(NamedTuple):
+    """Survivors over n runs, with Wilson's 95 % confidence interval; None where there are no runs."""
+
+    rate: float | None
+    low: float | None
+    high: float | None
+    n: int
+
+
+Row = Mapping[str, Any]
+
+
+def survival_rate(rows: Iterable[Row]) -> Rate:
+    """The rate of the runs that gave a result; a run that failed says nothing about the robot."""
+    survived = [row["status"] == SURVIVED for row in rows if row["status"] != FAILED]
+    if not survived:
+        return Rate(None, None, None, 0)
+    interval = binomtest(sum(survived), len(survived)).proportion_ci(0.95, method="wilson")
+    return Rate(sum(survived) / len(survived), float(interval.low), float(interval.high), len(survived))
+
+
+def campaign_summary(runs: int, barriers: Sequence[str], rows: Sequence[Row]) -> dict[str, Any]:
+    """What campaign.json holds; `runs` counts those planned, of which some may be missing."""
+    failed = sum(row["status"] == FAILED for row in rows)
+    rates = {name: survival_rate(row for row in rows if row["barrier"] == name) for name in barriers}
+    return {
+        "runs": runs,
+        "succeeded": len(rows) - failed,
+        "failed": failed,
+        "survival": {name: rate._asdict() for name, rate in rates.items()},
+    }
+
+
+def paired(rows: Sequence[Row], first: str, second: str) -> tuple[int, int, int]:
+    """Points of the sample that both barriers ran, of which only the first survived, and only the second."""
+    ended = {(row["point"], row["barrier"]): row["status"] == SURVIVED for row in rows if row["status"] != FAILED}
+    points = sorted({point for point, _ in ended})
+    both = [(ended[p, first], ended[p, second]) for p in points if (p, first) in ended and (p, second) in ended]
+    return len(both), sum(a and not b for a, b in both), sum(b and not a for a, b in both)

@@ -1,0 +1,170 @@
+"""`pdhocbf certify`: what can be kept for ever, at which phase not, what it costs, and what a push may do."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from pdhocbf_drake.arguments import add_overrides
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
+from pdhocbf_drake.sets.user_system import LinearSystemConfig, system_data
+from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate, certify_scenario
+from pdhocbf_drake.studies.certify.terminal import terminal_sets
+from pdhocbf_drake.studies.certify.trial import Trial, try_sets
+from pdhocbf_drake.yaml_text import read_yaml, write_yaml
+
+CERTIFICATE, TERMINAL = "certify.json", "terminal_set.npz"
+_ENTRIES = {CERTIFICATE, TERMINAL, SCENARIO, FIGURES}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    parser.add_argument(
+        "scenario", metavar="SCENARIO",
+        help="as for run; or a YAML file of another periodic linear system with A, B, states and inputs",
+    )  # fmt: skip
+    add_overrides(parser)
+    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/certify-NAME")
+    parser.add_argument(
+        "--reach", type=float, metavar="M",
+        help="how far the CoM may be from the stance foot [m]; otherwise half the robot's longest stride",
+    )  # fmt: skip
+    parser.add_argument(
+        "--starts", type=int, default=0, metavar="N",
+        help="try the sets: walk 400 ticks from N random starts inside, prove N random starts outside lost",
+    )  # fmt: skip
+    parser.add_argument("--no-rows", action="store_true", help="leave out the psi rows, the slowest part")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Certifies, writes and tells; gives the exit code. A bound that is not enforceable is an answer, not an error."""
+    if options.reach is not None and not 0.0 < options.reach < 10.0:
+        raise InputError(f"--reach must be a length above 0 [m], given {options.reach}")
+    if options.starts < 0:
+        raise InputError(f"--starts must be 0 or more, given {options.starts}")
+    own = _own_system(options.scenario)
+    return _certify_walk(options) if own is None else _certify_system(own, options)
+
+
+def _own_system(scenario: str) -> LinearSystemConfig | None:
+    """The system in a file that holds one."""
+    path = Path(scenario)
+    if path.suffix not in (".yaml", ".yml"):
+        return None
+    data = read_yaml(path)
+    if not (isinstance(data, dict) and {"A", "B"} & set(data)):
+        return None
+    return LinearSystemConfig.from_dict({"name": path.stem, **data}, path.stem)
+
+
+def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> int:
+    if options.text or options.starts:
+        raise InputError(f"{options.scenario} is a system of its own: --text and --starts are for walks")
+    started = time.perf_counter()
+    place = options.out or Path("runs") / f"certify-{config.name}"
+    with new_run_folder(place, _ENTRIES) as folder:
+        data = system_data(config, config.certify(), time.perf_counter() - started)
+        _write_json(data, folder / CERTIFICATE)
+    if data["enforceable"]:
+        areas = [phase["area"] for phase in data["phases"]]
+        verdict = f"enforceable, found in {data['sweeps']} sweeps; volume {min(areas):.4g} to {max(areas):.4g}"
+    else:
+        verdict = f"not enforceable: going backward, no state is left at phase {data['first_failing_phase']}"
+    _tell([(config.name, verdict), ("certificate", str(place / CERTIFICATE))])
+    return 0
+
+
+def _certify_walk(options: argparse.Namespace) -> int:
+    from pdhocbf_drake.studies.certify.figures import write_certificate_figures
+
+    started = time.perf_counter()
+    scenario = load_scenario(options.scenario, options.text)
+    place = options.out or Path("runs") / f"certify-{scenario.name}"
+    with new_run_folder(place, _ENTRIES) as folder:
+        stages = 5
+        with _progress("certify", stages) as done:
+            found = certify_scenario(scenario, options.reach, not options.no_rows, lambda _: done(None))
+            done(None)
+            seconds = time.perf_counter() - started
+            sets, problem = _terminal(found)
+            trial = _trial(found, options.starts) if options.starts and sets else None
+            data = certificate_data(found, seconds, trial)
+            done(None)
+            _write_json(data, folder / CERTIFICATE)
+            write_yaml(scenario.to_dict(), folder / SCENARIO)
+            lines = certificate_lines(data)
+            if sets:
+                made_for = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
+                save_terminal_sets(folder / TERMINAL, sets, made_for)
+                lines.append(("terminal set", f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"))
+            else:
+                lines.append(("terminal set", f"none: {problem}"))
+            write_certificate_figures(found, data, folder / FIGURES)
+    if trial is not None:
+        lines += _trial_lines(trial)
+    _tell([*lines, ("certificate", str(place / CERTIFICATE)), ("figures", str(place / FIGURES))])
+    return 0
+
+
+def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str]:
+    """The terminal sets, or none and why."""
+    try:
+        return terminal_sets(found), ""
+    except InputError as error:
+        return {}, str(error)
+
+
+def _trial(found: ScenarioCertificate, count: int) -> Trial:
+    with _progress("trial", 2 * count) as done:
+        return try_sets(found, count, found.scenario.seed, done)
+
+
+def _trial_lines(trial: Trial) -> list[tuple[str, str]]:
+    ticks = f"{trial.inside} starts of {trial.ticks} ticks"
+    return [
+        (
+            "trial, inside",
+            f"{ticks}: {trial.infeasible_ticks} infeasible ticks, largest slack {trial.slack_max:.2g} m/s",
+        ),
+        ("trial, outside", f"{trial.unsavable} of {trial.outside} starts proved lost by an independent program"),
+    ]
+
+
+@contextmanager
+def _progress(name: str, total: int) -> Iterator[Callable[[int | None], None]]:
+    """A function to call with what is done so far, or None for one more: a bar on a terminal, plain lines otherwise."""
+    live = sys.stderr.isatty()
+    told = 0
+    with tqdm(total=total, desc=name, file=sys.stderr, disable=not live) as bar:
+        count = 0
+
+        def done(so_far: int | None) -> None:
+            nonlocal count, told
+            count = count + 1 if so_far is None else so_far
+            bar.update(min(count, total) - bar.n if live else 0)
+            if not live and 10 * count // total > told:
+                told = 10 * count // total
+                print(f"{name}: {min(count, total)} of {total}", file=sys.stderr, flush=True)
+
+        yield done
+
+
+def _write_json(data: dict[str, Any], path: Path) -> None:
+    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+
+
+def _tell(lines: list[tuple[str, str]]) -> None:
+    width = max(len(name) for name, _ in lines)
+    print("\n".join(f"{name:<{width}}  {value}" for name, value in lines))

@@ -1,0 +1,186 @@
+"""What a certificate says, as plain data for `certify.json` and as lines for people."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from pdhocbf_drake.sets.invariant_set import InvariantSet
+from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, area, section
+from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
+from pdhocbf_drake.studies.certify.trial import Trial
+
+PUSH_SECONDS = 0.1  # as in `pdhocbf push`
+
+
+def certificate_data(found: ScenarioCertificate, seconds: float, trial: Trial | None = None) -> dict[str, Any]:
+    """Everything for `certify.json`: the main axis on top, both axes under `axes`."""
+    axes = {name: _axis(found, axis) for axis, name in enumerate("xy")}
+    main = axes["xy"[found.main_axis]]
+    failing = [(name, data["first_failing_phase"]) for name, data in axes.items() if not data["enforceable"]]
+    return {
+        "schema": 1,
+        "scenario": found.scenario.name,
+        "axis": "xy"[found.main_axis],
+        "reach": found.reach,
+        "mass": found.mass,
+        "push_seconds": PUSH_SECONDS,
+        "units": {"area": "m²/s", "vertices": "m, m/s", "push": "N s", "kick": "m/s"},
+        **main,
+        "enforceable": not failing,
+        "first_failing_phase": failing[0][1] if failing else None,
+        "sweeps": main["sweeps"],
+        "seconds": seconds,
+        "axes": axes,
+        "trial": None if trial is None else trial._asdict(),
+    }
+
+
+def _axis(found: ScenarioCertificate, axis: int) -> dict[str, Any]:
+    certificate = found.axes[axis]
+    phases = _phases(found, axis, certificate.kept)
+    same = certificate.kept is certificate.unbounded
+    return {
+        "enforceable": certificate.kept.enforceable,
+        "first_failing_phase": certificate.kept.first_failing_phase,
+        "orbit_inside": _orbit_inside(found, axis),
+        "area_share": share(certificate, certificate.kept),
+        "phases": phases,
+        "sweeps": certificate.kept.sweeps,
+        "residual": _number(certificate.kept.residual),
+        "seconds": certificate.kept.seconds,
+        "barriers": {bound.barrier.name: _bound(certificate, bound) for bound in certificate.bounds},
+        "without_barriers": {
+            "enforceable": certificate.unbounded.enforceable,
+            "first_failing_phase": certificate.unbounded.first_failing_phase,
+            "phases": phases if same else _phases(found, axis, certificate.unbounded),
+            "sweeps": certificate.unbounded.sweeps,
+            "seconds": certificate.unbounded.seconds,
+        },
+    }
+
+
+def share(certificate: AxisCertificate, sets: InvariantSet) -> float | None:
+    """The mean over the phases of the area that is left of the set without barriers; None where that is empty."""
+    phases = range(certificate.template.period)
+    whole = [area(certificate.section(phase, certificate.unbounded)) for phase in phases]
+    left = [area(certificate.section(phase, sets)) for phase in phases]
+    return None if min(whole) == 0.0 else float(np.mean(np.array(left) / np.array(whole)))
+
+
+def _bound(certificate: AxisCertificate, bound: BoundCertificate) -> dict[str, Any]:
+    rows = bound.rows
+    return {
+        "enforceable": bound.kept.enforceable,
+        "first_failing_phase": bound.kept.first_failing_phase,
+        "is_barrier": not bound.failing,
+        "failing_phases": list(bound.failing),
+        "area_share": share(certificate, bound.kept),
+        "sweeps": bound.kept.sweeps,
+        "seconds": bound.kept.seconds,
+        "psi_rows": None
+        if rows is None
+        else {
+            "gamma": [getattr(alpha, "gamma", None) for alpha in bound.barrier.class_k],
+            "enforceable": rows.enforceable,
+            "first_failing_phase": rows.first_failing_phase,
+            "area_share": rows_share(certificate, rows),
+            "sweeps": rows.sweeps,
+            "seconds": rows.seconds,
+        },
+    }
+
+
+def rows_share(certificate: AxisCertificate, rows: InvariantSet) -> float | None:
+    """As `share`, for sets in [c, v, ψ_1, s]: a state counts if some ψ_1, that is some ZMP, is in the set."""
+    if not rows.enforceable:
+        return 0.0
+    template, shares = certificate.template, []
+    for phase in range(template.period):
+        part = rows.sets[phase]
+        cut = part.slice(template.held[phase]) if template.chooses_steps else part
+        whole = area(certificate.section(phase, certificate.unbounded))
+        shares.append(0.0 if cut is None else cut.shadow(2).volume() / whole)
+    return float(np.mean(shares))
+
+
+def _phases(found: ScenarioCertificate, axis: int, sets: InvariantSet) -> list[dict[str, Any]]:
+    template = found.axes[axis].template
+    ticks = max(1, round(PUSH_SECONDS / template.tick))
+    listed = []
+    for phase in range(template.period):
+        part, state = section(template, sets, phase), found.orbit[axis, phase]
+        push, kick = push_range(template, sets, phase, state, ticks), kick_range(template, sets, phase, state)
+        listed.append({
+            "phase": phase,
+            "area": area(part),
+            "vertices": [] if part is None else _around(part.vertices),
+            "push_max": _number(found.mass * push.high),
+            "push_min": _number(found.mass * push.low),
+            "kick_max": _number(kick.high),
+            "kick_min": _number(kick.low),
+        })  # fmt: skip
+    return listed
+
+
+def _orbit_inside(found: ScenarioCertificate, axis: int) -> bool:
+    certificate = found.axes[axis]
+    parts = [certificate.section(phase) for phase in range(certificate.template.period)]
+    return all(
+        part is not None and part.violation(found.orbit[axis, phase, :2]) <= 0.0 for phase, part in enumerate(parts)
+    )
+
+
+def _around(vertices: np.ndarray) -> list[list[float]]:
+    """In order around the polygon."""
+    centred = vertices - vertices.mean(axis=0)
+    centred = centred / np.abs(centred).max(axis=0)
+    return [[float(c), float(v)] for c, v in vertices[np.argsort(np.arctan2(centred[:, 1], centred[:, 0]))]]
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
+    """The answer for people: name and value."""
+    lines = []
+    for name, axis in data["axes"].items():
+        for barrier, bound in axis["barriers"].items():
+            lines.append((f"{name}: {barrier}", _verdict(bound)))
+            lines.append(("", f"{_percent(bound['area_share'])} of the area without it is left"))
+            if bound["psi_rows"] is not None:
+                rows = bound["psi_rows"]
+                kept = f"{_percent(rows['area_share'])} is left" if rows["enforceable"] else "they can't be kept"
+                lines.append(("", f"with its psi rows, gamma {rows['gamma']}: {kept}"))
+        if len(axis["barriers"]) > 1:
+            together = "can be kept together" if axis["enforceable"] else "can't be kept together"
+            lines.append((f"{name}: all barriers", f"{together}; {_percent(axis['area_share'])} of the area is left"))
+        lines.append((f"{name}: nominal orbit", "inside the set" if axis["orbit_inside"] else "not inside the set"))
+        for what, phases in (("", axis["phases"]), (" without barriers", axis["without_barriers"]["phases"])):
+            if what and not axis["barriers"]:
+                continue
+            forward, backward = ([p[key] for p in phases] for key in ("push_max", "push_min"))
+            if None not in forward + backward:
+                text = f"+{min(forward):.3g} to +{max(forward):.3g}, {max(backward):.3g} to {min(backward):.3g} N s"
+                lines.append((f"{name}: push{what}", f"{text} (0.1 s, the phase decides)"))
+    lines.append(("time", f"{data['seconds']:.1f} s"))
+    return lines
+
+
+def _verdict(bound: dict[str, Any]) -> str:
+    if not bound["enforceable"]:
+        return f"not enforceable: going backward, no state is left at phase {bound['first_failing_phase']}"
+    if bound["is_barrier"]:
+        return "enforceable, and h >= 0 is a barrier by itself"
+    count, first = len(bound["failing_phases"]), bound["failing_phases"][0]
+    return (
+        f"enforceable; h >= 0 alone is not a barrier at {count} phases, first at {first}, but the certified set is one"
+    )
+
+
+def _percent(value: float | None) -> str:
+    return "nothing" if value is None else f"{100 * value:.1f} %"

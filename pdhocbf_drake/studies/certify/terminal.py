@@ -1,0 +1,102 @@
+"""Certified sets as terminal sets (20f) of the periodic MPC."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pdhocbf_drake.barriers import AffineBarrier
+from pdhocbf_drake.barriers.recursion import linear_rates
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.terminal_set import TerminalSet
+from pdhocbf_drake.sets.invariant_set import InvariantSet
+from pdhocbf_drake.studies.certify.certificate import BoundCertificate
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
+from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
+
+_NONE = 1e-9
+
+
+def terminal_sets(found: ScenarioCertificate) -> dict[int, TerminalSet]:
+    """The set of each axis for a scenario's MPC: where a hard barrier is to be kept, that of the barrier's ψ rows.
+
+    Raises:
+        InputError: there is no such set.
+    """
+    hard = found.scenario.mpc.barrier == "hard"
+    return {
+        axis: psi_terminal_set(c.template, c.bounds) if hard and c.bounds else terminal_set(c.template, c.kept)
+        for axis, c in enumerate(found.axes)
+    }
+
+
+def terminal_set(template: SteppingTemplate, sets: InvariantSet) -> TerminalSet:
+    """The rows com·(c − f) + velocity·v + step·(f − f₋) ≤ bound of each phase.
+
+    Where the coming step is chosen already, any choice will do for a plan that ends there: the old plan's own
+    footholds are the choice. Where the box still moves away from the last foot, f₋ is one of the plan's footholds.
+
+    Raises:
+        InputError: there is no set.
+    """
+    _check_enforceable(sets)
+    rows, bounds = [], []
+    for phase, part in enumerate(sets.sets):
+        shape = part
+        if template.chooses_steps and not (template.depends_on_step(phase) and not template.coming[phase]):
+            shape = part.shadow(2)
+        full = np.zeros((len(shape.A), 4))
+        full[:, : shape.dimension] = shape.A
+        keep = np.any(np.abs(full[:, :2]) > _NONE, axis=1)  # the rest are the limits of a step, which the MPC has
+        rows.append(full[keep])
+        bounds.append(shape.b[keep])
+    return TerminalSet(template.axis, tuple(rows), tuple(bounds))
+
+
+def psi_terminal_set(template: SteppingTemplate, bounds: Sequence[BoundCertificate]) -> TerminalSet:
+    """The set of a hard barrier's rows, written with v(k) and v(k+1) in place of ψ_1(k).
+
+    ψ_1 = h(k+1) − (1 − γ_1) h(k) with h = ± (V̄ − n v), so the set holds one tick before the plan ends. A plan that
+    ends with a step has chosen that step; where a later one is chosen already, any choice will do.
+
+    Raises:
+        InputError: there is not exactly one barrier, or its rows were not certified, or they can't be kept.
+    """
+    barrier, sets = hard_rows(bounds)
+    keep, scale = 1.0 - linear_rates(barrier)[0], barrier.sign * float(barrier.normal[1])
+    last = template.ticks_per_step - 1
+    all_rows, all_bounds = [], []
+    for phase, part in enumerate(sets.sets):
+        ends_with_step = phase % template.ticks_per_step == last
+        needs_step = template.depends_on_step(phase) and (ends_with_step or not template.coming[phase])
+        shape = part.shadow(3) if template.chooses_steps and not needs_step else part
+        rows = np.zeros((len(shape.A), 4))
+        rows[:, :2] = shape.A[:, :2]
+        rows[:, 2] = shape.A[:, 3] if shape.dimension == 4 else 0.0
+        on_psi = shape.A[:, 2]
+        rows[:, 1] += on_psi * scale * keep
+        rows[:, 3] = -on_psi * scale
+        known = barrier.sign * (barrier.bound(phase + 1) - keep * barrier.bound(phase))
+        used = np.any(np.abs(rows[:, [0, 1, 3]]) > _NONE, axis=1)
+        all_rows.append(rows[used])
+        all_bounds.append((shape.b - on_psi * known)[used])
+    return TerminalSet(template.axis, tuple(all_rows), tuple(all_bounds), early=1)
+
+
+def hard_rows(bounds: Sequence[BoundCertificate]) -> tuple[AffineBarrier, InvariantSet]:
+    """The barrier of an axis with a hard one, and the set of its ψ rows; raises as `psi_terminal_set` does."""
+    if len(bounds) != 1:
+        raise InputError(f"a terminal set is known for one hard barrier an axis, not for {len(bounds)} together")
+    barrier, sets = bounds[0].barrier, bounds[0].rows
+    if sets is None:
+        raise InputError(f'a hard barrier needs the set of its psi rows, and that of "{barrier.name}" is not known')
+    _check_enforceable(sets)
+    return barrier, sets
+
+
+def _check_enforceable(sets: InvariantSet) -> None:
+    if not sets.enforceable:
+        raise InputError(
+            f"there is no terminal set: from phase {sets.first_failing_phase} on no state can be kept within the limits"
+        )

@@ -1,0 +1,180 @@
+"""M as evidence: what it depends on, and the bound that the gait's own ripple sets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.drawing import label, legend
+from pdhocbf_drake.barriers import margin_ratio
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.reproduce import look
+from pdhocbf_drake.studies.reproduce.calibration import PAPER_DCBF, PAPER_PERIODIC, WINDOW, free_walk
+from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
+from pdhocbf_drake.studies.reproduce.runs import Runs
+from pdhocbf_drake.studies.reproduce.template_walk import run_template, standing
+
+_NAME = "forward_speed"
+# What is varied: axis label, values, and where in the scenario the value goes.
+VARIED: dict[str, tuple[str, tuple[float, ...]]] = {
+    "stride": ("stride [m]", (0.10, 0.12, 0.14, 0.15, 0.17)),
+    "com_height_amplitude": ("Δz [m]", (0.0, 0.006, 0.012, 0.0198, 0.0220)),
+    "ticks_per_step": ("step time [ticks]", (36, 40, 44)),
+    "gamma": ("γ [1]", (0.05, 0.3, 1.0)),
+    "margin": ("margin [m/s]", (0.001, 0.003, 0.0073, 0.02, 0.06)),
+}
+
+
+def sensitivity(runs: Runs) -> Section:
+    """M measured over five of the choices that the paper does not report."""
+    data = load_scenario("paper_vhip").to_dict()
+    found: dict[str, np.ndarray] = {}
+    columns: dict[str, list[Any]] = {
+        "varied": [],
+        "value": [],
+        "ripple [m/s]": [],
+        "M [%]": [],
+        "h_DCBF [m/s]": [],
+        "h_P [m/s]": [],
+    }
+    orbits: dict[str, np.ndarray] = {}
+    for key, (_, values) in VARIED.items():
+        runs.tell(f"M over {key}")
+        rows = []
+        for value in values:
+            rows.append(measured(data, key, value, orbits))
+            for name, entry in zip(columns, (key, value, *rows[-1]), strict=True):
+                columns[name].append(entry)
+        found[key] = np.array(rows)
+    gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])[:, 1]
+    command = "pdhocbf reproduce --only sensitivity"
+    spread, slow = found["margin"][:, 1], found["gamma"][:, 1]
+    return Section(
+        "What M measures",
+        [
+            "Both cases walk the same, so M = (mean of V̄_P − v̄)/(V̄_DCBF − v̄): a property of where the two "
+            "bounds were "
+            "drawn. A constant bound has to clear the peak of the velocity; if both clear the velocity by the same "
+            "least "
+            "distance m, M = m/(m + r), with r the ripple: peak less mean. The lines are that formula, the points are "
+            "walks.",
+            f"With the gait fixed, the choice of the margin alone moves M from {spread.min():.0f} % to "
+            f"{spread.max():.0f} %; "
+            f"with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % to {gaits.max():.0f} %. "
+            f"γ leaves it at {slow[-1]:.0f} % unless it is so small that the constant barrier forbids the ripple "
+            f"itself: "
+            f"at γ = {VARIED['gamma'][1][0]:g} the walk slows down and M is {slow[0]:.0f} %. Any M between 0 and "
+            f"100 % can "
+            "be had, and M = 32.3 % "
+            "is met by a whole family of gaits, so it identifies none of them.",
+        ],
+        [_figure(found), _law(found)],
+        [],
+        [
+            Number(
+                "least M over margins of 1 to 60 mm/s, the same walk",
+                None,
+                float(spread.min()),
+                "%",
+                None,
+                False,
+                command,
+            ),
+            Number("largest M over the same margins", None, float(spread.max()), "%", None, False, command),
+            Number(
+                "ripple of the velocity that (38) implies, one margin for both",
+                PAPER_DCBF - PAPER_PERIODIC,
+                float(found["com_height_amplitude"][3, 0]),
+                "m/s",
+                0.0006,
+                True,
+                command,
+            ),
+        ],
+        "M says how closely the two bounds were drawn around one trajectory, not how two controllers differ.",
+    )
+
+
+def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.ndarray]) -> tuple[float, ...]:
+    """(ripple [m/s], M [%], h̄_DCBF, h̄_P [m/s]) of the paper's walk with one choice changed."""
+    gait, mpc = dict(data["gait"]), dict(data["mpc"])
+    gamma, margin = 1.0, PAPER_PERIODIC
+    if key == "gamma":
+        gamma = value
+    elif key == "margin":
+        margin = value
+    else:
+        gait[key] = value
+    if key == "ticks_per_step":
+        # A slower step with the same speed; Lemma 2 wants the horizon to follow.
+        gait[key] = int(value)
+        gait["stride"] *= value / 40
+        mpc["horizon"] = 2 * int(value)
+    period = gait["ticks_per_step"]
+    name = repr(sorted(gait.items()))
+    if name not in orbits:
+        orbits[name] = free_walk(gait, mpc)[-(1200 % period) - period :][:period]
+    orbit = orbits[name]
+    h = {}
+    for case, values in (("periodic", orbit + margin), ("constant", np.full(1, orbit.max() + margin))):
+        bound = {"kind": "tabulated", "values": values.tolist()}
+        barrier = {"bound": bound, "gamma": [gamma], "relative_degree": 2}
+        walk = build_walk(
+            Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc, "barriers": {_NAME: barrier}}, key)
+        )
+        record, _ = run_template(walk, standing(walk), 0, WINDOW.stop)
+        h[case] = np.resize(values, WINDOW.stop)[WINDOW] - record.speed[WINDOW]
+    return (
+        float(orbit.max() - orbit.mean()),
+        100 * margin_ratio(h["periodic"], h["constant"]),
+        float(h["constant"].mean()),
+        float(h["periodic"].mean()),
+    )
+
+
+def _figure(found: dict[str, np.ndarray]) -> Picture:
+    figure = Figure(figsize=(8.5, 5.4))
+    axes = figure.subplots(2, 3).ravel()
+    data: dict[str, list[Any]] = {"varied": [], "value": [], "M [%]": []}
+    for axis, (key, (name, values)) in zip(axes, VARIED.items(), strict=False):
+        axis.plot(values, found[key][:, 1], "o-", color=look.PERIODIC)
+        axis.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0)
+        axis.set_ylim(0, 100)
+        axis.set_xlabel(name)
+        label(axis, "M", "%")
+        data["varied"] += [key] * len(values)
+        data["value"] += list(values)
+        data["M [%]"] += found[key][:, 1].tolist()
+    axes[-1].axis("off")
+    axes[-1].text(0.0, 0.6, "dotted: the paper's 32.3 %\npoints: walks of the template,\nticks 201–400", va="top")
+    return Picture(
+        "sensitivity", "M over the choices that the paper does not report, one varied at a time.", figure, data
+    )
+
+
+def _law(found: dict[str, np.ndarray]) -> Picture:
+    figure = Figure(figsize=(8.5, 3.8))
+    axes = figure.subplots()
+    ripple = np.linspace(0, 0.045, 200)
+    for margin, colour in ((0.003, palette.RUNS[5]), (PAPER_PERIODIC, look.PERIODIC), (0.015, palette.RUNS[4])):
+        axes.plot(
+            1e3 * ripple, 100 * margin / (margin + ripple), color=colour, label=f"m/(m + r), m = {1e3 * margin:g} mm/s"
+        )
+    gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])
+    axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=look.PERIODIC, label="walks, m = 7.3 mm/s")
+    margins = found["margin"]
+    axes.plot(1e3 * margins[:, 0], margins[:, 1], "x", color=palette.LIMIT, label="one walk, m from 1 to 60 mm/s")
+    axes.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0, label="the paper's 32.3 %")
+    axes.set_ylim(0, 100)
+    axes.set_xlabel("ripple r of the CoM velocity [mm/s]")
+    label(axes, "M", "%")
+    legend(axes, 3)
+    data = {"ripple [m/s]": np.append(gaits[:, 0], margins[:, 0]), "M [%]": np.append(gaits[:, 1], margins[:, 1])}
+    return Picture(
+        "margin_law", "M is set by the ripple of the gait and by the margin that one grants oneself.", figure, data
+    )

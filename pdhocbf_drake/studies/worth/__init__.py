@@ -1,0 +1,1 @@
+"""What a barrier is worth when something goes wrong: `pdhocbf worth`."""
