@@ -53,7 +53,7 @@ def walk_log(robot: bool = True, duration: float = 4.0, ending: str = FINISHED) 
         "zmp_box": np.stack(
             [stance[:, 0] - 0.05, stance[:, 0] + 0.05, stance[:, 1] - 0.05, stance[:, 1] + 0.05], axis=1
         ),
-        "velocity_bound": bounds,
+        "barrier_bound": bounds,
         "h": (bounds[:, 0] - velocity)[:, None],
         "lip_state": np.stack([x, velocity, stance[:, 0], y, zero, stance[:, 1]], axis=1),
         "com_reference": np.stack([x + 0.003, velocity, zero, y - 0.004, zero, zero], axis=1),

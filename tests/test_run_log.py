@@ -113,3 +113,12 @@ def test_the_finite_rows_end_before_the_first_that_is_none():
     assert len(log.finite()) == 350 and log.finite().time[-1] == log.time[349]
     log["lip_state"][0, 2] = np.nan
     assert len(log.finite()) == 0
+
+
+def test_a_log_with_a_signal_s_old_name_is_read(tmp_path):
+    log = synthetic.walk_log()
+    old = {"velocity_bound" if name == "barrier_bound" else name: table for name, table in log.signals.items()}
+    RunLog(old, log.time, log.ending).save(tmp_path / "log.npz")
+    again = RunLog.load(tmp_path / "log.npz")
+    assert "velocity_bound" not in again
+    assert again.differences(log) == []

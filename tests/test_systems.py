@@ -55,7 +55,7 @@ def test_barrier_schedule_plays_bounds_and_h() -> None:
     schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 0.45, 0.0, 0.0, 0.25, 0.0])
     np.testing.assert_allclose(schedule.GetOutputPort("h").Eval(context), [0.05, -0.05])
-    bounds = schedule.GetOutputPort("velocity_bound").Eval(context)
+    bounds = schedule.GetOutputPort("barrier_bound").Eval(context)
     np.testing.assert_allclose(bounds, np.repeat([0.5, 0.2], 81))
 
 
@@ -77,7 +77,7 @@ def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [7.0, 3.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 9.0, 0.0, 0.0, 0.2, 0.0])
-    np.testing.assert_allclose(schedule.GetOutputPort("velocity_bound").Eval(context), bound.samples(127, 81))
+    np.testing.assert_allclose(schedule.GetOutputPort("barrier_bound").Eval(context), bound.samples(127, 81))
     np.testing.assert_allclose(schedule.GetOutputPort("h").Eval(context), bound(127) - 0.2)
 
 
@@ -91,7 +91,7 @@ def _controller(barriers: tuple = (), **state: float) -> tuple[MpcController, ob
     lip[1] = state.get("vx", 0.0)
     controller.GetInputPort("lip_state").FixValue(context, lip)
     if barriers:
-        controller.GetInputPort("velocity_bound").FixValue(context, np.full(81, 0.5))
+        controller.GetInputPort("barrier_bound").FixValue(context, np.full(81, 0.5))
     return controller, context
 
 

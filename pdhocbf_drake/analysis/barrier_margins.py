@@ -57,5 +57,5 @@ def record_of(log: RunLog, use: BarrierUse, from_time: float) -> BarrierRecord |
 def bound_along(log: RunLog, scenario: Scenario, use: BarrierUse) -> np.ndarray:
     """V̄(k) at each row, (T,), from the samples over the horizon of which it is the first."""
     count = len(barriers_of(scenario))
-    samples = log["velocity_bound"]
+    samples = log["barrier_bound"]
     return np.asarray(samples[:, use.column * (samples.shape[1] // count)])

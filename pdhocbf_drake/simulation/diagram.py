@@ -126,8 +126,8 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     wiring.connect_seen(controller, "lip_state")
     if walk.barriers:
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")
-        wiring.connect(controller, "velocity_bound")
-        wiring.log("velocity_bound", "h", "barrier_slack")
+        wiring.connect(controller, "barrier_bound")
+        wiring.log("barrier_bound", "h", "barrier_slack")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
     wiring.log("solver_status", "unmet")
 

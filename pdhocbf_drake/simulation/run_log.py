@@ -24,6 +24,7 @@ FAILED: Final = "failed"
 _ELEMENTS = {signal.name: signal.elements for signal in SIGNALS}
 _SIZES = {signal.name: signal.size for signal in SIGNALS}
 _RESERVED = ("time", "ending")
+_RENAMED = {"velocity_bound": "barrier_bound"}  # signals of older logs, by the name that they had
 
 
 class RunLog:
@@ -111,13 +112,13 @@ class RunLog:
 
     @classmethod
     def load(cls, path: Path) -> RunLog:
-        """Reads what `save` wrote; raises `RunFolderError`."""
+        """Reads what `save` wrote, signals of older logs under their present names; raises `RunFolderError`."""
         try:
             if not zipfile.is_zipfile(path):
                 path.open("rb").close()  # which says what is wrong with it, if that is why
                 raise RunFolderError(f"{path} is not a run's log: it is no .npz file, or a damaged one")
             with np.load(path, allow_pickle=False) as data:
-                signals = {name: data[name] for name in data.files if name not in _RESERVED}
+                signals = {_RENAMED.get(name, name): data[name] for name in data.files if name not in _RESERVED}
                 if not all(table.dtype.kind in "fiub" for table in (*signals.values(), data["time"])):
                     raise ValueError
                 log = cls(signals, data["time"], str(data["ending"]))

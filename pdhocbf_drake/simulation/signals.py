@@ -57,8 +57,8 @@ SIGNALS: tuple[Signal, ...] = (
         "the box (27) that held for this tick's planned ZMP",
         ("x_min", "x_max", "y_min", "y_max"),
     ),
-    Signal("velocity_bound", "barrier_schedule", "n_b*(H+1)", "m/s", "bound of each barrier over the horizon"),
-    Signal("h", "barrier_schedule", "n_b", "m/s", "each barrier on the measured state"),
+    Signal("barrier_bound", "barrier_schedule", "n_b*(H+1)", "as h", "bound V̄ of each barrier over the horizon"),
+    Signal("h", "barrier_schedule", "n_b", "that of the barrier", "each barrier on the measured state"),
     Signal(
         "lip_state", "state_estimator", 6, "m, m/s", "measured CoM and ZMP", ("x", "vx", "x_zmp", "y", "vy", "y_zmp")
     ),
@@ -90,7 +90,7 @@ SIGNALS: tuple[Signal, ...] = (
         "solver_status",
         "mpc_controller",
         6,
-        "1, s, 1, m/s, 1, 1",
+        "1, s, 1, as h, 1, 1",
         "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.solution.Reason)",
         ("status", "time", "cost", "slack", "fallbacks", "reason"),
     ),

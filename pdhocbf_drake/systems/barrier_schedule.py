@@ -18,7 +18,7 @@ class BarrierSchedule(Unbundled):
     Input ports:
         gait_phase (3), lip_state (6): as in `simulation.signals`.
     Output ports:
-        velocity_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [m/s].
+        barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [m/s].
         h (n_b): each barrier at the measured velocity, eq. (25) [m/s].
 
     Args:
@@ -33,7 +33,7 @@ class BarrierSchedule(Unbundled):
     ) -> None:
         count = len(barriers)
         schedule = _BarrierSchedule(axes, barriers, ticks_per_step, horizon)
-        super().__init__(schedule, {"velocity_bound": count * (horizon + 1), "h": count})
+        super().__init__(schedule, {"barrier_bound": count * (horizon + 1), "h": count})
 
 
 class _BarrierSchedule(LeafSystem):

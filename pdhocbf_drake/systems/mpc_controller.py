@@ -23,7 +23,7 @@ class MpcController(Unbundled):
 
     Input ports:
         gait_phase (3), lip_state (6): as in `simulation.signals`.
-        velocity_bound (n_b (H + 1)): the bounds, where there are barriers.
+        barrier_bound (n_b (H + 1)): the bounds, where there are barriers.
         zmp_offset (2 H): expected real minus template ZMP, x then y; may be left unconnected.
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
     Output ports:
@@ -37,7 +37,7 @@ class MpcController(Unbundled):
     Args:
         initial: [c, v, p] per axis at the start, shape (2, 3).
         feet: left and right foot at the start, shape (2, 2) [m].
-        barriers: (axis, name) in the order of the velocity_bound port.
+        barriers: (axis, name) in the order of the barrier_bound port.
         latency: from a measurement to the effect of what is planned from it, see `joint_targets.LATENCY` [s].
     """
 
@@ -71,7 +71,7 @@ class _MpcController(LeafSystem):
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._lip = self.DeclareVectorInputPort("lip_state", 6)
         if barriers:
-            self._bounds = self.DeclareVectorInputPort("velocity_bound", len(barriers) * (horizon + 1))
+            self._bounds = self.DeclareVectorInputPort("barrier_bound", len(barriers) * (horizon + 1))
         self._offset = self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
         self._feet = self.DeclareVectorInputPort("foot_state", 12)
         self._carried = slice(Memory.layout(mpc)["last_step"].start, None)
