@@ -79,7 +79,7 @@ def test_bounds_of_an_orbit():
         (lambda: bound_of(kind="constant"),
          'bound: a bound of kind "constant" needs value; it takes: value'),
         (lambda: bound_of(kind="orbit", value=1.0),
-         'bound: a bound of kind "orbit" does not use value; it takes: margin, stride'),
+         'bound: a bound of kind "orbit" does not use value; it takes: margin'),
         (lambda: bound_of(kind="square"),
          "bound.kind: must be 'constant', 'harmonic', 'tabulated', 'orbit' or 'orbit_peak' (given: 'square')"),
     ],
@@ -93,7 +93,7 @@ def barrier_config(**keys):
 
 
 def test_barriers_as_described():
-    barrier = make_barrier("vx", barrier_config(gamma=[0.5, 0.2]), [0, 1, 0], constant(0.5))
+    barrier = make_barrier("vx", barrier_config(gamma=[0.5, 0.2], unit="m/s"), [0, 1, 0], constant(0.5))
     assert isinstance(barrier, AffineBarrier)
     assert (barrier.sign, barrier.order, barrier.relative_degree, barrier.unit) == (1, 2, 2, "m/s")
     assert barrier.class_k == (Linear(0.5), Linear(0.2))
@@ -113,8 +113,8 @@ def test_barriers_as_described():
          "(given: [0.5, 5.0])"),
         ({"gamma": 0.5}, "barriers.vx.gamma: must be a list (given: 0.5)"),
         ({"gama": [0.5]},
-         "barriers.vx.gama: unknown key; allowed here: axis, bound, class_k, class_k_scale, gamma, relative_degree, "
-         "side, unit"),
+         "barriers.vx.gama: unknown key; allowed here: bound, class_k, class_k_scale, gamma, relative_degree, side, "
+         "unit"),
         ({"relative_degree": 0}, "barriers.vx.relative_degree: must be at least 1 (given: 0)"),
     ],
 )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.analysis.barrier_margins import barriers_of
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, units_of
 from pdhocbf_drake.mpc.solution import CONSTRAINTS, NOTICED, Reason
 from pdhocbf_drake.simulation.run_folder import Run
 
@@ -56,7 +56,7 @@ def gave_way(run: Run) -> GaveWay:
         units = [use.unit for use in barriers_of(scenario).values()]
         amounts = log["barrier_slack"]
     else:
-        names, units, amounts = ["a barrier"], ["m/s"], log["solver_status"][:, 3:4]
+        names, units, amounts = ["a barrier"], [units_of([scenario])], log["solver_status"][:, 3:4]
     told = amounts > NOTICED
     # A hard barrier is softened where it can't be kept exactly, be it by less than is noticed.
     barely = (reasons == Reason.SOFTENED) & ~told.any(axis=1)

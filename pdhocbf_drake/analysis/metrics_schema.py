@@ -33,7 +33,7 @@ class MpcMetrics(BaseModel):
         "any slack of a hard barrier included"
     )
     degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.solution.Reason`)")
-    slack_max: float | None = Field(description="largest slack of any barrier row that a plan paid for [unit of that barrier]")
+    slack_max: float | None = Field(description="largest slack of any barrier row that a plan paid for [its unit]")
     tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
     tick_seconds_p99: float | None = Field(description="99th percentile of it [s]")
     solver: str = Field(description="the solver asked first")

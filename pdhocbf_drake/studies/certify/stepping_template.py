@@ -14,6 +14,7 @@ from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.quantities import SPEEDS
 from pdhocbf_drake.walking.vhip import Vhip
 
 FASTEST = 5.0
@@ -114,7 +115,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     gait = Gait(gait_config.model_copy(update={"walk_steps": None}))
     vhip = Vhip(gait.height.eta(), gait_config.tick)
     n, delta = gait.period, gait_config.tick
-    parities = 1 if axis == 0 else 2
+    parities = SPEEDS[axis].steps
     period, commit = parities * n, min(mpc.freeze_ticks, n - 1 - gait_config.double_support_ticks)
     preview = StepPreview(gait, mpc, DivergentComponent(vhip))
     # Even steps come first, so that a phase here is a tick modulo the period.

@@ -11,7 +11,7 @@ What is measured, for each barrier:
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,7 +127,7 @@ def commanded(walk: Walk, stride: float, step: int) -> Walk:
     """The same walk and bounds, told to take steps of another length from `step` on: a wrong speed command."""
     gait = SteppedGait(walk.gait, stride, step)
     mpc = PeriodicMpc(gait, walk.vhip, walk.mpc.config, walk.mpc.barriers)
-    return Walk(gait, walk.vhip, mpc, walk.axes, walk.barriers)
+    return replace(walk, gait=gait, mpc=mpc)
 
 
 def first_tick(mask: NDArray[np.bool_]) -> float:

@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.push.measures import ACTS, Array, Measures, first_time, in_every_case, recovery_time
 from pdhocbf_drake.studies.push.rig import PushRig, Trial
 from pdhocbf_drake.studies.push.variants import NONE, PERIODIC, variant, with_gamma
 from pdhocbf_drake.studies.worth.template import periodic_margin
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 
 _WATCHED = 2.4  # [s]
 
@@ -107,7 +107,7 @@ def _commanded(scenario: Scenario, factor: float) -> Scenario:
     return scenario.model_copy(update={"gait": gait, "barriers": kept})
 
 
-def _with_stride(config: BarrierConfig, stride: float) -> BarrierConfig:
-    if not config.bound.kind.startswith("orbit") or config.bound.stride is not None:
+def _with_stride(config: WalkBarrierConfig, stride: float) -> WalkBarrierConfig:
+    if not config.bound.follows_orbit or config.bound.stride is not None:
         return config
     return config.model_copy(update={"bound": config.bound.model_copy(update={"stride": stride})})
