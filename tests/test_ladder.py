@@ -94,7 +94,7 @@ def test_a_hard_barrier_is_softened_before_the_walk_counts_as_disturbed() -> Non
         mpc = make_mpc({"stride": 0.1}, recovery, (speed_limit(0.4),))
         memory = start(mpc)
         list(walk(mpc, 221, memory))
-        state = memory.state + [[0.0, kick, 0.0], [0.0, 0.0, 0.0]]  # which nobody notices
+        state = memory.state + np.array([[0.0, kick, 0.0], [0.0, 0.0, 0.0]])  # which nobody notices
         plans[kick] = mpc.solve(221, state, memory.stance, mpc.bounds(221), None, memory.plan)
     assert plans[0.2].reason == Reason.SOFTENED and not plans[0.2].recovering and plans[0.2].slack > 1e-4
     assert not plans[0.2].unmet.any()
