@@ -122,6 +122,22 @@ def test_wrong_barrier_configs_are_told_in_a_sentence(keys, text):
     assert message(lambda: barrier_config(**keys)) == text
 
 
+def test_the_normal_of_an_affine_barrier_may_vary_with_the_tick():
+    normals = np.array([[1.0, 0.0], [1.0, 0.5], [0.0, 2.0]])
+    barrier = AffineBarrier("b", normals, tabulated([1.0, 2.0]), 1, (0.5,))
+    assert barrier.period == 6
+    assert np.array_equal(barrier.normals(-1, 5), normals[[2, 0, 1, 2, 0]])
+    for k in range(12):
+        assert barrier.h(k, np.array([3.0, 4.0])) == pytest.approx(barrier.bound(k) - normals[k % 3] @ [3.0, 4.0])
+
+
+def test_a_constant_normal_is_a_vector_however_it_is_given():
+    for normal in ([0.0, 1.0], [[0.0, 1.0]], [[0.0, 1.0]] * 3):
+        barrier = AffineBarrier("b", normal, constant(1), 1, (0.5,))
+        assert np.array_equal(barrier.normals(5, 2), [[0.0, 1.0]] * 2)
+    assert AffineBarrier("b", [[0.0, 1.0]], constant(1), 1, (0.5,)).normal.shape == (2,)
+
+
 def test_nan_and_a_missing_scale_are_refused():
     assert "barriers.vx.gamma.0: must be a finite number" in message(lambda: barrier_config(gamma=[float("nan")]))
     assert 'class_k "saturating" needs class_k_scale' in message(lambda: barrier_config(class_k="saturating"))
@@ -140,6 +156,10 @@ def test_nan_and_a_missing_scale_are_refused():
          "allowed (else psi_i holds inputs for some i < m)"),
         (lambda: AffineBarrier("b", [0.0, 0.0], constant(1), 1, (0.5,)),
          'barrier "b": the normal must be a vector other than zero, given [0.0, 0.0]'),
+        (lambda: AffineBarrier("b", [[1.0], [0.0]], constant(1), 1, (0.5,)),
+         'barrier "b": the normal must be a vector other than zero, given [[1.0], [0.0]]'),
+        (lambda: AffineBarrier("b", 1.0, constant(1), 1, (0.5,)),
+         'barrier "b": the normal must be a vector other than zero, given 1.0'),
         (lambda: AffineBarrier("b", [1.0, 0.0], constant(1), 2, (0.5,)),
          'barrier "b": the sign is +1 (upper bound) or -1 (lower bound), given 2'),
     ],

@@ -28,13 +28,14 @@ from pdhocbf_drake.errors import InputError
 
 
 def random_case(seed, n=3, inputs=2, order=2, sign=1, degree=None):
-    """A periodic system and a barrier of that relative degree (m if None), in coordinates that do not show it."""
+    """A periodic system and a barrier of that relative degree (m if None), whose normal varies with the phase."""
     rng = np.random.default_rng(seed)
     A, B, c = rng.normal(size=(3, n, n)), rng.normal(size=(3, n, inputs)), rng.normal(size=(3, n))
     for i in range((degree or order) - 1):  # state i is reached through state i + 1 only
         B[:, i], A[:, i, i + 2 :] = 0.0, 0.0
     T, _ = np.linalg.qr(rng.normal(size=(n, n)))
-    barrier = AffineBarrier("b", T[:, 0], tabulated(rng.normal(size=4)), sign, rng.uniform(0.1, 1, order), "m/s")
+    normals = rng.uniform(0.5, 1.5, (2, 1)) * T[:, 0]
+    barrier = AffineBarrier("b", normals, tabulated(rng.normal(size=4)), sign, rng.uniform(0.1, 1, order), "m/s")
     return rng, PeriodicAffineSystem(T @ A @ T.T, T @ B, c), barrier
 
 
@@ -110,7 +111,7 @@ def test_rows_that_no_input_reaches_are_left_out_in_any_coordinates(seed):
     barrier = AffineBarrier("b", usual.normal, usual.bound, 1, usual.class_k, "m", relative_degree=2)
     prog = MathematicalProgram()
     u = prog.NewContinuousVariables(6, 2, "u")
-    outside = barrier.normal * (barrier.bound(0) + 100.0)
+    outside = barrier.normals(0, 1)[0] * (barrier.bound(0) + 100.0)
     add_barrier_rows(prog, barrier, system, 0, outside, u)
     result = Solve(prog)
     assert result.is_success() and np.abs(result.GetSolution(u)).max() < 1e6

@@ -70,3 +70,21 @@ def test_slice_and_shadow_of_a_pyramid():
 def test_a_box_needs_an_interior():
     with pytest.raises(InputError, match="a box needs finite limits with lower < upper"):
         Polytope.box([0.0, 1.0], [1.0, 1.0])
+
+
+def test_the_outline_of_a_polygon_turns_one_way_through_every_vertex():
+    polygon = Polytope.from_vertices(np.random.default_rng(3).normal(size=(40, 2)) * [1.0, 1e-3])
+    outline = polygon.outline
+    assert sorted(map(tuple, outline)) == sorted(map(tuple, polygon.vertices))
+    edges = np.roll(outline, -1, axis=0) - outline
+    following = np.roll(edges, -1, axis=0)
+    assert np.all(edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] > 0.0)
+
+
+def test_samples_lie_inside_and_on_either_side_of_the_centre():
+    polytope = Polytope.from_vertices(np.random.default_rng(4).normal(size=(30, 3)))
+    random = np.random.default_rng(5)
+    points = np.array([polytope.sample(random) for _ in range(200)])
+    assert polytope.violation(points).max() <= 0.0
+    assert np.all(points.min(axis=0) < polytope.centre)
+    assert np.all(points.max(axis=0) > polytope.centre)

@@ -8,11 +8,16 @@ import re
 import numpy as np
 import pytest
 
+from pdhocbf_drake.barriers import AffineBarrier, check_relative_degree, constant
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.loop import walk_template
+from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.simulation.build import build_walk, nominal_walk_of
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.walking import CosineHeight, GaitConfig
+from pdhocbf_drake.walking import CosineHeight, Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.quantities import QUANTITIES, SPEEDS, Quantity
@@ -42,9 +47,8 @@ def test_a_quantity_is_its_normal_times_the_state(quantity: Quantity) -> None:
 
 
 @pytest.mark.parametrize("name", QUANTITIES)
-def test_a_normal_s_period_divides_that_of_the_motion(name: str) -> None:
-    quantity = QUANTITIES[name]
-    assert quantity.period(VHIP.period) % len(quantity.normals(VHIP)) == 0
+def test_a_normal_s_period_divides_a_step(name: str) -> None:
+    assert VHIP.period % len(QUANTITIES[name].normals(VHIP)) == 0
 
 
 @pytest.mark.parametrize("axis", [0, 1])
@@ -68,6 +72,23 @@ def test_each_speed_repeats_after_its_number_of_steps_and_no_sooner() -> None:
 def test_a_position_in_the_world_has_no_orbit() -> None:
     walk = np.zeros((2, 2 * VHIP.period, 3))
     assert divergent().orbit(walk, VHIP) is None
+
+
+def test_the_mpc_keeps_a_quantity_whose_normal_varies_with_the_phase() -> None:
+    ticks, quantity, gait = np.arange(480), divergent(), Gait(GAIT)
+
+    def walked(*barriers: AffineBarrier) -> tuple[np.ndarray, float]:
+        mpc = PeriodicMpc(gait, VHIP, MpcConfig(), ([], list(barriers)))
+        rows = list(walk_template(mpc, Memory.standing(mpc), 0, len(ticks)))
+        states = np.array([row.state[quantity.axis] for row in rows])
+        return quantity.values(states, ticks, VHIP), max(row.plan.slack for row in rows)
+
+    limit = walked()[0].max() - 0.002
+    barrier = AffineBarrier("dcm", quantity.normals(VHIP), constant(limit), 1, [0.5, 0.5], quantity.unit)
+    assert set(check_relative_degree(barrier, VHIP.system)) == {2}
+    values, slack = walked(barrier)
+    assert values.max() <= limit
+    assert slack == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(("axis", "name"), [("x", "forward_speed"), ("y", "lateral_speed")])

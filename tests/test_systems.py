@@ -81,6 +81,19 @@ def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -
     np.testing.assert_allclose(schedule.GetOutputPort("h").Eval(context), bound(127) - 0.2)
 
 
+def test_h_is_taken_with_the_normal_of_its_tick() -> None:
+    normals = np.random.default_rng(0).normal(size=(8, 3))
+    barriers = [AffineBarrier("moving", normals, harmonic(0.5, 0.1, 0.0, 40), -1, [Linear(0.5)]), speed_limit(0.5)]
+    schedule = BarrierSchedule([1, 0], barriers, 40, 80)
+    context = schedule.CreateDefaultContext()
+    lip = np.arange(6.0)
+    schedule.GetInputPort("lip_state").FixValue(context, lip)
+    for tick in (0, 7, 93):
+        schedule.GetInputPort("gait_phase").FixValue(context, [tick % 40, tick // 40, 1.0])
+        h = schedule.GetOutputPort("h").Eval(context)
+        np.testing.assert_allclose(h, [barriers[0].h(tick, lip[3:]), barriers[1].h(tick, lip[:3])])
+
+
 def _controller(barriers: tuple = (), **state: float) -> tuple[MpcController, object]:
     mpc = make_mpc(barriers=barriers)
     memory = start(mpc)

@@ -147,8 +147,9 @@ def _options() -> SolverOptions:
 
 def _check_affine_in_input(barrier: Barrier, system: PeriodicSystem) -> None:
     random = np.random.default_rng(0)
-    # A bound shifts ψ_m and does not bend it, so an affine barrier has the phases of the dynamics alone.
-    phases = range(system.period if isinstance(barrier, AffineBarrier) else lcm(system.period, barrier.period))
+    # The bound shifts ψ_m and does not change its slope, so of an affine barrier only the normal's period matters.
+    of_barrier = barrier.normal_period if isinstance(barrier, AffineBarrier) else barrier.period
+    phases = range(lcm(system.period, of_barrier))
     for phase, x in ((phase, x) for phase in phases for x in random.standard_normal((3, system.n))):
         slopes = [enforced_psi(barrier, system, phase, x, random.standard_normal(system.m))[1] for _ in range(2)]
         if not np.allclose(slopes[0], slopes[1], rtol=1e-9, atol=0.0):

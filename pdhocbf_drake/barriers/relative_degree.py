@@ -32,8 +32,8 @@ def relative_degree(
 ) -> int | None:
     """The smallest r ≥ 1 for which h(k+r) depends on u(k), k = `phase`; None if u(k) never shows in h.
 
-    For an affine barrier on affine dynamics: the first r with n·A_{k+r−1}···A_{k+1}·B_k ≠ 0, exactly. Otherwise by
-    automatic differentiation at some states, up to r = n·N: what holds at almost all states.
+    For an affine barrier on affine dynamics: the first r with n_{k+r}·A_{k+r−1}···A_{k+1}·B_k ≠ 0, exactly. Otherwise
+    by automatic differentiation at some states, up to r = n·N: what holds at almost all states.
 
     Args:
         states: (S, n), where to differentiate; by default four drawn from a standard normal distribution.
@@ -80,7 +80,8 @@ def check_relative_degree(
         InputError: it is another one; the message names the declared and the computed one.
     """
     # The bound does not matter to how an affine barrier depends on x.
-    phases = range(system.period if isinstance(barrier, AffineBarrier) else lcm(system.period, barrier.period))
+    of_barrier = barrier.normal_period if isinstance(barrier, AffineBarrier) else barrier.period
+    phases = range(lcm(system.period, of_barrier))
     if isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem):
         computed = tuple(_from_matrices(barrier, system, phases))
     else:
@@ -120,8 +121,9 @@ def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases:
     reach = np.stack([system.B(phase) for phase in phases])
     magnitude = np.abs(reach)
     # By Cayley-Hamilton on the map over a whole period, what does not show in n periods never does.
-    for r in range(1, system.n * system.period + 1):
-        shows = np.any(np.abs(barrier.normal @ reach) > _ROUNDING * (np.abs(barrier.normal) @ magnitude), axis=-1)
+    for r in range(1, system.n * lcm(system.period, barrier.normal_period) + 1):
+        normals = np.stack([barrier.normals(phase + r, 1) for phase in phases])
+        shows = np.any(np.abs(normals @ reach) > _ROUNDING * (np.abs(normals) @ magnitude), axis=(1, 2))
         found[shows & (found == 0)] = r
         if found.all():
             break

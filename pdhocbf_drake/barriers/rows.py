@@ -23,7 +23,7 @@ from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
 from pdhocbf_drake.barriers.relative_degree import check_relative_degree
 from pdhocbf_drake.errors import InputError
 
-AlongNormal = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+AlongNormals = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 class Rows(NamedTuple):
@@ -56,12 +56,12 @@ class Rows(NamedTuple):
 
 
 def affine_rows(
-    barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, horizon: int, along: AlongNormal | None = None
+    barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, horizon: int, along: AlongNormals | None = None
 ) -> Rows:
     """The rows of ψ_m(k), …, ψ_m(k+H−m); they depend on k only through its phase.
 
     Args:
-        along: result of `along_normal` for this normal, system, k and horizon, if the caller has it; not checked.
+        along: result of `along_normals` for these normals, system, k and horizon, if the caller has it; not checked.
 
     Raises:
         InputError: the horizon is shorter than m, the class-K functions are not linear, the barrier's normal has
@@ -73,7 +73,7 @@ def affine_rows(
     if horizon < order:
         raise InputError(f"{where}: psi_{order} needs a horizon of {order} ticks, given {horizon}")
     barrier.check_fits(system.n)
-    on_state, on_inputs, offset = along or along_normal(barrier.normal, system, k, horizon)
+    on_state, on_inputs, offset = along or along_normals(barrier.normals(k, horizon + 1), system, k, horizon)
     # Row i of `shifts` holds the coefficients of h(k+i), …, h(k+i+m).
     shifts = np.zeros((horizon - order + 1, horizon + 1))
     for i, coefficient in enumerate(psi_coefficients(linear_rates(barrier))):
@@ -84,12 +84,15 @@ def affine_rows(
     return rows
 
 
-def along_normal(normal: NDArray[np.float64], system: PeriodicAffineSystem, k: int, horizon: int) -> AlongNormal:
-    """n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H: (H+1, n), (H+1, H·n_u), (H+1,).
+def along_normals(normals: NDArray[np.float64], system: PeriodicAffineSystem, k: int, horizon: int) -> AlongNormals:
+    """n_{k+j}·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H: (H+1, n), (H+1, H·n_u), (H+1,).
 
-    Computed backwards from the end of the horizon: after step i, on_state[j] multiplies x(k+i) in n·x(k+j).
+    Computed backwards from the end of the horizon: after step i, on_state[j] multiplies x(k+i) in n_{k+j}·x(k+j).
+
+    Args:
+        normals: n_k, …, n_{k+H}, shape (H+1, n).
     """
-    on_state = np.tile(normal, (horizon + 1, 1))
+    on_state = normals.copy()
     on_inputs, offset = np.zeros((horizon + 1, horizon * system.m)), np.zeros(horizon + 1)
     for i in reversed(range(horizon)):
         later = on_state[i + 1 :]

@@ -137,7 +137,8 @@ def axis_program(
 
     slacks = []
     for barrier in barriers:
-        along = barrier.normal @ phi, barrier.normal @ gamma, np.zeros(horizon + 1)
+        normals = barrier.normals(phase, horizon + 1)[:, None]
+        along = (normals @ phi)[:, 0], (normals @ gamma)[:, 0], np.zeros(horizon + 1)
         psi = affine_rows(barrier, vhip.system, phase, horizon, along)
         keep = psi.reachable  # the others are facts about the present that no input changes
         count = int(np.count_nonzero(keep)) if soft else 0

@@ -99,8 +99,7 @@ def _barrier(name: str, config: WalkBarrierConfig, vhip: Vhip, nominal: np.ndarr
         farthest = max(bound.values, key=abs)
         if abs(farthest) > quantity.largest:
             raise InputError(f"a bound may be {quantity.largest:g} {quantity.unit} at most, this one is {farthest:g}")
-    (normal,) = quantity.normals(vhip)
-    barrier = make_barrier(name, config, normal, bound)
+    barrier = make_barrier(name, config, quantity.normals(vhip), bound)
     check_relative_degree(barrier, vhip.system)
     try:
         check_in_safe_set(barrier, vhip.system, 0, AT_REST)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import lcm
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
@@ -13,13 +14,13 @@ from pdhocbf_drake.systems.unbundled import Unbundled
 
 
 class BarrierSchedule(Unbundled):
-    """Plays the periodic bounds V̄(k) of velocity barriers to the controller.
+    """The periodic bounds V̄(k) of a walk's barriers over the horizon, and h, for the controller.
 
     Input ports:
         gait_phase (3), lip_state (6): as in `simulation.signals`.
     Output ports:
-        barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [m/s].
-        h (n_b): each barrier at the measured velocity, eq. (25) [m/s].
+        barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [unit of the barrier].
+        h (n_b): each barrier on the measured state, eq. (25) [unit of the barrier].
 
     Args:
         axes: 0 (x) or 1 (y) for each barrier.
@@ -46,11 +47,12 @@ class _BarrierSchedule(LeafSystem):
         self._barriers = tuple(barriers)
         self._n, self._count = ticks_per_step, horizon + 1
         for barrier in barriers:
-            barrier.check_fits(3)  # machine code would read beyond
-        # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
+            barrier.check_fits(3)  # the kernel checks no index
+        # One period and a horizon of each bound, so that the samples from any tick on are one slice.
         self._samples = [b.bound.samples(0, b.bound.period + self._count) for b in self._barriers]
         self._signs = np.array([float(b.sign) for b in self._barriers])
-        self._axes, self._normals = np.array(axes), np.array([b.normal for b in self._barriers])
+        self._axes, cycle = np.array(axes), lcm(*(b.normal_period for b in self._barriers))
+        self._normals = np.stack([b.normals(0, cycle) for b in self._barriers], axis=1)  # (cycle, n_b, 3)
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._lip = self.DeclareVectorInputPort("lip_state", 6)
         size, changes = len(self._barriers) * (horizon + 2), {self._phase.ticket(), self._lip.ticket()}
@@ -61,18 +63,19 @@ class _BarrierSchedule(LeafSystem):
         tick, count = round(step * self._n + phase), self._count
         starts = [tick % barrier.bound.period for barrier in self._barriers]
         bounds = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
-        told = np.concatenate([*bounds, self._signs])
-        _write_h(self._signs, self._axes, self._normals, count, self._lip.Eval(context), told)
-        output.SetFromVector(told)
+        values = np.concatenate([*bounds, self._signs])  # the signs are overwritten with h
+        normals = self._normals[tick % len(self._normals)]
+        _write_h(self._signs, self._axes, normals, count, self._lip.Eval(context), values)
+        output.SetFromVector(values)
 
 
 @compiled
 def _write_h(
-    signs: np.ndarray, axes: np.ndarray, normals: np.ndarray, count: int, lip: np.ndarray, told: np.ndarray
+    signs: np.ndarray, axes: np.ndarray, normals: np.ndarray, count: int, lip: np.ndarray, values: np.ndarray
 ) -> None:
-    """h behind the bounds, each on its own axis alone: what is no number on the other one is not its business."""
+    """Writes h behind the bounds, each from its own axis alone, so that a NaN on the other axis leaves it finite."""
     for i in range(len(signs)):
         value = 0.0
         for j in range(3):
             value += normals[i, j] * lip[3 * axes[i] + j]
-        told[count * len(signs) + i] = signs[i] * (told[count * i] - value)
+        values[count * len(signs) + i] = signs[i] * (values[count * i] - value)

@@ -28,7 +28,8 @@ class Quantity:
         name: its key in `QUANTITIES`.
         label: its name in sentences and on the axes of figures.
         axis: 0 (x) or 1 (y).
-        normals: gives n_0, …, n_{P−1}, shape (P, 3), of a template; n_{k+P} = n_k, and P = 1 for a constant normal.
+        normals: gives n_0, …, n_{P−1}, shape (P, 3), of a template; n_{k+P} = n_k, where P divides the
+            ticks of a step and is 1 for a constant normal.
         frame: the frame of c, v and p, and so of q and V̄.
         unit: unit of q, V̄ and h.
         steps: period of q in the nominal walk [steps].

@@ -9,8 +9,8 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.sets.invariant_set import InvariantSet, invariant_set, predecessor_rows
-from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope
+from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases, invariant_set
+from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.studies.certify.psi_rows import psi_system
 from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
 
@@ -119,19 +119,10 @@ def _failing(template: SteppingTemplate, unbounded: InvariantSet, barrier: Affin
     """Phases at which the set {h ≥ 0} within the unbounded one does not lead into itself."""
     if not unbounded.enforceable:
         return tuple(range(template.period))
-    normal = np.zeros(template.system.n)
-    normal[:2] = barrier.sign * barrier.normal[:2]
-    parts = [
-        Polytope.from_rows(np.vstack([part.A, normal]), np.append(part.b, barrier.sign * barrier.bound(phase)))
-        for phase, part in enumerate(unbounded.sets)
-    ]
-    return tuple(phase for phase in range(template.period) if _breaks(template, parts, phase))
-
-
-def _breaks(template: SteppingTemplate, parts: Sequence[Polytope | None], phase: int) -> bool:
-    here, there = parts[phase], parts[(phase + 1) % template.period]
-    if here is None or there is None:
-        return True
-    rows, bounds = predecessor_rows(template.system, phase, there, template.inputs[phase])
-    excess: Array = here.vertices @ rows.T - bounds
-    return bool(excess.max() > THINNEST)
+    parts = []
+    for phase, part in enumerate(unbounded.sets):
+        normal = np.zeros(template.system.n)
+        normal[:2] = barrier.sign * barrier.normals(phase, 1)[0, :2]
+        limit = barrier.sign * barrier.bound(phase)
+        parts.append(Polytope.from_rows(np.vstack([part.A, normal]), np.append(part.b, limit)))
+    return broken_phases(template.system, parts, template.inputs)

@@ -86,7 +86,7 @@ def pushes(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:
 
 def _bound_line(plot: Axes, barrier: AffineBarrier, phase: int, colour: str) -> None:
     """The edge n·[c, v] = V̄(k) of the safe half-plane."""
-    normal, limit = barrier.normal[:2], barrier.bound(phase)
+    normal, limit = barrier.normals(phase, 1)[0, :2], barrier.bound(phase)
     foot, along = limit * normal / (normal @ normal), np.array([-normal[1], normal[0]])
     plot.axline(tuple(foot), tuple(foot + along), color=colour, lw=1.2, label=f"bound of {barrier.name}")
 

@@ -23,14 +23,14 @@ def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | 
 
     Returns:
         Dynamics, state limits and input limits for `invariant_set`; the first phase at which no state is within the
-        limits; or None for a barrier that is not on the velocity, has an order above 2 or other than linear class-K
-        functions.
+        limits; or None for a barrier whose normal is not a constant multiple of the velocity's, whose order is above 2,
+        or whose class-K functions are not linear.
     """
     try:
         rates = linear_rates(barrier)
     except InputError:
         return None
-    if len(rates) > 2 or barrier.normal[0] != 0.0:
+    if len(rates) > 2 or barrier.normal.ndim > 1 or barrier.normal[0] != 0.0:
         return None
     keep, following = 1.0 - rates[0], (1.0 - rates[1] if len(rates) == 2 else 0.0)
     period, n, sign, scale = template.period, template.system.n, float(barrier.sign), float(barrier.normal[1])

@@ -58,8 +58,8 @@ class Rescue:
             for sign in (1.0, -1.0):
                 upper.append(({int(c[i]): sign, now: -sign}, reach))
             for barrier in barriers:
-                row = {int(c[i]): barrier.sign * barrier.normal[0], now: -barrier.sign * barrier.normal[0]}
-                row[int(v[i])] = barrier.sign * barrier.normal[1]
+                on_com, on_velocity = barrier.sign * barrier.normals(k, 1)[0, :2]
+                row = {int(c[i]): on_com, now: -on_com, int(v[i]): on_velocity}
                 upper.append((row, barrier.sign * barrier.bound(k)))
         for j in range(1, later + 1):
             low, high = template.steps[((start // n + j - 1) % steps_per_period) * n]

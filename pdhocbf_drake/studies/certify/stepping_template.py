@@ -80,13 +80,13 @@ class SteppingTemplate:
         Raises:
             InputError: a barrier on another quantity than CoM and CoM velocity.
         """
-        if wrong := [b.name for b in barriers if len(b.normal) < 2 or np.any(b.normal[2:])]:
+        if wrong := [b.name for b in barriers if np.any(b.normals(0, b.normal_period)[:, 2:])]:
             raise InputError(f'barrier "{wrong[0]}": only bounds on CoM position and velocity can be certified')
         limited = []
         for phase, states in enumerate(self.states):
             rows = np.zeros((len(barriers), self.system.n))
             for row, barrier in zip(rows, barriers, strict=True):
-                row[:2] = barrier.sign * barrier.normal[:2]
+                row[:2] = barrier.sign * barrier.normals(phase, 1)[0, :2]
             bounds = [barrier.sign * barrier.bound(phase) for barrier in barriers]
             left = Polytope.from_rows(np.vstack([states.A, rows]), np.concatenate([states.b, bounds]))
             if left is None:

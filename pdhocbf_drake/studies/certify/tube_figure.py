@@ -99,7 +99,7 @@ def _tube(plot: Axes3D, parts: Parts, pieces: list[np.ndarray], colour: str, alp
         for phase in {*known[::4], *known[:1], *known[-1:]}:
             part = parts[phase]
             if part is not None:
-                ring = _ordered(part)
+                ring = part.outline
                 face = [np.column_stack([np.full(len(ring), phase), ring])]
                 edge = Poly3DCollection(face, facecolor="none", edgecolor=colour, lw=0.8, alpha=0.9, zorder=order + 2)
                 plot.add_collection3d(edge)
@@ -113,8 +113,3 @@ def _rim(part: Polytope) -> Array:
     slack = part.b - part.A @ part.centre
     reach = np.where(speed > 1e-12, slack / np.where(speed > 1e-12, speed, 1.0), np.inf).min(axis=1)
     return np.asarray(part.centre + reach[:, None] * rays)
-
-
-def _ordered(part: Polytope) -> Array:
-    centred = (part.vertices - part.centre) / np.ptp(part.vertices, axis=0)
-    return np.asarray(part.vertices[np.argsort(np.arctan2(centred[:, 1], centred[:, 0]))])
