@@ -48,6 +48,18 @@ def test_nothing_to_compare_is_told():
         compare(run(0.01), broken, 2.0, ("here", "there"))
 
 
+def test_a_barrier_on_the_lateral_speed_needs_a_whole_gait():
+    def lateral(margin: float) -> Run:
+        one = run(margin)
+        barriers = {name: config.model_copy(update={"axis": "y"}) for name, config in one.scenario.barriers.items()}
+        return one._replace(scenario=one.scenario.model_copy(update={"barriers": barriers}))
+
+    assert compare(run(0.01), run(0.02), 3.5)
+    assert compare(lateral(0.01), lateral(0.02), 3.2)
+    with pytest.raises(InputError, match=r"the first run has less than a period of 0\.8 s from 3\.5 s on"):
+        compare(lateral(0.01), lateral(0.02), 3.5)
+
+
 def test_comparison_figures_are_for_several_walks():
     assert [drawn.name for drawn in comparison_figures([run(0.01), run(0.02)])] == ["velocities", "margins"]
     assert comparison_figures([run(0.01)]) == []

@@ -69,6 +69,20 @@ def test_measured_and_planned_differ_in_colour_and_style():
     assert lines["planned"].get_color() == palette.PLANNED_COM and lines["planned"].get_linestyle() == "--"
 
 
+def test_there_is_a_panel_for_each_bounded_quantity():
+    run = synthetic.run("vhip")
+    config = run.scenario.barriers["forward_speed"]
+    barriers = {"sideways": config.model_copy(update={"axis": "y"}), "ahead": config}
+    two = run._replace(scenario=run.scenario.model_copy(update={"barriers": barriers}))
+    for name in ("h", "barrier_bound"):
+        two.log.signals[name] = np.hstack([two.log[name], two.log[name]])
+    velocity = next(drawn for drawn in make_figures(two, None) if drawn.name == "velocity")
+    labels = [axes.get_ylabel() for axes in velocity.figure.axes]
+    assert labels == ["CoM velocity in x [m/s]", "CoM velocity in y [m/s]"]
+    bounds = [[line.get_label() for line in axes.lines][2:] for axes in velocity.figure.axes]
+    assert bounds == [["bound of ahead"], ["bound of sideways"]]
+
+
 def test_figures_leave_a_users_settings_alone():
     with matplotlib.rc_context({"font.size": 17.0}):
         make_figures(synthetic.run("van_der_pol"), None)

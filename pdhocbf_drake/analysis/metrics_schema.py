@@ -1,4 +1,4 @@
-"""The promise to scripts: what `metrics.json` holds."""
+"""The schema of `metrics.json`, on which scripts may rely."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class MpcMetrics(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    solves: int = Field(description="ticks at which a solve was asked for")
+    solves: int = Field(description="ticks with a solve")
     fallbacks: int = Field(description="ticks that used the last plan, shifted, instead of a new one")
     failures: int = Field(
         description="ticks at which the first solver found no optimum of the problem that the scenario states, "
@@ -36,7 +36,7 @@ class MpcMetrics(BaseModel):
     slack_max: float | None = Field(description="largest slack of any barrier row that a plan paid for [its unit]")
     tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
     tick_seconds_p99: float | None = Field(description="99th percentile of it [s]")
-    solver: str = Field(description="the solver asked first")
+    solver: str = Field(description="the first solver of each tick")
 
 
 class Metrics(BaseModel):

@@ -1,4 +1,4 @@
-"""What a run leaves behind: every signal at every tick, and how the run ended."""
+"""The log of a run: every signal at every tick, and how the run ended."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class RunLog:
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
     def differences(self, other: RunLog) -> list[str]:
-        """Names of what differs in any bit; wall times are left out, since no two runs share them."""
+        """Names of the parts that differ in any bit, wall times aside, which differ between any two runs."""
         names = sorted({*self.signals, *other.signals})
         different = [name for name in names if not _same(self._untimed(name), other._untimed(name))]
         if not _same(self.time, other.time):
@@ -115,7 +115,7 @@ class RunLog:
         """Reads what `save` wrote, signals of older logs under their present names; raises `RunFolderError`."""
         try:
             if not zipfile.is_zipfile(path):
-                path.open("rb").close()  # which says what is wrong with it, if that is why
+                path.open("rb").close()  # raises the reason if it can't be opened
                 raise RunFolderError(f"{path} is not a run's log: it is no .npz file, or a damaged one")
             with np.load(path, allow_pickle=False) as data:
                 signals = {_RENAMED.get(name, name): data[name] for name in data.files if name not in _RESERVED}
@@ -139,7 +139,7 @@ class RunLog:
         return log
 
     def _doubt(self) -> str:
-        """Why these can't be the signals of a run, or nothing."""
+        """The reason why these can't be the signals of a run; empty if there is none."""
         if not np.isfinite(self.time).all() or not (np.diff(self.time) > 0).all():
             return "its time does not grow from row to row"
         for name, table in self.signals.items():

@@ -25,11 +25,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("run", type=Path, metavar="RUN", help="the run folder of a walk")
     parser.add_argument("--margin", type=float, required=True, metavar="M", help="above all that was measured [m/s]")
-    parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="tabulated unless told")
-    parser.add_argument("--axis", choices=("x", "y"), default="x", help="x unless told")
-    parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="upper unless told")
-    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="0.5 0.5 unless told")
-    parser.add_argument("--name", default="forward_speed", help="the barrier's name; forward_speed unless told")
+    parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="default: tabulated")
+    parser.add_argument("--axis", choices=("x", "y"), default="x", help="default: x")
+    parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="default: upper")
+    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="default: 0.5 0.5")
+    parser.add_argument("--name", default="forward_speed", help="the barrier's name; default: forward_speed")
     parser.add_argument(
         "--from-time", type=float, metavar="S", help="use the walk from here on; else the scenario's [s]"
     )

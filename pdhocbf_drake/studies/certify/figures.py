@@ -86,9 +86,12 @@ def pushes(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:
 
 def _bound_line(plot: Axes, barrier: AffineBarrier, phase: int, colour: str) -> None:
     """The edge n·[c, v] = V̄(k) of the safe half-plane."""
-    normal, limit = barrier.normals(phase, 1)[0, :2], barrier.bound(phase)
-    foot, along = limit * normal / (normal @ normal), np.array([-normal[1], normal[0]])
-    plot.axline(tuple(foot), tuple(foot + along), color=colour, lw=1.2, label=f"bound of {barrier.name}")
+    (on_com, on_velocity), limit = barrier.normals(phase, 1)[0, :2], barrier.bound(phase)
+    style: dict[str, Any] = {"color": colour, "lw": 1.2, "label": f"bound of {barrier.name}"}
+    if on_velocity == 0.0:
+        plot.axvline(limit / on_com, **style)
+    else:
+        plot.axline((0.0, limit / on_velocity), slope=-on_com / on_velocity, **style)
 
 
 def _filled(plot: Axes, vertices: list[list[float]], colour: str, alpha: float, name: str) -> None:

@@ -1,4 +1,4 @@
-"""What a certificate says, as plain data for `certify.json` and as lines for people."""
+"""A certificate as plain data for `certify.json` and as lines for the terminal."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _axis(found: ScenarioCertificate, axis: int) -> dict[str, Any]:
 
 
 def share(certificate: AxisCertificate, sets: InvariantSet) -> float | None:
-    """The mean over the phases of the area that is left of the set without barriers; None where that is empty."""
+    """Area of `sets` over that of the set without barriers, mean over the phases; None where the latter is empty."""
     phases = range(certificate.template.period)
     whole = [area(certificate.section(phase, certificate.unbounded)) for phase in phases]
     left = [area(certificate.section(phase, sets)) for phase in phases]
@@ -165,7 +165,7 @@ def system_data(config: LinearSystemConfig, found: InvariantSet, seconds: float)
 
 
 def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
-    """The answer for people: name and value."""
+    """The main results as (name, value)."""
     lines = []
     for name, axis in data["axes"].items():
         for barrier, bound in axis["barriers"].items():

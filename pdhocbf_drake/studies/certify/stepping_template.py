@@ -1,4 +1,4 @@
-"""The stepping template: one axis of (22)–(23) seen from the stance foot, with ZMP and foothold as bounded inputs."""
+"""The stepping template: one axis of (22)–(23) in coordinates of the stance foot; ZMP and foothold are its inputs."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pdhocbf_drake.walking.quantities import SPEEDS
 from pdhocbf_drake.walking.vhip import Vhip
 
 FASTEST = 5.0
-"""A speed that no state within the CoM's reach can be saved from; it only makes the polytopes bounded [m/s]."""
+"""A speed at which no state within the CoM's reach can be saved; it only makes the polytopes bounded [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class SteppingTemplate:
         """X_q with h ≥ 0 of each barrier, or the first phase at which nothing is left.
 
         Raises:
-            InputError: a barrier on another quantity than CoM and CoM velocity.
+            InputError: the normal of a barrier has a part on the ZMP, which is an input here.
         """
         if wrong := [b.name for b in barriers if np.any(b.normals(0, b.normal_period)[:, 2:])]:
             raise InputError(f'barrier "{wrong[0]}": only bounds on CoM position and velocity can be certified')
