@@ -7,7 +7,7 @@ from walks import make_mpc, predicted, speed_limit, start, walk
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc import orbit
-from pdhocbf_drake.mpc.axis_program import axis_program, box_weights
+from pdhocbf_drake.mpc.axis_program import axis_program
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.simulation.build import orbit_of
@@ -80,7 +80,7 @@ def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: floa
     plan = mpc.solve(tick, memory.state, memory.stance, {}, offset, last)
     assert plan.reason == Reason.SOLVED
     zmp = predicted(mpc, memory.state, plan)[:, 1:, 2] + offset
-    weights, feet = box_weights(mpc.gait, tick % 40, 80, 2), np.hstack([memory.stance, plan.footholds])
+    weights, feet = mpc.gait.region.weights(tick % 40, 80, 2), np.hstack([memory.stance, plan.footholds])
     half = np.array(mpc.gait.config.zmp_box)[:, None] / 2.0 - margin
     beyond = np.abs(zmp - feet @ weights.T) - half
     assert beyond.max() < 1e-9
@@ -99,7 +99,7 @@ def test_the_zmp_is_priced_by_its_squared_distance_from_the_middle_of_its_box() 
     u, f, theta = np.split(values, [horizon, horizon + 2])
     part = {name: theta[place] for name, place in PLAIN.layouts[0].places.items()}
     zmp = part["state"][2] + PLAIN.vhip.tick * np.cumsum(u) + part["offset"]
-    middle = box_weights(PLAIN.gait, phase, horizon, 2) @ np.concatenate([part["stance"], f])
+    middle = PLAIN.gait.region.weights(phase, horizon, 2) @ np.concatenate([part["stance"], f])
     told = program.prog.EvalBinding(costs["zmp_centre"], values)
     np.testing.assert_allclose(told, price * np.sum((zmp - middle) ** 2))
 
@@ -127,11 +127,11 @@ def test_other_tails_end_where_they_say(tail: str) -> None:
 
 def test_anticipative_tail_is_brute_force_summation_of_the_commanded_zmp() -> None:
     mpc, tick = PLAIN, 207
-    weight, period = mpc.gait.box_weight, mpc.gait.period
+    weight, period = mpc.gait.region.weight, mpc.gait.period
 
     def centre(k: int) -> np.ndarray:
         step, phase = divmod(k, period)
-        before, now = mpc.gait.step(step - 1).centre, mpc.gait.step(step).centre
+        before, now = mpc.gait.foothold(step - 1), mpc.gait.foothold(step)
         return before + weight[phase] * (now - before)
 
     velocity = [(centre(k + 1) - centre(k)) / 0.01 for k in range(tick, tick + 2000)]

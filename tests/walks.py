@@ -24,8 +24,7 @@ def speed_limit(value: float, gammas: tuple[float, ...] = (0.5, 0.5)) -> AffineB
 
 
 def start(mpc: PeriodicMpc) -> Memory:
-    half = mpc.gait.config.stance_width / 2.0
-    return Memory.at_start(mpc, np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]]))
+    return Memory.at_start(mpc, np.zeros((2, 3)), mpc.gait.feet_at_start)
 
 
 def predicted(mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> np.ndarray:

@@ -74,15 +74,6 @@ BOUND_ROWS = ("zmp_box_lower", "zmp_box_upper", "step_lower", "step_upper", "sla
 """Constraints that are bounds after a linear change of variables (see `compile_program`)."""
 
 
-def box_weights(gait: Gait, phase: int, horizon: int, footholds: int) -> np.ndarray:
-    """S with box centre at k + i = S_i · [last, this, coming stance centres], i = 1 … H, shape (H, footholds + 2)."""
-    weights, samples = np.zeros((horizon, footholds + 2)), np.arange(horizon)
-    ahead, tick = np.divmod(phase + 1 + samples, gait.period)
-    weights[samples, ahead] = 1.0 - gait.box_weight[tick]
-    weights[samples, ahead + 1] = gait.box_weight[tick]
-    return weights
-
-
 def axis_program(
     gait: Gait,
     vhip: Vhip,
@@ -113,15 +104,16 @@ def axis_program(
     _price(prog, 2.0 * config.foothold_weight * missed.T @ missed, np.concatenate([f, part["target"]]), "foothold")
 
     phi, gamma = vhip.prediction(phase, horizon)
-    weights = box_weights(gait, phase, horizon, n_f)
+    weights = gait.region.weights(phase, horizon, n_f)
     if config.zmp_centre_weight:
         rows = np.hstack([gamma[1:, 2], phi[1:, 2], -weights, np.eye(horizon)])
         hessian = 2.0 * config.zmp_centre_weight * rows.T @ rows
         variables = np.concatenate([u, part["state"], feet, part["offset"]])
         _price(prog, hessian, variables, "zmp_centre")
-    for side, sign in (("lower", 1.0), ("upper", -1.0)):
-        # ± (p_{k+i} + offset_i − S_i feet) + S_i half ≥ 0
-        rows = np.hstack([sign * gamma[1:, 2], sign * phi[1:, 2], -sign * weights, weights, sign * np.eye(horizon)])
+    box = gait.region.rows(phase, horizon, n_f)
+    for side, (sign, on_feet, on_half) in zip(("lower", "upper"), box, strict=True):
+        # the ZMP is p_{k+i} + offset_i
+        rows = np.hstack([sign * gamma[1:, 2], sign * phi[1:, 2], on_feet, on_half, sign * np.eye(horizon)])
         variables = np.concatenate([u, part["state"], feet, part["half"], part["offset"]])
         _at_least_zero(prog, rows, variables, f"zmp_box_{side}")
         steps = np.hstack([sign * np.eye(n_f, n_f + 2, 1) * -1.0 + sign * np.eye(n_f, n_f + 2, 2), -sign * eye])

@@ -9,7 +9,6 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_program import Parameters
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.plan import Plan
@@ -218,24 +217,6 @@ class PeriodicMpc:
             stance: centres of the last and this step's box at the tick before, shape (2, 2) [m].
             footholds: centres of the coming ones, shape (2, n_f) [m].
         """
-        before = self.gait.phase(tick - 1)[0]
-        step, phase = self.gait.phase(tick)
-        weight = self.gait.box_weight[phase]
-        half = self.preview.steps(before).half
-        box = np.empty((2, 2))
-        _write_box(step - before, weight, stance, footholds, half, self.config.zmp_margin, box)
-        return box
-
-
-@compiled
-def _write_box(
-    place: int, weight: float, stance: np.ndarray, footholds: np.ndarray, half: np.ndarray, margin: float,
-    box: np.ndarray,
-) -> None:  # fmt: skip
-    """The box on its way from the stance foot at `place` of [last, this, coming …] to the next one."""
-    for axis in range(2):
-        start = stance[axis, place]
-        end = stance[axis, 1] if place == 0 else footholds[axis, 0]
-        centre = (1.0 - weight) * start + weight * end
-        side = (1.0 - weight) * half[axis, place] + weight * half[axis, place + 1] + margin
-        box[axis, 0], box[axis, 1] = centre - side, centre + side
+        step, phase = self.gait.phase(tick - 1)
+        half = self.preview.steps(step).half
+        return self.gait.region.box(phase, stance, footholds, half, self.config.zmp_margin)

@@ -15,7 +15,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.walking.gait import BOTH, LEFT
+from pdhocbf_drake.walking.footsteps import BOTH, LEFT
 
 OUTPUTS = (
     "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack", "unmet",

@@ -32,10 +32,9 @@ def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     Raises:
         InputError: the walk has barriers or an end, or doesn't settle.
     """
-    if any(mpc.barriers) or gait.config.walk_steps is not None:
+    if any(mpc.barriers) or gait.has_end:
         raise InputError("the nominal orbit is that of a walk without barriers and without an end")
-    half = gait.config.stance_width / 2.0
-    memory = Memory.at_start(mpc, np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]]))
+    memory = Memory.at_start(mpc, np.zeros((2, 3)), gait.feet_at_start)
     cycle = gait.config.ticks_per_gait
     start = gait.config.start_steps * gait.period
     start += start % cycle

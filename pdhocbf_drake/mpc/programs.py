@@ -50,7 +50,7 @@ class Programs:
         """The programs of one axis; they depend on the axis by its barriers and terminal set alone."""
         barriers, terminal = self.barriers[axis], self.terminal.get(axis)
         written = self.config.model_dump_json(exclude={"recovery"})
-        matrices = (self.gait.box_weight.tobytes(), self.vhip.A.tobytes(), self.vhip.B.tobytes())
+        matrices = (self.gait.region.weight.tobytes(), self.vhip.A.tobytes(), self.vhip.B.tobytes())
         key = (written, matrices, tuple(map(id, barriers)), id(terminal))
         return cache.get(key, (tuple(barriers), terminal), lambda: self._make(axis))
 

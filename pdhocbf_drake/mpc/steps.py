@@ -11,7 +11,7 @@ import numpy as np
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
-from pdhocbf_drake.walking.gait import BOTH
+from pdhocbf_drake.walking.footsteps import BOTH
 
 _TAIL_HORIZONS = 4  # ticks beyond the horizon are discounted by e^{-ωδi}: after four horizons nothing is left
 
@@ -45,11 +45,11 @@ class StepPreview:
     def _steps(self, step: int) -> StepParameters:
         gait, config = self._gait, self._config
         seen = [gait.step(step + i) for i in range(-1, self._count + 1)]
-        centres = np.array([s.centre for s in seen]).T
+        centres = np.array([[s.x, s.y] for s in seen]).T
         moves = np.diff(centres, axis=1)[:, 1:]
         lower, upper = moves.copy(), moves.copy()
         for i, (before, after) in enumerate(pairwise(seen[1:])):
-            if BOTH in (before.support, after.support):
+            if BOTH in (before.side, after.side):
                 continue  # a stand begins or ends where the feet are
             if config.step_reach is None:
                 lower[:, i] -= config.step_tolerance
@@ -57,11 +57,11 @@ class StepPreview:
             else:
                 lower[:, i], upper[:, i] = np.negative(config.step_reach), config.step_reach
             # The new stance foot stays on its own side of the old one, at least the minimum width away.
-            if after.support > 0:
+            if after.side > 0:
                 lower[1, i] = max(lower[1, i], config.stance_width_min)
             else:
                 upper[1, i] = min(upper[1, i], -config.stance_width_min)
-        half = np.array([s.half for s in seen]).T - config.zmp_margin
+        half = np.array([gait.region.half(s) for s in seen]).T - config.zmp_margin
         return StepParameters(moves, lower, upper, half, centres[:, 1])
 
     def repeats(self, step: int) -> bool:
@@ -77,11 +77,8 @@ class StepPreview:
         gait, horizon = self._gait, self._config.horizon
         start = step * gait.period
         length = (1 + _TAIL_HORIZONS) * horizon + gait.period
-        steps = [gait.step(step + i).centre for i in range(-1, length // gait.period + 2)]
-        ahead, phases = np.divmod(np.arange(length + 1), gait.period)
-        weight = gait.box_weight[phases][:, None]
-        feet = np.array(steps)
-        centre = (1.0 - weight) * feet[ahead] + weight * feet[ahead + 1]
+        stances = np.array([gait.foothold(step + i) for i in range(-1, length // gait.period + 2)])
+        centre = gait.region.centres(stances, length + 1)
         velocity = np.diff(centre, axis=0) / gait.config.tick
         tails = np.empty((gait.period, 2))
         for phase in range(gait.period):
