@@ -37,9 +37,9 @@ class Footstep(NamedTuple):
 class Footsteps:
     """The footsteps of a whole walk; `footsteps[j]` is that of step j, for any integer j.
 
-    Footstep −1 is the stand from which the walk starts, and the robot has stood there before as well. After the end
-    of the list its last two footsteps repeat, each time `advance` farther on. After step `last` both feet stand side
-    by side.
+    Footstep −1 is the stand from which the walk starts; it holds for all earlier steps as well. After the end of the
+    list its last two footsteps repeat, each time displaced by `advance`. After step `last` both feet stand side by
+    side.
 
     Attributes:
         listed: footsteps −1, 0, …; the last two of them are single-support steps.
@@ -66,7 +66,7 @@ class Footsteps:
         )
 
     def ending_at(self, step: int) -> Footsteps:
-        """The same footsteps up to step j, after which both feet stand side by side; an earlier end is kept."""
+        """The same footsteps up to step j, then a stand with the feet side by side; an earlier end is kept."""
         return replace(self, last=step if self.last is None else min(step, self.last))
 
     def with_stride(self, stride: float, step: int) -> Footsteps:
@@ -87,8 +87,8 @@ class Footsteps:
         ahead = step - (len(listed) - 3)  # steps since the last but one
         rounds, place = divmod(ahead, 2)
         first, this = listed[-2], listed[-2 + place]
-        # Half of `advance` a step, and what the second footstep differs from that: so a straight walk's x is the
-        # product stride · ahead, rounded once.
+        # Half of `advance` for each step, plus what the second footstep deviates from that (0 in a straight walk), so
+        # that x of a straight walk is the product stride · ahead, rounded once.
         x, y = (
             origin + ahead * (way / 2.0) + (own - (origin + place * (way / 2.0)))
             for origin, own, way in zip(first[1:3], this[1:3], self.advance, strict=True)

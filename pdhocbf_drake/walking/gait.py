@@ -9,7 +9,7 @@ import numpy as np
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH, Footstep, Footsteps, commanded_footsteps
+from pdhocbf_drake.walking.footsteps import BOTH, Footsteps, commanded_footsteps
 from pdhocbf_drake.walking.support import SupportRegion
 
 
@@ -22,19 +22,20 @@ class Gait:
     Other walks are derived from this one (`ending_at`, `with_box`, `with_stride`), so that its footsteps are kept.
 
     Attributes:
-        config: the `gait` keys; what they say of footsteps is superseded by `footsteps`.
-        footsteps: the commanded footsteps, `footsteps[j]` for step j.
-        period: N, the ticks of a step.
+        config: the `gait` keys that the walk was first made from; where it was derived from another walk, `footsteps`
+            and not the config's stride and number of steps say where it goes.
+        footsteps, step: the commanded footsteps; `step(j)` is `footsteps[j]`, kept for the next call.
+        period: N [ticks].
         height: CoM height, eq. (24).
         region: the support region, eq. (27).
 
     Raises:
-        InputError: double support takes half a step or more, the stride is not finite, a CoM height that `CosineHeight`
-            refuses, or footsteps with another timing.
+        InputError: double support takes half a step or more, the stride is not finite, `CosineHeight` refuses the CoM
+            height, or a footstep has another timing.
     """
 
     def __init__(self, config: GaitConfig, footsteps: Footsteps | None = None) -> None:
-        """Takes the given footsteps, or those that the config describes."""
+        """A walk on the given footsteps, or on those that the config describes."""
         self.config = config
         self.period = config.ticks_per_step
         self.height = CosineHeight(config)
@@ -51,11 +52,8 @@ class Gait:
                     f"{self.period} ticks (given: {step.start}, {step.ticks})"
                 )
         self.region = SupportRegion(config)
-        self.step = lru_cache(maxsize=64)(self._step)
+        self.step = lru_cache(maxsize=64)(self.footsteps.__getitem__)
         self._endings: dict[int, Gait] = {}
-
-    def _step(self, index: int) -> Footstep:
-        return self.footsteps[index]
 
     def phase(self, tick: int) -> tuple[int, int]:
         """(step index j, tick q within the step) of tick k = jN + q."""

@@ -1,4 +1,4 @@
-"""The support region: half sides of the ZMP box, its way from stance to stance, its rows, and what lies inside it."""
+"""The support region: half sides of the ZMP box, its motion between two stances, its rows, and what it contains."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class SupportRegion:
 
         centre = (1 − w_q) centre_{j−1} + w_q centre_j,  half likewise,  w_q = min(1, (q + 1)/(D + 1))
 
-    D = 0 is the paper's (27), a box that jumps in one tick. What belongs to steps j − 1, j, j + 1, … is ordered as
+    D = 0 is the paper's (27), a box that jumps in one tick. Values of steps j − 1, j, j + 1, … are in the order
     [last, this, coming …].
 
     Attributes:
@@ -31,17 +31,14 @@ class SupportRegion:
         self._half_of_stand = self._half + np.array([0.0, config.stance_width / 2.0])
 
     def half(self, step: Footstep) -> np.ndarray:
-        """Half sides of a step's box, shape (2,) [m]: those of one foot, or of the box around both."""
+        """Half sides of a step's box, shape (2,) [m]; that of a stand is wider by the distance between the feet."""
         return self._half_of_stand if step.side == BOTH else self._half
 
     def weights(self, phase: int, horizon: int, footholds: int) -> np.ndarray:
-        """S of a plan from phase q of a step: at k + i the centre is S_i · [last, this, coming …], i = 1 … H.
+        """S, shape (H, n_f + 2): from phase q on, the centre at k + i is S_i · [last, this, coming …], i = 1 … H.
 
         Args:
-            phase: q. horizon: H [ticks]. footholds: n_f, the coming steps.
-
-        Returns:
-            shape (H, n_f + 2).
+            phase: q. horizon: H [ticks]. footholds: n_f, the number of coming steps.
         """
         weights, samples = np.zeros((horizon, footholds + 2)), np.arange(horizon)
         ahead, tick = np.divmod(phase + 1 + samples, len(self.weight))
@@ -87,7 +84,7 @@ class SupportRegion:
 
 
 def contains(box: np.ndarray, zmp: np.ndarray, tolerance: float = 0.0) -> np.ndarray:
-    """Whether each ZMP (…, 2) lies in its box (…, 2 axes, [low, high]), give or take a tolerance [m]; shape (…)."""
+    """Whether each ZMP (…, 2) lies in its box (…, 2 axes, 2 limits), widened by a tolerance on all sides [m]; (…)."""
     inside = (zmp >= box[..., 0] - tolerance) & (zmp <= box[..., 1] + tolerance)
     return np.asarray(inside.all(axis=-1))
 

@@ -43,10 +43,10 @@ def swing_point(start: np.ndarray, end: np.ndarray, height: float, duration: flo
 
 
 class Swing:
-    """The swings of a gait: where both soles should be, and how the swing foot will be accelerated.
+    """Reference motion of both soles at each tick, and accelerations of the swing foot over the horizon.
 
-    The landing may move at every tick. The swing foot then goes on, along the path of least jerk, from its last
-    reference to the landing as it is now; its height is a function of the time since lift-off alone.
+    The landing may move at every tick. From its last reference the swing foot takes the path of least jerk to the
+    present landing; its height depends on the time since lift-off alone.
     """
 
     def __init__(self, gait: Gait) -> None:
@@ -101,10 +101,7 @@ class Swing:
 def least_jerk(
     position: float, velocity: float, acceleration: float, end: float, remaining: float
 ) -> tuple[float, float, float, float, float, float]:
-    """p, v, a, c₃, c₄, c₅ of p + v s + a s²/2 + c₃ s³ + c₄ s⁴ + c₅ s⁵, s = time/`remaining` [m].
-
-    The motion of least jerk along one axis from position, velocity and acceleration to rest at the end.
-    """
+    """p, v, a, c₃, c₄, c₅ of p + v s + a s²/2 + c₃ s³ + c₄ s⁴ + c₅ s⁵ [m], s = time/`remaining`: least jerk to rest."""
     v, a, gap = velocity * remaining, acceleration * remaining**2, end - position
     third = 10.0 * gap - 6.0 * v - 1.5 * a
     fourth = -15.0 * gap + 8.0 * v + 1.5 * a
@@ -116,10 +113,10 @@ def least_jerk(
 def onward(
     position: float, velocity: float, acceleration: float, end: float, remaining: float, ahead: float
 ) -> tuple[float, float, float]:
-    """Position, velocity and acceleration `ahead` seconds later on the motion of least jerk to rest at `end`, one axis.
+    """Position, velocity, acceleration along one axis `ahead` seconds later on the motion of least jerk to `end`.
 
-    Planned anew at every tick towards an end that moves, it never jumps in position, velocity or acceleration; the
-    motion that starts at rest is that of `swing_point`.
+    From rest it is the motion of `swing_point`. Planned anew at every tick for an end that moves, it has no jump in
+    position, velocity or acceleration.
 
     Args:
         position, velocity, acceleration: now [m, m/s, m/s²].
@@ -145,8 +142,7 @@ def write_feet(
     """Writes `Swing.feet`.
 
     Args:
-        swinging: the foot that swings, 0 left, 1 right, −1 none.
-        aloft: ticks since lift-off.
+        swinging: the foot that swings, 0 left, 1 right, −1 none. aloft: ticks since lift-off.
         above: the swing sole's height and its derivatives, (3,).
         remaining: time left to swing at the tick before [s]. tick: δ [s].
     """
@@ -172,7 +168,7 @@ def add_accelerations(
     timing: tuple[int, int, float, float], whole: np.ndarray, phase: int, support: np.ndarray, now: np.ndarray,
     plan: np.ndarray, after: np.ndarray, factor: tuple[float, float], most: float, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """`Swing.add_accelerations`.
+    """Adds what `Swing.add_accelerations` describes.
 
     Args:
         timing: N and lift-off [ticks], duration of a swing and tick [s].
@@ -181,7 +177,7 @@ def add_accelerations(
     period, lift_off, duration, tick = timing
     horizon = len(support)
     count = min(period - 1 - phase, horizon)  # ticks left of this step
-    left = duration - (phase - lift_off) * tick  # and seconds of its swing
+    left = duration - (phase - lift_off) * tick  # seconds left of its swing
     coming = count
     while coming < horizon and support[coming] == 0.0:
         coming += 1
