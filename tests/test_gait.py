@@ -154,7 +154,7 @@ def test_a_zmp_meets_the_rows_where_its_box_contains_it(phase: int, seed: int) -
 
 
 def test_the_path_of_the_centre_is_that_of_the_weights() -> None:
-    stances = np.random.default_rng(3).normal(size=(5, 2))
+    stances = np.random.default_rng(3).normal(size=5)
     np.testing.assert_allclose(REGION.centres(stances, 37)[1:], REGION.weights(0, 36, 3) @ stances, atol=1e-15)
     np.testing.assert_allclose(REGION.centres(stances, 1)[0], 0.75 * stances[0] + 0.25 * stances[1])
 

@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pdhocbf_drake.walking import Gait, GaitConfig, swing_point
-from pdhocbf_drake.walking.swing import Swing, onward
+from pdhocbf_drake.walking.kernels import onward
+from pdhocbf_drake.walking.swing import Swing
 
 GAIT = Gait(GaitConfig())
 SWING, PERIOD, LIFT_OFF = Swing(GAIT), GAIT.period, GAIT.config.double_support_ticks

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.footsteps import BOTH, Footstep
+from pdhocbf_drake.walking.kernels import write_box
 
 
 class SupportRegion:
@@ -72,14 +72,14 @@ class SupportRegion:
         return box
 
     def centres(self, stances: np.ndarray, ticks: int) -> np.ndarray:
-        """Centre of the box from the first tick of step j on, shape (ticks, 2) [m].
+        """Centre of the box along one axis, from the first tick of step j on, shape (ticks,) [m].
 
         Args:
-            stances: centres of steps j − 1, j, j + 1, …, shape (n, 2) [m], n > ticks/N + 1.
+            stances: centres of the stances of steps j − 1, j, j + 1, …, shape (n,) [m], n > ticks/N + 1.
             ticks: how many.
         """
         ahead, tick = np.divmod(np.arange(ticks), len(self.weight))
-        weight = self.weight[tick][:, None]
+        weight = self.weight[tick]
         return (1.0 - weight) * stances[ahead] + weight * stances[ahead + 1]
 
 
@@ -87,17 +87,3 @@ def contains(box: np.ndarray, zmp: np.ndarray, tolerance: float = 0.0) -> np.nda
     """Whether each ZMP (…, 2) lies in its box (…, 2 axes, 2 limits), widened by a tolerance on all sides [m]; (…)."""
     inside = (zmp >= box[..., 0] - tolerance) & (zmp <= box[..., 1] + tolerance)
     return np.asarray(inside.all(axis=-1))
-
-
-@compiled
-def write_box(
-    ahead: int, weight: float, stance: np.ndarray, footholds: np.ndarray, half: np.ndarray, margin: float,
-    box: np.ndarray,
-) -> None:  # fmt: skip
-    """Writes `SupportRegion.box`; `ahead` is 1 where k + 1 is the first tick of the next step, else 0."""
-    for axis in range(2):
-        start = stance[axis, ahead]
-        end = stance[axis, 1] if ahead == 0 else footholds[axis, 0]
-        centre = (1.0 - weight) * start + weight * end
-        side = (1.0 - weight) * half[axis, ahead] + weight * half[axis, ahead + 1] + margin
-        box[axis, 0], box[axis, 1] = centre - side, centre + side
