@@ -10,7 +10,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.solution import CONSTRAINTS, Reason
 from pdhocbf_drake.mpc.supervisor import believed_state, supervise
-from pdhocbf_drake.qp.result import QpResult
+from pdhocbf_drake.qp import QpResult
 
 BLIND = np.full((2, 3), np.nan)
 

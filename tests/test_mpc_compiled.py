@@ -9,12 +9,7 @@ from hypothesis import strategies as st
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.qp.affine_map import AffineMap
-from pdhocbf_drake.qp.compiled import compile_program
-from pdhocbf_drake.qp.daqp_solver import DaqpQp
-from pdhocbf_drake.qp.drake_solver import DrakeQp
-from pdhocbf_drake.qp.quadratic_form import QuadraticForm
-from pdhocbf_drake.qp.solvers import make_solver
+from pdhocbf_drake.qp import AffineMap, ClarabelQp, DaqpQp, QuadraticForm, compile_program, make_solver
 from pdhocbf_drake.studies.bench.reference import reference
 
 
@@ -60,7 +55,7 @@ def test_compiled_and_uncompiled_agree_on_random_programs(seed: int, slacks: boo
     at = 0.1 * np.random.default_rng(seed).normal(size=4)
     expected, cost = uncompiled(prog, w, theta, at)
     qp = compile_program(prog, w, theta)
-    for solver in (DaqpQp(qp), DrakeQp(qp)):
+    for solver in (DaqpQp(qp), ClarabelQp(qp)):
         result = solver.solve(at)
         assert result.ok, result.status
         np.testing.assert_allclose(result.decisions, expected, atol=2e-5)
@@ -220,7 +215,7 @@ def test_contradicting_bounds_are_infeasible_in_both_solvers_and_leave_them_usab
     prog.AddLinearConstraint(np.array([[1.0, 0.0, 1.0]]), [1.0], [np.inf], np.append(w, theta))
     prog.AddBoundingBoxConstraint(-2.0, 2.0, w)
     qp = compile_program(prog, w, theta)
-    for solver in (DaqpQp(qp), DrakeQp(qp)):
+    for solver in (DaqpQp(qp), ClarabelQp(qp)):
         result = solver.solve(np.array([-5.0]))
         assert not result.ok and result.infeasible
         assert np.allclose(solver.solve(np.array([0.0])).decisions, [1.0, 0.0], atol=1e-6)
@@ -231,5 +226,5 @@ def test_without_daqp_everything_goes_through_drake(monkeypatch: pytest.MonkeyPa
     prog, w, theta = random_program(7)
     qp = compile_program(prog, w, theta)
     solver = make_solver("daqp", qp)
-    assert isinstance(solver, DrakeQp)
+    assert isinstance(solver, ClarabelQp)
     np.testing.assert_allclose(solver.solve(np.zeros(4)).decisions, DaqpQp(qp).solve(np.zeros(4)).decisions, atol=1e-5)

@@ -21,9 +21,7 @@ from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.theta import Theta
 from pdhocbf_drake.mpc.unmet import slack_by_barrier, slack_starts, unmet
-from pdhocbf_drake.qp.compiled import ParametricQp
-from pdhocbf_drake.qp.result import QpResult
-from pdhocbf_drake.qp.solvers import QpSolver
+from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.vhip import Vhip

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
 
-from pdhocbf_drake.qp.compiled import ParametricQp
-from pdhocbf_drake.qp.solvers import QpSolver
+from pdhocbf_drake.qp import ParametricQp, QpSolver
 
 T = TypeVar("T")
 

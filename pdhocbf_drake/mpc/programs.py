@@ -14,8 +14,7 @@ from pdhocbf_drake.mpc.rungs import Rung, without_decay
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.warm_start import guess_rows
-from pdhocbf_drake.qp.compiled import ParametricQp, compile_program
-from pdhocbf_drake.qp.solvers import make_solver
+from pdhocbf_drake.qp import ParametricQp, compile_program, make_solver
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.vhip import Vhip

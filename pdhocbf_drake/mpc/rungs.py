@@ -17,8 +17,7 @@ from collections.abc import Callable, Sequence
 from pdhocbf_drake.barriers import AffineBarrier, Linear
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
 from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.qp.compiled import ParametricQp
-from pdhocbf_drake.qp.solvers import QpSolver, make_solver
+from pdhocbf_drake.qp import ParametricQp, QpSolver, make_solver
 
 
 class Rung:

@@ -9,7 +9,7 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier, affine_rows
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.solution import CONSTRAINTS, NOTICED, Reason
-from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.qp import ParametricQp
 from pdhocbf_drake.walking.vhip import Vhip
 
 _ROWS = {

@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.qp import ParametricQp
 
 _ONE_PER_STEP = ("step_lower", "step_upper")
 

@@ -9,7 +9,7 @@ import numpy as np
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.mpc.warm_start import guess_rows
-from pdhocbf_drake.qp.solvers import QpSolver, make_solver
+from pdhocbf_drake.qp import QpSolver, make_solver
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.recording import Tick, theta
 from pdhocbf_drake.studies.bench.reference import Gap, gap

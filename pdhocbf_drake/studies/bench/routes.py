@@ -11,7 +11,7 @@ from scipy.sparse import csc_matrix
 
 from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
 from pdhocbf_drake.mpc.warm_start import guess_rows
-from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.qp import DaqpQp, ParametricQp
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.clock import now
 from pdhocbf_drake.studies.bench.recording import Tick, solve, theta
@@ -67,8 +67,6 @@ class Core(Route):
 
     def __init__(self, walk: Walk) -> None:
         super().__init__(walk)
-        from pdhocbf_drake.qp.daqp_solver import DaqpQp
-
         self._solvers = [
             [DaqpQp(qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)] for axis in self.mpc.qps
         ]
