@@ -16,13 +16,13 @@ _NOISE = 1e-13  # entries of a computed matrix below this part of its largest on
 
 
 class Slacks(NamedTuple):
-    """Decisions s ≥ 0 that soften one row each, a·w + s ≥ l(θ), at the cost linear·s + ½ quadratic·s².
+    """Decisions s ≥ 0 that soften one row each, a·w + s ≥ l(θ) or a·w − s ≤ u(θ), at a cost that grows with s.
 
     Attributes:
         columns: their indices among the decisions.
         rows: the row that each softens.
         bounds: its row s ≥ 0.
-        linear, quadratic: its price.
+        linear, quadratic: its cost linear·s + ½ quadratic·s².
     """
 
     columns: np.ndarray
@@ -34,24 +34,19 @@ class Slacks(NamedTuple):
 
 def find_slacks(qp: ParametricQp) -> Slacks:
     """All decisions of that form, one a row at most; any other (in two rows, or with a coupled cost) is left out."""
-    priced = np.flatnonzero((np.count_nonzero(qp.P, axis=1) == 1) & (np.diag(qp.P) > 0.0) & ~qp.linear.changing)
-    used = qp.A != 0.0
-    alone = np.count_nonzero(used, axis=1) == 1
-    used = used[:, priced]
-    once = (np.count_nonzero(used[alone], axis=0) == 1) & (np.count_nonzero(used[~alone], axis=0) == 1)
-    columns, used = priced[once], used[:, once]
-    bounds = (used & alone[:, None]).argmax(axis=0)
-    rows = (used & ~alone[:, None]).argmax(axis=0)
-    from_zero = (
-        (qp.A[bounds, columns] == 1.0)
-        & (qp.lower.offset[bounds] == 0.0)
-        & ~qp.lower.changing[bounds]
-        & np.isposinf(qp.upper.offset[bounds])
-    )
-    one_sided = (qp.A[rows, columns] == 1.0) & np.isposinf(qp.upper.offset[rows])
-    chosen = np.flatnonzero(from_zero & one_sided)
-    chosen = np.sort(chosen[np.unique(rows[chosen], return_index=True)[1]])  # the first slack of each row
-    columns, rows, bounds = columns[chosen], rows[chosen], bounds[chosen]
+    priced = (np.count_nonzero(qp.P, axis=1) == 1) & (np.diag(qp.P) > 0.0)
+    priced &= (qp.linear.offset >= 0.0) & ~qp.linear.changing
+    single = np.count_nonzero(qp.A, axis=1) == 1
+    no_lower, no_upper = np.isneginf(qp.lower.offset), np.isposinf(qp.upper.offset)
+    from_zero = np.flatnonzero(single & no_upper & (qp.lower.offset == 0.0) & ~qp.lower.changing)
+    soft = np.flatnonzero(~single & (no_lower | no_upper))
+    in_bounds, in_rows = qp.A[from_zero] == 1.0, qp.A[soft] == np.where(no_upper, 1.0, -1.0)[soft, None]
+    once = (in_bounds.sum(axis=0) == 1) & (in_rows.sum(axis=0) == 1) & (np.count_nonzero(qp.A, axis=0) == 2)
+    columns = np.flatnonzero(priced & once)
+    rows = soft[np.nonzero(in_rows[:, columns].T)[1]]
+    first = np.sort(np.unique(rows, return_index=True)[1])  # a row's second slack is an ordinary decision
+    columns, rows = columns[first], rows[first]
+    bounds = from_zero[np.nonzero(in_bounds[:, columns].T)[1]]
     return Slacks(columns, rows, bounds, qp.linear.offset[columns], qp.P[columns, columns])
 
 
@@ -82,7 +77,8 @@ class DaqpForm:
 
     def __init__(self, qp: ParametricQp, bound_rows: Sequence[str]) -> None:
         self.slacks = find_slacks(qp)
-        self.hard, left = _without(len(qp.P), self.slacks.columns), _without(len(qp.A), self.slacks.bounds)
+        self.hard = np.delete(np.arange(len(qp.P)), self.slacks.columns)
+        left = np.delete(np.arange(len(qp.A)), self.slacks.bounds)
         is_bound = np.array([qp.names[row] in bound_rows for row in left], dtype=bool)
         if bound_rows and is_bound.sum() != len(self.hard):
             raise InputError(
@@ -90,7 +86,9 @@ class DaqpForm:
                 f"(given: {is_bound.sum()})"
             )
         self.order = np.concatenate([left[is_bound], left[~is_bound]])
-        self.softened = np.argsort(self.order)[np.searchsorted(np.sort(self.order), self.slacks.rows)]
+        place = np.empty(len(qp.A), dtype=int)
+        place[self.order] = np.arange(len(self.order))
+        self.softened = place[self.slacks.rows]
         simple = int(is_bound.sum())
         A = qp.A[np.ix_(self.order, self.hard)]
         inverse = _inverse(A[:simple], bound_rows) if bound_rows else np.eye(len(self.hard))
@@ -110,13 +108,6 @@ class DaqpForm:
         self.senses = np.zeros(len(self.order), dtype=np.int32)
         self.senses[self.softened] = SOFT
         self.senses[equal] = EQUALITY
-
-
-def _without(count: int, some: np.ndarray) -> np.ndarray:
-    """0 … count − 1 without some of them."""
-    left = np.ones(count, dtype=bool)
-    left[some] = False
-    return np.flatnonzero(left)
 
 
 def _root(hessian: np.ndarray) -> Sparse:

@@ -40,11 +40,10 @@ def has_daqp() -> bool:
 class DaqpQp:
     """Solves a `ParametricQp` at many θ in the coordinates of `DaqpForm`.
 
-    `solve` goes through `prepare`, `start_from`, `factorize`, `iterate` and `result`, which are public to be timed.
+    `solve` calls `prepare`, `start_from`, `factorize`, `iterate` and `result`, public so that each can be timed.
 
     Attributes:
-        core_seconds: processor time of the last solve by DAQP's own clock [s].
-        iterations: of the last solve.
+        core_seconds, iterations: of DAQP's last solve, the seconds by its own clock.
 
     Raises:
         InputError: as `DaqpForm`, or DAQP refuses the program.
@@ -137,8 +136,8 @@ class DaqpQp:
             *self._to_decisions, self._optimum, y, multipliers, decisions, active, self._product
         )
         if flag == _SOFTENED:
-            slacks = self._form.slacks
-            slack = np.maximum(0.0, self._low[self._form.softened] - self._softened_rows @ y)
+            slacks, softened, values = self._form.slacks, self._form.softened, self._softened_rows @ y
+            slack = np.maximum(0.0, np.maximum(self._low[softened] - values, values - self._high[softened]))
             decisions[slacks.columns] = slack
             cost += float(slack @ (slacks.linear + 0.5 * slacks.quadratic * slack))
         status = "optimal" if flag > 0 else _message(flag)
