@@ -1,8 +1,10 @@
-"""Writes the README's tables of signals and metrics from the code: `python docs/tables.py`."""
+"""Writes the README's tables of rooms, signals and metrics from the code: `python docs/tables.py`."""
 
 from __future__ import annotations
 
+import ast
 import re
+import sys
 from pathlib import Path
 
 from pydantic import BaseModel
@@ -10,7 +12,42 @@ from pydantic import BaseModel
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.simulation.signals import SIGNALS
 
-README = Path(__file__).parents[1] / "README.md"
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+
+
+def rooms_table() -> str:
+    """One row a room, from the lowest level of the contract of import-linter to the highest."""
+    rows = ["| level | room | what it holds |", "|---|---|---|"]
+    rooms = [(level, f"{room}/") for level, layer in enumerate(layers("pdhocbf_drake"), 1) for room in layer]
+    for level, room in rooms:
+        rows.append(f"| {level} | `{room}` | {_held(room)} |")
+        if room == "studies/":
+            inner = [f"{room}{study}/" for layer in layers("pdhocbf_drake.studies") for study in layer]
+            rows += [f"| | `{study}` | {_held(study)} |" for study in inner]
+    return "\n".join(rows)
+
+
+def layers(container: str) -> list[list[str]]:
+    """The packages of each layer of a container's contract, lowest first; layers of modules alone are left out."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
+        "contracts"
+    ]
+    (contract,) = (c for c in contracts if c["type"] == "layers" and c["containers"] == [container])
+    folder = ROOT / container.replace(".", "/")
+    found = [[name for name in re.findall(r"\w+", layer) if (folder / name).is_dir()] for layer in contract["layers"]]
+    return [names for names in reversed(found) if names]
+
+
+def _held(room: str) -> str:
+    """The first paragraph of the docstring of a package."""
+    text = (ROOT / "pdhocbf_drake" / room / "__init__.py").read_text(encoding="utf-8")
+    return (ast.get_docstring(ast.parse(text)) or "").partition("\n\n")[0].replace("\n", " ")
 
 
 def signals_table() -> str:
@@ -32,8 +69,8 @@ def _fields(model: type[BaseModel]) -> list[tuple[str, str]]:
 
 
 def with_tables(text: str) -> str:
-    """The README's text with both tables renewed between their marks."""
-    for name, table in (("signals", signals_table()), ("metrics", metrics_table())):
+    """The README's text with its tables renewed between their marks."""
+    for name, table in (("rooms", rooms_table()), ("signals", signals_table()), ("metrics", metrics_table())):
         mark = re.compile(f"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
         text = mark.sub(lambda m, table=table: f"{m[1]}\n{table}\n\n{m[2]}", text)  # type: ignore[misc]
     return text
