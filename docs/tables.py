@@ -35,9 +35,8 @@ def rooms_table() -> str:
 
 def layers(container: str) -> list[list[str]]:
     """The packages of each layer of a container's contract, lowest first; layers of modules alone are left out."""
-    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"][
-        "contracts"
-    ]
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    contracts = project["tool"]["importlinter"]["contracts"]
     (contract,) = (c for c in contracts if c["type"] == "layers" and c["containers"] == [container])
     folder = ROOT / container.replace(".", "/")
     found = [[name for name in re.findall(r"\w+", layer) if (folder / name).is_dir()] for layer in contract["layers"]]
