@@ -53,8 +53,8 @@ def find_slacks(qp: ParametricQp) -> Slacks:
 class DaqpForm:
     """min ½ yᵀH y  s.t.  l(θ) − R z°(θ) ≤ R y ≤ u(θ) − R z°(θ), the program without its slacks.
 
-    DAQP prices a violated row by itself, so that `find_slacks` are no decisions and a row that is kept costs nothing.
-    Of the other n decisions w it is given y = M w − z°(θ):
+    DAQP prices the violation of a soft row itself, so that the slacks of `find_slacks` are left out, and a soft row
+    that holds costs no time. Of the other n decisions w, DAQP solves for y = M w − z°(θ):
 
     - M, square and invertible, has the rows of A named in `bound_rows`, or is the identity without such names. Then
       the first rows of R = A M⁻¹ are those of the identity, simple bounds on y, which an active-set method handles
@@ -67,6 +67,7 @@ class DaqpForm:
         rows: the rows of R after the simple bounds.
         hard: the decisions that are not slacks, shape (n,).
         order: the rows of A that are left, simple bounds first, shape (m,).
+        bounds: l(θ), then u(θ), of these rows.
         slacks: what was left out. softened: the rows that they soften, as places in `order`.
         senses: DAQP's senses of the rows without a guess of the active set, shape (m,).
         to_limits: the constant arguments of `kernels.write_limits`. to_decisions: those of `write_decisions`.
