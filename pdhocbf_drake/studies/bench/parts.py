@@ -6,8 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
-from pdhocbf_drake.mpc.warm_start import guess_rows
 from pdhocbf_drake.qp import DaqpQp
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.clock import now
@@ -20,10 +18,13 @@ def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
 
     "theta" is the parameters' assembly; "bounds" their map, with the optimum without constraints; "guess" the warm
     start; "update" hands vectors to DAQP, which factorizes the guessed active set; "core" is DAQP's own clock, "call"
-    what its Python interface adds; "decisions" the way back, with cost and flags; "plan" what is left of the whole.
+    what its Python interface adds; "decisions" the map to w, with cost and flags; "plan" what is left of the whole.
     """
     mpc = walk.mpc
-    solvers = [[DaqpQp(qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)] for axis in mpc.qps]
+    solvers = [
+        [DaqpQp(qp, problem.bound_rows, problem.guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
+        for qps, problem in zip(mpc.qps, mpc.problems, strict=True)
+    ]
     rows = np.empty((passes, len(ticks), 8))
     for number in range(passes):
         for i, given in enumerate(ticks):
