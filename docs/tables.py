@@ -18,34 +18,31 @@ else:
     import tomli as tomllib
 
 ROOT = Path(__file__).parents[1]
-README = ROOT / "README.md"
+README, PACKAGE = ROOT / "README.md", ROOT / "pdhocbf_drake"
 
 
 def rooms_table() -> str:
-    """One row a room, from the lowest level of the contract of import-linter to the highest."""
+    """One row a room, from the lowest level of the contract of import-linter to the highest, with the rooms in it."""
     rows = ["| level | room | what it holds |", "|---|---|---|"]
-    rooms = [(level, f"{room}/") for level, layer in enumerate(layers("pdhocbf_drake"), 1) for room in layer]
-    for level, room in rooms:
-        rows.append(f"| {level} | `{room}` | {_held(room)} |")
-        if room == "studies/":
-            inner = [f"{room}{study}/" for layer in layers("pdhocbf_drake.studies") for study in layer]
-            rows += [f"| | `{study}` | {_held(study)} |" for study in inner]
+    for level, layer in enumerate(layers(), start=1):
+        for room in layer:
+            rows.append(f"| {level} | `{room}/` | {_held(room)} |")
+            inner = sorted(file.parent.name for file in PACKAGE.glob(f"{room}/*/__init__.py"))
+            rows += [f"| | `{room}/{name}/` | {_held(f'{room}/{name}')} |" for name in inner]
     return "\n".join(rows)
 
 
-def layers(container: str) -> list[list[str]]:
-    """The packages of each layer of a container's contract, lowest first; layers of modules alone are left out."""
+def layers() -> list[list[str]]:
+    """The rooms of each layer of the first contract, lowest first; layers of modules alone are left out."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    contracts = project["tool"]["importlinter"]["contracts"]
-    (contract,) = (c for c in contracts if c["type"] == "layers" and c["containers"] == [container])
-    folder = ROOT / container.replace(".", "/")
-    found = [[name for name in re.findall(r"\w+", layer) if (folder / name).is_dir()] for layer in contract["layers"]]
+    contract = project["tool"]["importlinter"]["contracts"][0]
+    found = [[name for name in re.findall(r"\w+", layer) if (PACKAGE / name).is_dir()] for layer in contract["layers"]]
     return [names for names in reversed(found) if names]
 
 
 def _held(room: str) -> str:
     """The first paragraph of the docstring of a package."""
-    text = (ROOT / "pdhocbf_drake" / room / "__init__.py").read_text(encoding="utf-8")
+    text = (PACKAGE / room / "__init__.py").read_text(encoding="utf-8")
     return (ast.get_docstring(ast.parse(text)) or "").partition("\n\n")[0].replace("\n", " ")
 
 
