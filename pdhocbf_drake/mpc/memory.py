@@ -189,7 +189,7 @@ class MemoryLayout:
         numbers = (
             memory.last_step,
             memory.degraded,
-            *disturbance.astray,
+            *disturbance.error_sum,
             disturbance.active,
             disturbance.quiet,
             *marks,
