@@ -1,4 +1,4 @@
-"""The decorator of all numeric inner loops: numba compiles them once per machine, and loads them from then on."""
+"""Compiles the numeric inner loops of a tick to machine code, once per machine: numba caches it beside the source."""
 
 from __future__ import annotations
 
@@ -13,35 +13,35 @@ F = TypeVar("F", bound=Callable[..., object])
 
 
 def compiled(function: F) -> F:
-    """The function as machine code, compiled at its first call; it reads and writes arrays in place.
+    """The function as machine code that reads and writes arrays in place, compiled or loaded at its first call.
 
-    On arrays of a hundred numbers each numpy operation takes a microsecond, and a compiled loop a tenth of that.
+    On arrays of a hundred numbers numpy takes a microsecond for each operation, a compiled loop 0.1.
 
-    Machine code checks no index: callers check shapes. A compiled function may call compiled functions of its own file
-    only, since numba compiles anew when that file changes and not when another one does. Division by zero gives inf
-    or NaN, as in numpy.
+    Compiled functions (kernels) check no index: shapes are checked by their callers. Each room has its kernels in one
+    file, `kernels.py`, and a kernel calls none of another file, because numba recompiles it only when its own file
+    changes. A test compares each of them with a few lines of numpy. Division by zero is inf or NaN, as in numpy.
     """
     try:
         machine_code: Any = numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:  # neither the source's folder nor the user's cache can be written
+    except RuntimeError:  # neither the source's folder nor the user's cache is writable
         return cast(F, numba.njit(error_model="numpy")(function))
     cache = machine_code._cache
-    # Before it loads machine code, numba registers all that Python code might call, as only compiling needs. That takes
-    # most of the loading time, so it is left out here, unless this numba has another name for what follows it.
+    # Numba's own loading first registers everything that Python code might call. That takes longer than the rest of the
+    # loading, and cached machine code does not need it. Another version of numba may lack the name: then both are done.
     load, save = getattr(cache, "_load_overload", cache.load_overload), cache.save_overload
 
-    def load_if_whole(signature: object, target: object) -> object:
+    def load_if_intact(signature: object, target: object) -> object:
         try:
             rtsys.initialize(target)
             return load(signature, target)
-        except Exception:  # whatever reading a damaged file raises
+        except Exception:  # a damaged file can raise anything
             with suppress(OSError):
                 cache.flush()
-            return None  # so that it is compiled anew
+            return None  # compiles it again
 
-    def save_if_possible(*made: object) -> None:
-        with suppress(OSError):  # a full disk, say: then it is compiled again next time
-            save(*made)
+    def save_if_possible(*overload: object) -> None:
+        with suppress(OSError):  # a full disk, for example: it is compiled again in the next process
+            save(*overload)
 
-    cache.load_overload, cache.save_overload = load_if_whole, save_if_possible
+    cache.load_overload, cache.save_overload = load_if_intact, save_if_possible
     return cast(F, machine_code)
