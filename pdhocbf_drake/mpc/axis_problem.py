@@ -11,7 +11,7 @@ from pdhocbf_drake.mpc.plan import NOTICED
 from pdhocbf_drake.mpc.terms import TERMS
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Setting, Term, Tick
-from pdhocbf_drake.qp.compiled import ParametricQp, compile_program
+from pdhocbf_drake.qp import ParametricQp, compile_program
 
 
 class AxisProblem:

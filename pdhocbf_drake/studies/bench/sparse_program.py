@@ -7,7 +7,7 @@ from pydrake.solvers import MathematicalProgram
 
 from pdhocbf_drake.barriers import affine_rows
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
-from pdhocbf_drake.qp.compiled import ParametricQp, compile_program
+from pdhocbf_drake.qp import ParametricQp, compile_program
 from pdhocbf_drake.simulation.build import Walk
 
 
