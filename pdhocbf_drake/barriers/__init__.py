@@ -1,8 +1,8 @@
 """Periodic discrete-time high-order control barrier functions, for any periodic discrete-time system.
 
-A barrier is h(k, x) with a period and its class-K functions. It can be evaluated (`psi`), checked
-(`check_relative_degree`, `check_in_safe_set`, `feasible_width`), enforced (`BarrierFilter`, `add_barrier_rows`,
-`add_nonlinear_barrier_rows`) and measured along a log (`record`).
+A barrier is h(k, x) with a period and its class-K functions; an `AffineBarrier` is h = ±(V̄(k) − n_k·x). It can be
+evaluated (`psi`), checked (`check_relative_degree`, `check_in_safe_set`, `feasible_width`), enforced (`BarrierFilter`,
+`add_barrier_rows`, `add_nonlinear_barrier_rows`) and measured along a log (`record`).
 """
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier, make_barrier

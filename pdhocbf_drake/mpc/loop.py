@@ -58,12 +58,12 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     if measurement.feet is not None:
         memory.land(mpc, tick, measurement.feet)
     bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
-    state, seen = _believed_state(mpc, memory, measurement.state, tick, latency)
-    if seen == Reason.SOLVED:
+    state, fault = _believed_state(mpc, memory, measurement.state, tick, latency)
+    if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
     recovering = memory.disturbance.active
     plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, recovering)
-    reason = _supervise(mpc, memory, plan, seen)
+    reason = _supervise(mpc, memory, plan, fault)
     memory.advance(mpc, state, plan)
     solved = float(plan.reason.planned)
     cost = plan.cost if solved else 0.0
