@@ -8,14 +8,14 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
-from pdhocbf_drake.simulation.signals import SIGNALS
+from pdhocbf_drake.systems.signals import LOGGED
 
 README = Path(__file__).parents[1] / "README.md"
 
 
 def signals_table() -> str:
-    """One row a signal."""
-    rows = [f"| `{s.name}` | {s.system} | {s.size} | {s.unit} | {s.meaning} |" for s in SIGNALS]
+    """One row for each logged signal."""
+    rows = [f"| `{s.name}` | {s.system} | {s.size} | {s.unit} | {s.meaning} |" for s in LOGGED]
     return "\n".join(["| signal | system | size | unit | meaning |", "|---|---|---|---|---|", *rows])
 
 

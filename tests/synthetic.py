@@ -9,7 +9,7 @@ from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.signals import SIGNALS
+from pdhocbf_drake.systems.signals import SIGNALS
 
 N, START, STRIDE, WIDTH, TICK, H = 40, 2, 0.15, 0.16, 0.01, 80
 SPEED = STRIDE / (N * TICK)

@@ -5,8 +5,8 @@ import pytest
 
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.signals import SIGNALS
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
+from pdhocbf_drake.systems.signals import SIGNALS
 
 SHORT = "{duration: 1.6, from_time: 0.8}"
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from contexts import update
+from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator, SimulatorStatus
@@ -16,7 +17,6 @@ from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.gait_reference import GaitReference
-from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.oscillator import TubeFilter
 from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.errors import InputError, RunFolderError
-from pdhocbf_drake.simulation.signals import SIGNALS
+from pdhocbf_drake.systems.signals import LOGGED
 
 Array = NDArray[np.float64]
 
@@ -21,8 +21,8 @@ FELL: Final = "fell"
 INTERRUPTED: Final = "interrupted"
 FAILED: Final = "failed"
 
-_ELEMENTS = {signal.name: signal.elements for signal in SIGNALS}
-_SIZES = {signal.name: signal.size for signal in SIGNALS}
+_ELEMENTS = {signal.name: signal.elements for signal in LOGGED}
+_SIZES = {signal.name: signal.size for signal in LOGGED}
 _RESERVED = ("time", "ending")
 
 
@@ -33,7 +33,7 @@ class RunLog:
 
     Attributes:
         time: (T,) times of the rows [s].
-        signals: each (T, size) by its name in `simulation.signals`, in the units given there.
+        signals: each (T, size) by its name in `systems.signals`, in the units given there.
         ending: "finished", or why the run ended before its time: "fell", "interrupted", "failed: …".
     """
 

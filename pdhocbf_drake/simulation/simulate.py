@@ -14,10 +14,11 @@ from pdhocbf_drake.robot import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.checks import check_scenario
-from pdhocbf_drake.simulation.diagram import LoggedDiagram, oscillator_diagram, vhip_diagram
+from pdhocbf_drake.simulation.diagram import oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.wiring import LoggedDiagram
 
 Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress

@@ -12,23 +12,23 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import OUTPUTS, Memory
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.mpc.supervisor import believed_state, supervise
-from pdhocbf_drake.systems.unbundled import Unbundled
+from pdhocbf_drake.systems.signals import size
 
 
-class MpcController(Unbundled):
+class MpcController(LeafSystem):
     """Solves (36) at every tick kδ; its outputs are then what is planned for tick k + 1.
 
     All it remembers (the last plan, the feet on the ground, the active sets) is discrete state, laid out by
     `Memory`, so that a context can be copied, reset and replayed.
 
     Input ports:
-        gait_phase (3), lip_state (6): as in `simulation.signals`.
+        gait_phase (3), lip_state (6): as in `systems.signals`.
         velocity_bound (n_b (H + 1)): the bounds, where there are barriers.
         zmp_offset (2 H): expected real minus template ZMP, x then y; may be left unconnected.
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
-    Output ports:
+    Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
-        barrier_slack (n_b), unmet (6): as in `simulation.signals`; they tell of the plan made at tick k.
+        barrier_slack (n_b), unmet (6): as in `systems.signals`; they tell of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
 
     Attributes:
@@ -49,32 +49,22 @@ class MpcController(Unbundled):
         barriers: Sequence[tuple[int, str]],
         latency: float = 0.0,
     ) -> None:
-        sizes = Memory.sizes(mpc)
-        parts = {name: sizes[name] for name in (*OUTPUTS, "last_step")}
-        first = Memory.at_start(mpc, initial, feet).pack(mpc)
-        super().__init__(_MpcController(mpc, first, barriers, latency), parts)
-        self.mpc = mpc
-
-
-class _MpcController(LeafSystem):
-    """`MpcController` with one output, which is its state; `first` is what it remembers at the start."""
-
-    def __init__(
-        self, mpc: PeriodicMpc, first: np.ndarray, barriers: Sequence[tuple[int, str]], latency: float
-    ) -> None:
         super().__init__()
+        sizes = Memory.sizes(mpc)
+        self.parts = {name: sizes[name] for name in (*OUTPUTS, "last_step")}
         self._latency = latency
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
         self._columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
-        horizon = mpc.config.horizon
-        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
-        self._lip = self.DeclareVectorInputPort("lip_state", 6)
+        count, horizon = len(barriers), mpc.config.horizon
+        self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
+        self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         if barriers:
-            self._bounds = self.DeclareVectorInputPort("velocity_bound", len(barriers) * (horizon + 1))
-        self._offset = self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
-        self._feet = self.DeclareVectorInputPort("foot_state", 12)
+            self._bounds = self.DeclareVectorInputPort("velocity_bound", size("velocity_bound", count, horizon))
+        self._offset = self.DeclareVectorInputPort("zmp_offset", size("zmp_offset", horizon=horizon))
+        self._feet = self.DeclareVectorInputPort("foot_state", size("foot_state"))
         self._carried = slice(Memory.layout(mpc)["last_step"].start, None)
+        first = Memory.at_start(mpc, initial, feet).pack(mpc)
         self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(first))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
