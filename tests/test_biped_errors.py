@@ -11,7 +11,7 @@ from biped_cases import biped, standing
 
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError, ModelError
-from pdhocbf_drake.robot import Biped, RobotConfig, check_walk, load_robot_config, models_folder
+from pdhocbf_drake.robot import Biped, RobotConfig, check_walk, load_robot_config, models_folder, upright_posture
 
 FOLDER = models_folder() / "biped"
 LINKS = ("hip_yaw", "hip_roll", "thigh", "shank", "ankle", "foot")
@@ -107,7 +107,7 @@ def test_joints_beyond_the_legs_are_named_and_can_be_fixed(tmp_path: Path) -> No
     robot = Biped(changed(model=path, fixed_joints={"shoulder": 0.3}))
     assert robot.mass == pytest.approx(30.0)
     posture = standing()
-    robot.posture(posture.com, posture.left, posture.right)
+    upright_posture(robot, posture.com, posture.left, posture.right)
 
 
 def test_fixed_joint_keeps_its_angle(tmp_path: Path) -> None:
@@ -214,4 +214,4 @@ def test_posture_out_of_reach() -> None:
     with pytest.raises(
         ModelError, match=r"robot 'biped' can't stand with CoM \[0\.02, 0\.0, 0\.8\] and soles at .*CoM z"
     ):
-        biped().posture(target.com, target.left, target.right)
+        upright_posture(biped(), target.com, target.left, target.right)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from biped_cases import biped, ik, mirrored, mirrored_joints, random_posture, standing
+from biped_cases import biped, ik, mirrored, mirrored_joints, posture_at, random_posture, standing
 
-from pdhocbf_drake.robot import Posture, PostureRates, WholeBodyIk, sole_pose
+from pdhocbf_drake.robot import Motion, Posture, WholeBodyIk, sole_pose
 from pdhocbf_drake.robot.ik import TOLERANCE
+from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -15,8 +16,7 @@ def test_forward_kinematics_undo_inverse_kinematics(seed: int) -> None:
     target = random_posture(np.random.default_rng(seed))
     result = ik().solve(target, biped().bent_knee)
     assert result.ok and result.error < TOLERANCE, result.reason
-    ik().task_space.set_positions(result.q)
-    for found, wanted in zip(ik().task_space.posture(), target, strict=True):
+    for found, wanted in zip(posture_at(result.q), target, strict=True):
         np.testing.assert_allclose(found, wanted, atol=5e-8)
     joints = result.q[biped().q_index]
     assert (joints >= biped().position_limits[:, 0]).all() and (joints <= biped().position_limits[:, 1]).all()
@@ -36,32 +36,25 @@ def test_knees_bend_forward_when_standing() -> None:
     np.testing.assert_allclose(q[biped().base_q_index[:4]], [1, 0, 0, 0], atol=1e-8)
 
 
-def moving(t: float) -> tuple[Posture, PostureRates, PostureRates]:
-    """A smooth motion of every target (rotations about z), with its first and second derivatives."""
+def moving_robot(t: float, seed: np.ndarray | None = None) -> Motion:
+    """The robot at time t of a smooth motion of all task coordinates, whose rotations are about z."""
     s, c = np.sin(3 * t), np.cos(3 * t)
-    yaw = np.array([0.0, 0.0, 1.0])
-    com, left, right = np.array([0.04, 0.03, 0.015]), np.array([0.1, 0.02, 0.02]), np.array([-0.08, 0.01, -0.02])
-    places = Posture(
-        np.array([0.0, 0.0, 0.56]) + com * s,
-        np.concatenate([np.array([0.0, 0.09, 0.03]) + left * s, 0.15 * yaw * s]),
-        np.concatenate([np.array([0.0, -0.09, 0.03]) + right * s, -0.1 * yaw * c]),
-        0.1 * yaw * s,
-    )
-    first = PostureRates(
-        3 * com * c, 3 * np.concatenate([left, 0.15 * yaw]) * c,
-        3 * np.concatenate([right * c, 0.1 * yaw * s]), 0.3 * yaw * c,
-    )  # fmt: skip
-    second = PostureRates(
-        -9 * com * s, -9 * np.concatenate([left, 0.15 * yaw]) * s,
-        9 * np.concatenate([-right * s, 0.1 * yaw * c]), -0.9 * yaw * s,
-    )  # fmt: skip
-    return places, first, second
+    wanted, angles = np.zeros((3, 18)), np.zeros((3, 3))
+    centres, amplitudes = ([0.0, 0.0, 0.56], [0.0, 0.09, 0.03], [0.0, -0.09, 0.03]), ([0.04, 0.03, 0.015],
+                           [0.1, 0.02, 0.02], [-0.08, 0.01, -0.02])  # fmt: skip
+    for place, centre, amplitude in zip((COM, LEFT, RIGHT), centres, np.array(amplitudes), strict=True):
+        wanted[:, place] = centre + amplitude * s, 3 * amplitude * c, -9 * amplitude * s
+    yaws = {TORSO_TURN: (0.1 * s, 0.3 * c, -0.9 * s), LEFT_TURN: (0.15 * s, 0.45 * c, -1.35 * s),
+            RIGHT_TURN: (-0.1 * c, 0.3 * s, 0.9 * c)}  # fmt: skip
+    for i, (turn, yaw) in enumerate(yaws.items()):
+        angles[i, 2], wanted[1, turn.stop - 1], wanted[2, turn.stop - 1] = yaw
+    return ik().motion(wanted, biped().bent_knee if seed is None else seed, None, tuple(angles.ravel().tolist()))
 
 
 @pytest.mark.parametrize("t", [0.0, 0.2, 0.5, 0.9])
 def test_rates_and_accelerations_are_the_derivatives_of_the_solution(t: float) -> None:
     step = 1e-4
-    motions = [ik().motion(*moving(t + n * step), biped().bent_knee) for n in (-1, 0, 1)]
+    motions = [moving_robot(t + n * step) for n in (-1, 0, 1)]
     before, here, after = motions
     plant, context = biped().plant, ik().task_space.context
     plant.SetPositions(context, here.q)
@@ -72,9 +65,9 @@ def test_rates_and_accelerations_are_the_derivatives_of_the_solution(t: float) -
 
 
 def test_warm_start_needs_few_iterations() -> None:
-    q = ik().solve(moving(0.2)[0], biped().bent_knee).q
+    q = moving_robot(0.2).q
     for tick in range(1, 20):
-        result = ik().solve(moving(0.2 + 0.01 * tick)[0], q)
+        result = moving_robot(0.2 + 0.01 * tick, q).ik
         assert result.ok and result.iterations <= 3
         q = result.q
 
@@ -88,9 +81,10 @@ def test_near_and_beyond_straight_knees_it_stays_within_limits_and_says_so(heigh
     assert result.ok == (height < 0.63)
     if not result.ok:
         assert result.reason.startswith("CoM z misses by ") and result.error > 1e-3
-        ik().task_space.set_positions(result.q)
-        # What is given up is the CoM, not the ground under the feet.
-        assert all(abs(sole[2]) < 0.05 * abs(result.error) for sole in ik().task_space.sole_positions())
+        # The CoM misses its target, while the soles stay on the ground.
+        found = posture_at(result.q)
+        assert abs(found.left[2]) < 0.05 * result.error
+        assert abs(found.right[2]) < 0.05 * result.error
 
 
 def test_a_blocked_joint_is_named() -> None:
@@ -101,10 +95,12 @@ def test_a_blocked_joint_is_named() -> None:
 def test_straight_legs_still_give_finite_velocities_within_limits() -> None:
     straight = np.array(biped().bent_knee)
     straight[biped().q_index] = 0.0
-    upward = PostureRates(np.array([0.0, 0.0, 1.0]), np.zeros(6), np.zeros(6))
-    v = ik().rates(straight, upward)
-    assert np.isfinite(v).all() and (abs(v[biped().v_index]) <= biped().velocity_limits).all()
-    assert np.isfinite(ik().accelerations(straight, v, upward)).all()
+    upward = np.zeros(18)
+    upward[COM] = [0.0, 0.0, 1.0]
+    v, vdot = ik().derivatives(straight, upward, upward)
+    assert np.isfinite(v).all()
+    assert (abs(v[biped().v_index]) <= biped().velocity_limits).all()
+    assert np.isfinite(vdot).all()
 
 
 def test_it_recovers_from_a_failed_solve() -> None:

@@ -9,12 +9,12 @@ from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeIntegra
 
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.diagram import Wiring
 from pdhocbf_drake.simulation.disturbance import add_measurement
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
+from pdhocbf_drake.simulation.wiring import Wiring
 from pdhocbf_drake.studies.campaign.verdict import verdict
 
 TICK = 0.01
@@ -30,21 +30,22 @@ def quick(changes: str = "") -> Scenario:
 
 
 def measured(config: dict, seed: int = 0, ticks: int = 400) -> tuple[np.ndarray, np.ndarray]:
-    """A ramp of one unit a tick in all six elements, and what the controller is told of it."""
+    """A ramp of one unit a tick in all six elements, and its measured copy."""
     wiring = Wiring(TICK)
     rate = wiring.builder.AddSystem(ConstantVectorSource(np.full(6, 1.0 / TICK)))
     ramp = wiring.builder.AddSystem(DiscreteTimeIntegrator(6, TICK))
     wiring.builder.Connect(rate.get_output_port(), ramp.get_input_port())
     wiring.offer("lip_state", ramp.get_output_port())
     add_measurement(wiring, parse_config(MeasurementConfig, config, "measurement"), seed, "lip_state")
-    wiring.log("lip_state", "lip_state_seen")
+    wiring.offer("measured", wiring.measured_port("lip_state"))
+    wiring.log("lip_state", "measured")
     logged = wiring.build("test")
     simulator = Simulator(logged.diagram)
     for adjust in logged.adjust:
         adjust(simulator.get_mutable_context())
     simulator.AdvanceTo((ticks - 0.5) * TICK)
     log = logged.recorded(simulator.get_context())
-    return log["lip_state"], log["lip_state_seen"]
+    return log["lip_state"], log["measured"]
 
 
 def test_a_delay_tells_the_state_of_that_many_ticks_ago() -> None:

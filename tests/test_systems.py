@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 from contexts import update
-from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import Context, Diagram
 from walks import make_mpc, speed_limit, start
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, harmonic
@@ -14,12 +14,13 @@ from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
-from pdhocbf_drake.systems.fall_detector import FallDetector
+from pdhocbf_drake.systems.fall_detector import FallDetector, LeanDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.oscillator import TubeFilter
 from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
+from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
 from pdhocbf_drake.walking import Gait, GaitConfig, swing_point
 
@@ -28,7 +29,7 @@ FEET = np.array([[0.0, 0.08], [0.0, -0.08]])
 
 
 def test_clock_speaks_of_the_next_tick_once_updated() -> None:
-    clock = GaitReference(GAIT)
+    clock = unbundled(GaitReference(GAIT))
     simulator = Simulator(clock)
     context = simulator.get_context()
     np.testing.assert_array_equal(clock.GetOutputPort("gait_phase").Eval(context), [0, 0, 0])
@@ -38,7 +39,7 @@ def test_clock_speaks_of_the_next_tick_once_updated() -> None:
 
 
 def test_clock_lets_both_feet_stand_after_the_last_step() -> None:
-    clock = GaitReference(GAIT)
+    clock = unbundled(GaitReference(GAIT))
     simulator = Simulator(clock)
     context = simulator.get_mutable_context()
     simulator.AdvanceTo(1.605)  # towards tick 161, the second of step 4
@@ -50,7 +51,7 @@ def test_clock_lets_both_feet_stand_after_the_last_step() -> None:
 
 def test_barrier_schedule_plays_bounds_and_h() -> None:
     barriers = [speed_limit(0.5), speed_limit(0.2)]
-    schedule = BarrierSchedule([0, 1], barriers, 40, 80)
+    schedule = unbundled(BarrierSchedule([0, 1], barriers, 40, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 0.45, 0.0, 0.0, 0.25, 0.0])
@@ -60,7 +61,7 @@ def test_barrier_schedule_plays_bounds_and_h() -> None:
 
 
 def test_what_is_no_number_on_one_axis_leaves_the_other_ones_h_alone() -> None:
-    schedule = BarrierSchedule([0, 1], [speed_limit(0.5), speed_limit(0.2)], 40, 80)
+    schedule = unbundled(BarrierSchedule([0, 1], [speed_limit(0.5), speed_limit(0.2)], 40, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [np.nan, 0.45, np.inf, 0.0, np.nan, 0.0])
@@ -73,7 +74,7 @@ def test_what_is_no_number_on_one_axis_leaves_the_other_ones_h_alone() -> None:
 def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -> None:
     bound = harmonic(0.5, 0.1, 0.05, 80)
     barrier = AffineBarrier("limit", [0.0, 1.0, 0.0], bound, 1, [Linear(0.5), Linear(0.5)], "m/s")
-    schedule = BarrierSchedule([1], [barrier], 40, 80)
+    schedule = unbundled(BarrierSchedule([1], [barrier], 40, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [7.0, 3.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 9.0, 0.0, 0.0, 0.2, 0.0])
@@ -81,10 +82,10 @@ def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -
     np.testing.assert_allclose(schedule.GetOutputPort("h").Eval(context), bound(127) - 0.2)
 
 
-def _controller(barriers: tuple = (), **state: float) -> tuple[MpcController, object]:
+def _controller(barriers: tuple = (), **state: float) -> tuple[Diagram, Context]:
     mpc = make_mpc(barriers=barriers)
     memory = start(mpc)
-    controller = MpcController(mpc, memory.state, memory.feet, [(0, b.name) for b in barriers])
+    controller = unbundled(MpcController(mpc, memory.state, memory.feet, [(0, b.name) for b in barriers]))
     context = controller.CreateDefaultContext()
     controller.GetInputPort("gait_phase").FixValue(context, [0.0, 0.0, 0.0])
     lip = np.zeros(6)
@@ -131,7 +132,7 @@ def test_controller_takes_the_landed_foot_where_it_is_measured_and_leaves_the_ot
 
 def test_controller_that_gives_up_before_the_first_step_goes_on_standing() -> None:
     mpc = make_mpc(mpc={"stop_ticks": 1})
-    controller = MpcController(mpc, np.zeros((2, 3)), FEET, [])
+    controller = unbundled(MpcController(mpc, np.zeros((2, 3)), FEET, []))
     context = controller.CreateDefaultContext()
     ends = []
     for tick, measured in ((0, np.zeros(6)), (1, np.full(6, np.nan)), (2, np.zeros(6))):
@@ -147,7 +148,7 @@ def test_controller_that_gives_up_before_the_first_step_goes_on_standing() -> No
 
 def test_controller_is_a_function_of_its_context() -> None:
     controller, context = _controller()
-    copy = context.Clone()  # type: ignore[attr-defined]
+    copy = context.Clone()
     for c in (context, copy, context, copy):
         update(controller, c)
     plans = [controller.GetOutputPort("com_reference").Eval(c) for c in (context, copy)]
@@ -157,7 +158,7 @@ def test_controller_is_a_function_of_its_context() -> None:
 def test_a_measurement_that_is_not_a_number_is_replaced_by_the_prediction_and_said() -> None:
     controller, context = _controller()
     update(controller, context)
-    blind = context.Clone()  # type: ignore[attr-defined]
+    blind = context.Clone()
     for c, lip in ((context, np.zeros(6)), (blind, np.full(6, np.nan))):
         controller.GetInputPort("gait_phase").FixValue(c, [1.0, 0.0, 0.0])
         controller.GetInputPort("lip_state").FixValue(c, lip)

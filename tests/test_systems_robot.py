@@ -5,14 +5,16 @@ import pytest
 from contexts import update
 from pydrake.math import RollPitchYaw
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import Context, DiagramBuilder
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
-from pdhocbf_drake.robot import Biped, InverseDynamics, sole_pose
+from pdhocbf_drake.robot import Biped, InverseDynamics, sole_pose, upright_posture
 from pdhocbf_drake.simulation.biped_diagram import add_robot, model_instance
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics, _write_way
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import joint_targets
+from pdhocbf_drake.systems.kernels import write_step
 from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.walking import Gait, GaitConfig
 
 GAIT = Gait(GaitConfig())
@@ -26,11 +28,11 @@ def biped() -> Biped:
 
 @pytest.fixture(scope="module")
 def posture(biped: Biped) -> np.ndarray:
-    return biped.posture(np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
+    return upright_posture(biped, np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
 
 
 def test_kinematics_meets_the_plan_and_its_rates_lead_there(biped: Biped, posture: np.ndarray) -> None:
-    block = InverseKinematics(biped, posture, 0.01)
+    block = unbundled(InverseKinematics(biped, posture, 0.01))
     context = block.CreateDefaultContext()
     com = np.array([0.01, 0.1, 0.0, -0.005, 0.05, 0.0])
     feet = np.zeros((2, 3, 3))
@@ -49,9 +51,9 @@ def test_kinematics_meets_the_plan_and_its_rates_lead_there(biped: Biped, postur
     assert np.all(np.abs(torque) < biped.effort_limits)
 
 
-def _kinematics(biped: Biped, posture: np.ndarray, **given: object) -> tuple[InverseKinematics, object]:
+def _kinematics(biped: Biped, posture: np.ndarray, **given: object) -> tuple[Diagram, Context]:
     """The block before its first tick, standing still over both feet but for what is given."""
-    block = InverseKinematics(biped, posture, 0.01)
+    block = unbundled(InverseKinematics(biped, posture, 0.01))
     context = block.CreateDefaultContext()
     still = {"com_height": [0.58, 0.0, 0.0], "com_reference": np.zeros(6), "zmp_reference": np.zeros(4)}
     for name, value in (still | given).items():
@@ -85,7 +87,7 @@ def test_each_foot_carries_what_the_zmp_says_and_a_lifted_one_nothing(
     # Nothing moves, so that the ZMP is under the CoM whoever carries how much.
     np.testing.assert_allclose(block.GetOutputPort("whole_body_zmp").Eval(context), [0.01, 0.0], atol=1e-6)
     update(block, context)
-    q, v, vdot = np.split(context.get_discrete_state_vector().value()[:55], [19, 37])  # type: ignore[attr-defined]
+    q, v, vdot = np.split(context.get_discrete_state_vector().value()[:55], [19, 37])
     np.testing.assert_allclose(told, InverseDynamics(biped)(q, v, vdot, share).tau, atol=1e-9)
 
 
@@ -94,13 +96,13 @@ def test_kinematics_starts_where_the_last_motion_leads(biped: Biped, posture: np
     feet = _at_rest([0.0, 0.08, 0.0], [0.0, -0.08, 0.0])
     block, context = _kinematics(biped, posture, com_reference=[0, 0.5, 3.0, 0, 0, 0], foot_reference=feet)
     update(block, context)
-    moving = context.get_discrete_state_vector().value().copy()  # type: ignore[attr-defined]
+    moving = context.get_discrete_state_vector().value().copy()
     moving[55:] = moving[37:55]  # v̇ has been the same for two ticks
     onward = [0.01 * 0.5 + 0.5 * 0.01**2 * 3.0, 0.53, 3.0, 0, 0, 0]
     block.GetInputPort("com_reference").FixValue(context, onward)
     iterations = []
     for kept in (37 + 36, 37, 19):  # all, without the accelerations, without the velocity
-        context.SetDiscreteState(np.where(np.arange(73) < kept, moving, 0.0))  # type: ignore[attr-defined]
+        context.SetDiscreteState(np.where(np.arange(73) < kept, moving, 0.0))
         iterations.append(block.GetOutputPort("ik_status").Eval(context)[2])
     assert iterations[0] < min(iterations[1:])
 
@@ -110,15 +112,15 @@ def test_kinematics_goes_on_as_its_acceleration_changed_last(biped: Biped, postu
     tick, now = 0.01, 0.3
     v, vdot, before = (np.full(18, value) for value in (3.0 * now**2, 6.0 * now, 6.0 * (now - tick)))
     way = np.empty(18)
-    _write_way(np.concatenate([np.zeros(19), v, vdot, before]), tick, way)
+    write_step(np.concatenate([np.zeros(19), v, vdot, before]), tick, way)
     np.testing.assert_allclose(way, (now + tick) ** 3 - now**3, rtol=1e-9)
 
     feet = _at_rest([0.0, 0.08, 0.0], [0.0, -0.08, 0.0])
     block, context = _kinematics(biped, posture, com_reference=[0, 0.5, 3.0, 0, 0, 0], foot_reference=feet)
     update(block, context)
-    first = context.get_discrete_state_vector().value().copy()  # type: ignore[attr-defined]
+    first = context.get_discrete_state_vector().value().copy()
     update(block, context)
-    second = context.get_discrete_state_vector().value()  # type: ignore[attr-defined]
+    second = context.get_discrete_state_vector().value()
     np.testing.assert_array_equal(second[55:], first[37:55])
     assert np.abs(first[37:55]).max() > 1.0
 
@@ -133,7 +135,7 @@ def test_of_a_plan_out_of_reach_the_standing_foot_is_where_it_should_be(
     block, context = _kinematics(biped, posture, foot_reference=_at_rest(*soles), gait_phase=[20.0, 3.0, support])
     assert block.GetOutputPort("ik_status").Eval(context)[0] == 0.0
     update(block, context)
-    reached = _at(biped, context.get_discrete_state_vector().value()[:19])  # type: ignore[attr-defined]
+    reached = _at(biped, context.get_discrete_state_vector().value()[:19])
     found = [biped.soles[side].frame.CalcPoseInWorld(reached).translation() for side in ("left", "right")]
     missed = np.linalg.norm(np.array(found) - soles, axis=1)
     assert missed[standing] < 1e-3 and missed[1 - standing] > 0.1
@@ -151,7 +153,7 @@ def test_a_robot_that_is_raised_has_its_zmp_moved_along_the_ground_reaction(bipe
 
 
 def test_an_unreachable_plan_gives_finite_targets_and_says_so(biped: Biped, posture: np.ndarray) -> None:
-    block = InverseKinematics(biped, posture, 0.01)
+    block = unbundled(InverseKinematics(biped, posture, 0.01))
     context = block.CreateDefaultContext()
     feet = np.zeros((2, 3, 3))
     feet[0, 0], feet[1, 0] = [0.9, 0.08, 0.0], [0.0, -0.08, 0.0]
@@ -165,7 +167,7 @@ def test_an_unreachable_plan_gives_finite_targets_and_says_so(biped: Biped, post
 
 
 def test_the_soles_turns_are_those_that_drake_tells_however_the_robot_lies(biped: Biped, posture: np.ndarray) -> None:
-    estimator = StateEstimator(biped)
+    estimator = unbundled(StateEstimator(biped))
     context = estimator.CreateDefaultContext()
     estimator.GetInputPort("contact_forces").FixValue(context, np.zeros(18))
     for turn in np.random.default_rng(0).normal(size=(20, 4)):
@@ -180,7 +182,7 @@ def test_the_soles_turns_are_those_that_drake_tells_however_the_robot_lies(biped
 
 
 def test_estimator_finds_com_soles_and_zmp(biped: Biped, posture: np.ndarray) -> None:
-    estimator = StateEstimator(biped)
+    estimator = unbundled(StateEstimator(biped))
     context = estimator.CreateDefaultContext()
     estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([posture, np.zeros(18)]))
     base = posture[biped.base_q_index[4:]]
@@ -197,9 +199,9 @@ def test_estimator_finds_com_soles_and_zmp(biped: Biped, posture: np.ndarray) ->
 
 def test_estimator_tells_the_derivatives_of_the_com_and_the_tilt_of_the_soles(biped: Biped) -> None:
     soles = np.array([[0.05, 0.08, 0.01, 0.05, -0.03, 0.1], [-0.03, -0.08, 0.02, -0.02, 0.04, -0.1]])
-    q, v, step = biped.posture(np.array([0.0, 0.0, 0.57]), *soles), np.linspace(-1.0, 1.0, 18) + 0.07, 1e-6
+    q, v, step = upright_posture(biped, np.array([0.0, 0.0, 0.57]), *soles), np.linspace(-1.0, 1.0, 18) + 0.07, 1e-6
     qdot = biped.plant.MapVelocityToQDot(_at(biped, q), v)
-    estimator = StateEstimator(biped)
+    estimator = unbundled(StateEstimator(biped))
     context = estimator.CreateDefaultContext()
     estimator.GetInputPort("contact_forces").FixValue(context, np.zeros(18))
     told = []
@@ -214,7 +216,7 @@ def test_estimator_tells_the_derivatives_of_the_com_and_the_tilt_of_the_soles(bi
 
 
 def test_estimator_in_the_air_puts_the_zmp_under_the_com(biped: Biped, posture: np.ndarray) -> None:
-    estimator = StateEstimator(biped)
+    estimator = unbundled(StateEstimator(biped))
     context = estimator.CreateDefaultContext()
     estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([posture, np.zeros(18)]))
     estimator.GetInputPort("contact_forces").FixValue(context, np.zeros(18))
