@@ -45,7 +45,7 @@ class VhipPlant(LeafSystem):
         phase = round(tick) - 1  # half a tick after the clock's update gait_phase is that of the coming tick
         velocity = self._zmp.Eval(context)[_ZMP_VELOCITY]
         state = context.get_discrete_state_vector().value().reshape(2, 3)
-        following = np.array([self._vhip.step(phase, state[axis], velocity[axis]) for axis in (0, 1)])
+        following = self._vhip.step_axes(phase, state, velocity)
         if self._push.HasValue(context):
             following[:, 1] += self._vhip.tick * self._push.Eval(context)[_HORIZONTAL] / self._mass
         values.set_value(following.ravel())
