@@ -8,7 +8,7 @@ from biped_cases import biped, ik, mirrored, mirrored_joints, posture_at, random
 
 from pdhocbf_drake.robot import Motion, Posture, WholeBodyIk, sole_pose
 from pdhocbf_drake.robot.ik import TOLERANCE
-from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
+from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT, TURNS
 
 
 @pytest.mark.parametrize("seed", range(60))
@@ -39,15 +39,15 @@ def test_knees_bend_forward_when_standing() -> None:
 def moving_robot(t: float, seed: np.ndarray | None = None) -> Motion:
     """The robot at time t of a smooth motion of all task coordinates, whose rotations are about z."""
     s, c = np.sin(3 * t), np.cos(3 * t)
+    sine, cosine = np.array([s, 3 * c, -9 * s]), np.array([c, -3 * s, -9 * c])  # with their derivatives
     wanted, angles = np.zeros((3, 18)), np.zeros((3, 3))
-    centres, amplitudes = ([0.0, 0.0, 0.56], [0.0, 0.09, 0.03], [0.0, -0.09, 0.03]), ([0.04, 0.03, 0.015],
-                           [0.1, 0.02, 0.02], [-0.08, 0.01, -0.02])  # fmt: skip
-    for place, centre, amplitude in zip((COM, LEFT, RIGHT), centres, np.array(amplitudes), strict=True):
-        wanted[:, place] = centre + amplitude * s, 3 * amplitude * c, -9 * amplitude * s
-    yaws = {TORSO_TURN: (0.1 * s, 0.3 * c, -0.9 * s), LEFT_TURN: (0.15 * s, 0.45 * c, -1.35 * s),
-            RIGHT_TURN: (-0.1 * c, 0.3 * s, 0.9 * c)}  # fmt: skip
-    for i, (turn, yaw) in enumerate(yaws.items()):
-        angles[i, 2], wanted[1, turn.stop - 1], wanted[2, turn.stop - 1] = yaw
+    wanted[:, COM] = np.outer(sine, [0.04, 0.03, 0.015])
+    wanted[:, LEFT] = np.outer(sine, [0.1, 0.02, 0.02])
+    wanted[:, RIGHT] = np.outer(sine, [-0.08, 0.01, -0.02])
+    for place, centre in ((COM, [0.0, 0.0, 0.56]), (LEFT, [0.0, 0.09, 0.03]), (RIGHT, [0.0, -0.09, 0.03])):
+        wanted[0, place] += centre
+    for i, yaw in enumerate((0.1 * sine, 0.15 * sine, -0.1 * cosine)):
+        angles[i, 2], wanted[1:, TURNS[i].stop - 1] = yaw[0], yaw[1:]
     return ik().motion(wanted, biped().bent_knee if seed is None else seed, None, tuple(angles.ravel().tolist()))
 
 

@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+from pydrake.systems.framework import PortDataType
 
 from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
-from pdhocbf_drake.systems.signals import SIGNALS
+from pdhocbf_drake.systems.signals import LOGGED, size
 
 SHORT = "{duration: 1.6, from_time: 0.8}"
 
@@ -16,19 +18,37 @@ def walking():
     return simulate(load_scenario("walking", "{duration: 2.8}"))
 
 
+def port_size(scenario: Scenario, name: str) -> int:
+    return size(name, len(scenario.barriers) or 4, scenario.mpc.horizon)  # the oscillator has four barriers
+
+
 @pytest.mark.parametrize("name", ["walking", "vhip", "van_der_pol"])
 def test_every_logged_signal_is_in_the_table_with_its_size(name: str) -> None:
     scenario = load_scenario(name)
-    columns = make_diagram(scenario).columns
-    table = {signal.name: signal for signal in SIGNALS}
-    sizes = {"n_b": len(scenario.barriers) or 4, "n_b*(H+1)": len(scenario.barriers) * (scenario.mpc.horizon + 1)}
-    for signal, place in columns.items():
-        size = table[signal].size
-        assert place.stop - place.start == (sizes[size] if isinstance(size, str) else size), signal
-    kind = {"walking": "robot", "vhip": "template", "van_der_pol": "oscillator"}[name]
-    if name != "van_der_pol":
-        wanted = {s.name for s in SIGNALS if s.only in ("", kind)} - {"push"}
-        assert wanted <= set(columns)
+    logged = make_diagram(scenario)
+    sizes = {signal: place.stop - place.start for signal, place in logged.columns.items()}
+    assert sizes == {signal: port_size(scenario, signal) for signal in sizes}
+    assert set(sizes) <= {signal.name for signal in LOGGED}
+
+
+@pytest.mark.parametrize("name", ["walking", "vhip"])
+def test_every_signal_of_the_table_is_logged_where_its_block_is(name: str) -> None:
+    logged = make_diagram(load_scenario(name))
+    blocks = {system.get_name() for system in logged.diagram.GetSystems()}
+    assert {"lip_state", *(signal.name for signal in LOGGED if signal.system in blocks)} <= set(logged.columns)
+
+
+@pytest.mark.parametrize("name", ["walking", "vhip", "van_der_pol"])
+def test_every_vector_port_of_a_block_is_in_the_table_with_its_size(name: str) -> None:
+    scenario = load_scenario(name)
+    drakes_own = {"plant", "scene_graph", "joint_encoders", "torque_sensors", "signals", "log"}
+    for block in make_diagram(scenario).diagram.GetSystems():
+        if block.get_name() in drakes_own:
+            continue
+        ports = [block.get_input_port(i) for i in range(block.num_input_ports())]
+        ports += [block.get_output_port(i) for i in range(block.num_output_ports())]
+        sizes = {port.get_name(): port.size() for port in ports if port.get_data_type() == PortDataType.kVectorValued}
+        assert sizes == {port: port_size(scenario, port) for port in sizes}, block.get_name()
 
 
 def test_every_block_has_a_name_and_the_drawing_shows_it() -> None:
