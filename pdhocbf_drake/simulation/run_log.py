@@ -1,4 +1,4 @@
-"""What a run leaves behind: every signal at every tick, and how the run ended."""
+"""The log of a run: every signal at every tick, and how the run ended."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class RunLog:
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
     def finite(self) -> RunLog:
-        """The rows before the first one with a signal that is no finite number."""
+        """The rows before the first one with NaN or infinity."""
         bad = np.zeros(len(self), dtype=bool)
         for table in self.signals.values():
             bad |= ~np.isfinite(table).all(axis=1)
@@ -91,7 +91,7 @@ class RunLog:
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
     def differences(self, other: RunLog) -> list[str]:
-        """Names of what differs in any bit; wall times are left out, since no two runs share them."""
+        """Names of the signals that differ in any bit; wall times are left out, since they differ in every run."""
         names = sorted({*self.signals, *other.signals})
         different = [name for name in names if not _same(self._untimed(name), other._untimed(name))]
         if not _same(self.time, other.time):
@@ -105,7 +105,7 @@ class RunLog:
         return np.delete(table, _ELEMENTS[name].index("time"), axis=1)
 
     def save(self, path: Path) -> None:
-        """Writes an `.npz` that numpy alone can read."""
+        """Writes an `.npz` that numpy can read."""
         columns = {**self.signals, "time": self.time, "ending": np.array(self.ending)}
         np.savez_compressed(path, allow_pickle=False, **columns)
 
@@ -114,7 +114,7 @@ class RunLog:
         """Reads what `save` wrote; raises `RunFolderError`."""
         try:
             if not zipfile.is_zipfile(path):
-                path.open("rb").close()  # which says what is wrong with it, if that is why
+                path.open("rb").close()  # raises where the file is missing or unreadable
                 raise RunFolderError(f"{path} is not a run's log: it is no .npz file, or a damaged one")
             with np.load(path, allow_pickle=False) as data:
                 signals = {name: data[name] for name in data.files if name not in _RESERVED}
@@ -133,12 +133,12 @@ class RunLog:
             raise RunFolderError(f"{path} is not a run's log: it has no {error.args[0]}") from None
         except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
             raise RunFolderError(f"{path} is not a run's log: it is damaged") from None
-        if why := log._doubt():
-            raise RunFolderError(f"{path} is not a run's log: {why}")
+        if problem := log._problem():
+            raise RunFolderError(f"{path} is not a run's log: {problem}")
         return log
 
-    def _doubt(self) -> str:
-        """Why these can't be the signals of a run, or nothing."""
+    def _problem(self) -> str:
+        """Why these can't be the signals of a run; empty if they can."""
         if not np.isfinite(self.time).all() or not (np.diff(self.time) > 0).all():
             return "its time does not grow from row to row"
         for name, table in self.signals.items():
