@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from logs import differences
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk, row_weights, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot.damped import row_weights
 from pdhocbf_drake.robot.posture import COM
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
@@ -61,7 +63,7 @@ def test_a_push_that_no_simulation_follows_is_an_ending_too(rig: PushRig) -> Non
 def test_the_same_trial_twice_is_the_same(rig: PushRig) -> None:
     force = np.array([0.0, -50.0, 0.0])
     first, second = rig.trial(20, force, 0.1, 1.0), rig.trial(20, force, 0.1, 1.0)
-    assert first.log.differences(second.log) == []
+    assert differences(first.log, second.log) == []
 
 
 def test_swing_reference_never_jumps_under_a_push(rig: PushRig) -> None:

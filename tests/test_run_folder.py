@@ -8,6 +8,7 @@ import os
 import numpy as np
 import pytest
 import synthetic
+from logs import differences
 
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.provenance import Provenance
@@ -20,7 +21,7 @@ def test_a_written_run_is_read_back(tmp_path):
         write_run(folder, run)
     again = read_run(tmp_path / "run")
     assert again.scenario == run.scenario and again.provenance == run.provenance
-    assert again.log.differences(run.log) == []
+    assert differences(again.log, run.log) == []
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, RuntimeError])

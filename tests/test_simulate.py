@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from logs import differences
 from pydrake.systems.framework import PortDataType
 
 from pdhocbf_drake.errors import PdhocbfError
@@ -101,7 +102,7 @@ def test_positive_speed_means_forward_and_the_feet_alternate(walking) -> None:
 
 
 def test_two_runs_are_the_same_bit_for_bit(walking) -> None:
-    assert walking.differences(simulate(load_scenario("walking", "{duration: 2.8}"))) == []
+    assert differences(walking, simulate(load_scenario("walking", "{duration: 2.8}"))) == []
 
 
 def test_the_oscillator_stays_in_its_tube() -> None:

@@ -2,11 +2,10 @@
 
 from pdhocbf_drake.robot.biped import Biped, Sole
 from pdhocbf_drake.robot.config import ROLES, SIDES, RobotConfig, Side
-from pdhocbf_drake.robot.damped import row_weights
 from pdhocbf_drake.robot.feedforward import Feedforward, InverseDynamics, swing_lever
 from pdhocbf_drake.robot.ik import IkResult, Motion, WholeBodyIk
 from pdhocbf_drake.robot.kernels import left_share_of_zmp, zmp_of_wrenches
-from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_file, robot_names
+from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_names
 from pdhocbf_drake.robot.posture import Posture, sole_pose
 from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, upright_posture
 
@@ -28,9 +27,7 @@ __all__ = [
     "left_share_of_zmp",
     "load_robot_config",
     "models_folder",
-    "robot_file",
     "robot_names",
-    "row_weights",
     "sole_pose",
     "swing_lever",
     "upright_posture",

@@ -25,7 +25,7 @@ def robot_names() -> list[str]:
     return sorted(path.parent.name for path in models_folder().glob("*/*.yaml") if path.stem == path.parent.name)
 
 
-def robot_file(robot: str) -> Path:
+def _robot_file(robot: str) -> Path:
     """The YAML file of a robot of the package, given its name, or of any robot, given the path.
 
     Raises:
@@ -46,7 +46,7 @@ def load_robot_config(robot: str) -> RobotConfig:
         ModelError: no such robot.
         InputError: its file is not YAML, or an entry is unknown, missing or wrong.
     """
-    path = robot_file(robot)
+    path = _robot_file(robot)
     data = read_yaml(path)
     if data is None:
         raise InputError(f"robot file {path} holds nothing; see models/biped/biped.yaml for what a robot needs")

@@ -51,12 +51,12 @@ def check_walk(
     """
     check_zmp_box(biped, zmp_box)
     for height in com_heights:
-        check_com_height(biped, height, stance_width)
-        check_stride(biped, stride, stance_width, height)
+        _check_com_height(biped, height, stance_width)
+        _check_stride(biped, stride, stance_width, height)
 
 
 def check_zmp_box(biped: Biped, zmp_box: tuple[float, float]) -> None:
-    """The box of eq. (27) must lie within the smaller sole: outside it the foot tips."""
+    """Refuses a box of eq. (27) that is larger than the smaller sole: with the ZMP outside the sole the foot tips."""
     sole = 2 * np.min([biped.soles[side].half_size for side in ("left", "right")], axis=0)
     if (np.array(zmp_box) > sole + 1e-9).any():
         raise ModelError(
@@ -65,8 +65,8 @@ def check_zmp_box(biped: Biped, zmp_box: tuple[float, float]) -> None:
         )
 
 
-def check_com_height(biped: Biped, height: float, stance_width: float) -> None:
-    """Standing upright on both feet at that width must be possible."""
+def _check_com_height(biped: Biped, height: float, stance_width: float) -> None:
+    """Refuses a height at which the robot can't stand upright on both feet at that width."""
     if _reaches(biped, height, stance_width, 0.0):
         return
     resolution = max(_RESOLUTION, biped.config.com_height / 60.0)
@@ -79,8 +79,8 @@ def check_com_height(biped: Biped, height: float, stance_width: float) -> None:
     )
 
 
-def check_stride(biped: Biped, stride: float, stance_width: float, height: float) -> None:
-    """Both feet on the ground, one stride apart, with the CoM above their middle, must be possible."""
+def _check_stride(biped: Biped, stride: float, stance_width: float, height: float) -> None:
+    """Refuses a stride at which the robot can't stand on both feet with the CoM above their middle."""
     if _reaches(biped, height, stance_width, stride):
         return
     longest = longest_stride(biped, stance_width, height)

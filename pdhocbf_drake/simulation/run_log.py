@@ -90,20 +90,6 @@ class RunLog:
         rows = slice(int(bad.argmax()) if bad.any() else len(self))
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
-    def differences(self, other: RunLog) -> list[str]:
-        """Names of the signals that differ in any bit; wall times are left out, since they differ in every run."""
-        names = sorted({*self.signals, *other.signals})
-        different = [name for name in names if not _same(self._untimed(name), other._untimed(name))]
-        if not _same(self.time, other.time):
-            different.insert(0, "time")
-        return different + (["ending"] if self.ending != other.ending else [])
-
-    def _untimed(self, name: str) -> Array | None:
-        table = self.signals.get(name)
-        if table is None or name != "solver_status":
-            return table
-        return np.delete(table, _ELEMENTS[name].index("time"), axis=1)
-
     def save(self, path: Path) -> None:
         """Writes an `.npz` that numpy can read."""
         columns = {**self.signals, "time": self.time, "ending": np.array(self.ending)}
@@ -148,9 +134,3 @@ class RunLog:
             if isinstance(size, int) and table.shape[1] != size:
                 return f"signal '{name}' has {table.shape[1]} columns, {size} are needed"
         return ""
-
-
-def _same(a: Array | None, b: Array | None) -> bool:
-    if a is None or b is None:
-        return a is b
-    return a.shape == b.shape and a.tobytes() == b.tobytes()
