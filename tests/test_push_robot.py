@@ -12,7 +12,7 @@ import pytest
 from logs import differences
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.damped import row_weights
 from pdhocbf_drake.robot.posture import COM

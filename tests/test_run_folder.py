@@ -133,6 +133,22 @@ def test_a_log_beside_a_scenario_of_another_kind_is_refused(tmp_path):
         read_run(tmp_path / "other")
 
 
+@pytest.mark.parametrize(("limit", "columns"), [(None, 6), ((2.0, 2.0), 8)])
+def test_the_constraints_of_the_log_are_those_of_the_scenario(limit, columns, tmp_path):
+    scenario = synthetic.scenario("vhip")
+    scenario = scenario.model_copy(update={"mpc": scenario.mpc.model_copy(update={"zmp_velocity_max": limit})})
+    run = synthetic.run("vhip")._replace(scenario=scenario)
+    run.log.signals["unmet"] = np.zeros((len(run.log), columns))
+    with new_run_folder(tmp_path / "run") as folder:
+        write_run(folder, run)
+    assert read_run(tmp_path / "run").log["unmet"].shape == (len(run.log), columns)
+    run.log.signals["unmet"] = np.zeros((len(run.log), columns - 1))
+    with new_run_folder(tmp_path / "other") as folder:
+        write_run(folder, run)
+    with pytest.raises(RunFolderError, match=f"unmet has {columns - 1} columns, and its scenario needs {columns}"):
+        read_run(tmp_path / "other")
+
+
 def test_reading_says_what_is_missing(tmp_path):
     with pytest.raises(RunFolderError, match="there is no such folder"):
         read_run(tmp_path / "nowhere")

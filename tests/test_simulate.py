@@ -6,6 +6,7 @@ from logs import differences
 from pydrake.systems.framework import PortDataType
 
 from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.mpc.terms import constraints_of
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
@@ -20,7 +21,8 @@ def walking():
 
 
 def port_size(scenario: Scenario, name: str) -> int:
-    return size(name, len(scenario.barriers) or 4, scenario.mpc.horizon)  # the oscillator has four barriers
+    barriers = len(scenario.barriers) or 4  # the oscillator has four
+    return size(name, barriers, scenario.mpc.horizon, len(constraints_of(scenario.mpc)))
 
 
 @pytest.mark.parametrize("name", ["walking", "vhip", "van_der_pol"])

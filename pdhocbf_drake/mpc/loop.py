@@ -14,8 +14,7 @@ import numpy as np
 from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.mpc.plan import Plan
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Plan, Reason
 
 _MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
 

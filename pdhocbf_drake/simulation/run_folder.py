@@ -13,9 +13,11 @@ from typing import Final, NamedTuple
 
 from pdhocbf_drake.config import parse_config, shown
 from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.mpc.terms import constraints_of
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.systems.signals import size
 from pdhocbf_drake.yaml_text import read_yaml, write_yaml
 
 SCENARIO: Final = "scenario.yaml"
@@ -96,6 +98,10 @@ def read_run(folder: Path) -> Run:
         if columns != barriers:
             problem = f"the scenario has {barriers} barriers and the log's {signal} has {columns}"
             raise RunFolderError(f"{folder} is not a run folder: {problem}")
+    columns = size("unmet", constraints=len(constraints_of(scenario.mpc)))
+    if "unmet" in log and log["unmet"].shape[1] != columns:
+        problem = f"its log's unmet has {log['unmet'].shape[1]} columns, and its scenario needs {columns}"
+        raise RunFolderError(f"{folder} is not a run folder: {problem}")
     return Run(scenario, log, provenance)
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from pdhocbf_drake.mpc.solution import CONSTRAINTS
 from pdhocbf_drake.robot.config import ROLES, SIDES
 
 
@@ -18,8 +17,8 @@ class Signal(NamedTuple):
     Attributes:
         name: of the port.
         system: the block with that output port; the template and the oscillator's filter have some of them, too.
-        size: number of elements, or a formula in what the scenario decides, the number of barriers n_b and the horizon
-            H [ticks].
+        size: number of elements, or a formula of what the scenario decides: the number of barriers n_b, the horizon
+            H [ticks], and the number of constraints n_c that a plan may miss on an axis.
         unit, meaning: of the elements, in their order.
         elements: a name for each element; empty where they have none.
         logged: whether a run's log holds it, one row for each tick.
@@ -38,10 +37,11 @@ JOINTS: Final = tuple(f"{side}_{role}" for side in SIDES for role in ROLES)
 """The order of all vectors with one element for each joint."""
 
 _STATE = tuple(f"{joint}_{kind}" for kind in "qv" for joint in JOINTS)
-_FORMULAS: Final[dict[str, Callable[[int, int], int]]] = {
-    "n_b": lambda barriers, horizon: barriers,
-    "n_b*(H+1)": lambda barriers, horizon: barriers * (horizon + 1),
-    "2*H": lambda barriers, horizon: 2 * horizon,
+_FORMULAS: Final[dict[str, Callable[[int, int, int], int]]] = {
+    "n_b": lambda barriers, horizon, constraints: barriers,
+    "n_b*(H+1)": lambda barriers, horizon, constraints: barriers * (horizon + 1),
+    "2*H": lambda barriers, horizon, constraints: 2 * horizon,
+    "2*n_c": lambda barriers, horizon, constraints: 2 * constraints,
 }
 
 
@@ -76,12 +76,11 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("last_step", "mpc_controller", "step", "1",
             "the step with the last swing, after which the walk comes to a stand, else -1", logged=False),
     _signal("solver_status", "mpc_controller", "status time cost slack fallbacks reason", "1, s, 1, m/s, 1, 1",
-            "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.solution.Reason)"),
+            "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.plan.Reason)"),
     _signal("barrier_slack", "mpc_controller", "n_b", "as h", "largest slack of each barrier that the plan paid for"),
-    _signal("unmet", "mpc_controller",
-            tuple(f"{constraint}_{axis}" for axis in "xy" for constraint in CONSTRAINTS), "m",
-            "by how much the plan misses what its axis could not meet: "
-            "stability (or terminal set), ZMP box, step limits"),
+    _signal("unmet", "mpc_controller", "2*n_c", "m, m/s",
+            "in x, then in y: by how much the plan misses each constraint that it could not meet: "
+            "stability (or terminal set), ZMP box, step limits, and the ZMP velocity where it is bounded"),
     _signal("zmp_offset", "zmp_offset", "2*H", "m",
             "expected whole-body minus template ZMP at the ticks of the horizon, x then y", logged=False),
     _signal("oscillator_state", "oscillator", "x1 x2", "1, 1/s", "state of the Van der Pol oscillator"),
@@ -116,15 +115,15 @@ LOGGED: Final = tuple(signal for signal in SIGNALS if signal.logged)
 _BY_NAME: Final = {signal.name: signal for signal in SIGNALS}
 
 
-def size(name: str, barriers: int = 0, horizon: int = 0) -> int:
-    """The number of elements of a port, for n_b barriers and a horizon H [ticks] where it depends on them."""
+def size(name: str, barriers: int = 0, horizon: int = 0, constraints: int = 0) -> int:
+    """The number of elements of a port, where it depends on them for n_b barriers, a horizon H and n_c constraints."""
     given = _BY_NAME[name].size
-    return given if isinstance(given, int) else _FORMULAS[given](barriers, horizon)
+    return given if isinstance(given, int) else _FORMULAS[given](barriers, horizon, constraints)
 
 
-def sizes(*names: str, barriers: int = 0, horizon: int = 0) -> dict[str, int]:
+def sizes(*names: str, barriers: int = 0, horizon: int = 0, constraints: int = 0) -> dict[str, int]:
     """`size` of each port, in that order."""
-    return {name: size(name, barriers, horizon) for name in names}
+    return {name: size(name, barriers, horizon, constraints) for name in names}
 
 
 def places(name: str, *elements: str) -> list[int]:

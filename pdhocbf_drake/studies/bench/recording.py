@@ -67,7 +67,8 @@ def solve(mpc: PeriodicMpc, given: Tick) -> Plan:
 
 def theta(mpc: PeriodicMpc, given: Tick, axis: int) -> np.ndarray:
     """The parameters of one axis at that tick."""
-    return mpc.theta(axis, given.tick, given.state[axis], given.stance[axis], given.bounds, None, given.last)
+    tick = mpc.given(given.tick, given.state, given.stance, given.bounds, None, given.last)
+    return mpc.problems[axis].theta(tick)
 
 
 def bounds_at(walk: Walk, tick: int) -> dict[str, np.ndarray]:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.mpc.axis_program import axis_program
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.qp.compiled import compile_program
@@ -96,8 +95,9 @@ def attempt(walk: Walk, memory: Memory, first: int, ticks: int, rows: Rows) -> A
     horizon, n_f = mpc.config.horizon, mpc.footholds
     for k in range(first, first + ticks):
         found = []
+        given = mpc.given(k, memory.state, memory.stance, {}, None, memory.plan)
         for axis in (0, 1):
-            theta = mpc.theta(axis, k, memory.state[axis], memory.stance[axis], {}, None, memory.plan)
+            theta = mpc.problems[axis].theta(given)
             result = solvers[axis][k % mpc.gait.period].solve(theta)
             if not result.ok:
                 return Attempt(k - first, f"{result.status} ({'xy'[axis]})", np.array(speed), np.array(inputs))
@@ -113,8 +113,8 @@ def attempt(walk: Walk, memory: Memory, first: int, ticks: int, rows: Rows) -> A
 
 
 def _solver(mpc: PeriodicMpc, axis: int, phase: int, rows: Rows) -> QpSolver:
-    program = axis_program(mpc.gait, mpc.vhip, mpc.divergent, [], mpc.config, phase)
-    prog, state = program.prog, program.parameters[mpc.layouts[axis].places["state"]]
+    program = mpc.problems[axis].write(phase)
+    prog, state = program.prog, program.part["state"]
     for binding in prog.GetAllConstraints():
         if binding.evaluator().get_description() == "stability":
             prog.RemoveConstraint(binding)
