@@ -110,7 +110,7 @@ def test_a_landing_moves_no_farther_than_its_swing_foot_can(mpc: PeriodicMpc, se
 
 def test_prediction_errors_add_up_and_are_forgotten() -> None:
     state, small = CALM, np.array([0.0005, 0.0])
-    np.testing.assert_array_equal(state.after(RECOVERY, 40, small, 0.0).astray, small)
+    np.testing.assert_array_equal(state.after(RECOVERY, 40, small, 0.0).error_sum, small)
     for _ in range(200):
         state = state.after(RECOVERY, 40, small, 0.0)
     assert not state.active  # a steady error of half a millimetre a tick is not a disturbance

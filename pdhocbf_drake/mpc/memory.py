@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.kernels import write_references
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.walking.gait import BOTH, LEFT
@@ -130,7 +130,7 @@ class Memory:
         self.state = mpc.vhip.step_axes(tick, state, plan.inputs[:, 0])
         self.com_reference, self.zmp_reference = np.empty(6), np.empty(4)
         eta = mpc.vhip.eta[(tick + 1) % mpc.vhip.period]
-        _write_references(eta, self.state, plan.inputs, self.com_reference, self.zmp_reference)
+        write_references(eta, self.state, plan.inputs, self.com_reference, self.zmp_reference)
         footholds = plan.footholds
         boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
         self.zmp_box = boxes.zmp_box(tick + 1, self.stance, footholds).ravel()
@@ -189,7 +189,7 @@ class MemoryLayout:
         numbers = (
             memory.last_step,
             memory.degraded,
-            *disturbance.astray,
+            *disturbance.error_sum,
             disturbance.active,
             disturbance.quiet,
             *marks,
@@ -229,15 +229,6 @@ class MemoryLayout:
             state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), float(last_step[0]), float(degraded[0]),
             measured, plan, Disturbance((x, y), bool(disturbed), round(quiet)),
         )  # fmt: skip
-
-
-@compiled
-def _write_references(eta: float, state: np.ndarray, inputs: np.ndarray, com: np.ndarray, zmp: np.ndarray) -> None:
-    """`com_reference` and `zmp_reference` from [c, v, p] of both axes and the input that led there."""
-    for axis in range(2):
-        c, v, p = state[axis, 0], state[axis, 1], state[axis, 2]
-        com[3 * axis], com[3 * axis + 1], com[3 * axis + 2] = c, v, eta * (c - p)
-        zmp[2 * axis], zmp[2 * axis + 1] = p, inputs[axis, 0]
 
 
 def _centre(support: int, feet: np.ndarray) -> np.ndarray:
