@@ -1,4 +1,4 @@
-"""What users read when a robot or a walk does not fit: one sentence with what was given and what there is."""
+"""Messages about a robot or a walk that can't be used: one sentence with the value given and the existing ones."""
 
 from __future__ import annotations
 
@@ -155,8 +155,10 @@ def test_numbers_that_no_robot_has(update: dict[str, Any], says: str) -> None:
 
 def test_legs_that_are_swapped() -> None:
     config = load_robot_config("biped")
-    told = text_of(config.model_copy(update={"left": config.right, "right": config.left}))
-    assert told.startswith("robot 'biped': left and right are swapped: with the knees bent the left sole is at y = -")
+    message = text_of(config.model_copy(update={"left": config.right, "right": config.left}))
+    assert message.startswith(
+        "robot 'biped': left and right are swapped: with the knees bent the left sole is at y = -"
+    )
 
 
 def test_a_package_folder_that_is_not_there() -> None:

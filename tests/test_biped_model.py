@@ -46,7 +46,8 @@ def test_strict_parsing(url: bool) -> None:
 
 def test_the_committed_model_is_what_its_script_writes() -> None:
     spec = importlib.util.spec_from_file_location("build_urdf", URDF.with_name("build_urdf.py"))
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     assert ET.canonicalize(ET.tostring(script.build().getroot())) == ET.canonicalize(URDF.read_text())

@@ -1,4 +1,4 @@
-"""A plant that is not as the controller believes: pushes on the template, another mass, noise and delay."""
+"""Disturbances: pushes on the template, another mass than the model's, measurement noise and delay."""
 
 from __future__ import annotations
 
@@ -49,23 +49,23 @@ def measured(config: dict, seed: int = 0, ticks: int = 400) -> tuple[np.ndarray,
     return log["lip_state"], log["measured"]
 
 
-def test_a_delay_tells_the_state_of_that_many_ticks_ago() -> None:
+def test_a_delayed_measurement_is_the_state_of_that_many_ticks_ago() -> None:
     for delay in (1, 3):
-        true, seen = measured({"delay_ticks": delay}, ticks=20)
-        np.testing.assert_allclose(seen[delay:], true[:-delay], atol=1e-12)
-        np.testing.assert_allclose(seen[:delay], 0.0)
+        true, late = measured({"delay_ticks": delay}, ticks=20)
+        np.testing.assert_allclose(late[delay:], true[:-delay], atol=1e-12)
+        np.testing.assert_allclose(late[:delay], 0.0)
 
 
 def test_noise_has_the_deviations_given_and_repeats_with_its_seed() -> None:
     config = {"noise": {"com": 0.01, "velocity": 0.2, "zmp": 0.0}}
-    true, seen = measured(config, seed=7, ticks=2000)
-    noise = seen - true
+    true, noisy = measured(config, seed=7, ticks=2000)
+    noise = noisy - true
     np.testing.assert_allclose(noise.std(axis=0), [0.01, 0.2, 0.0] * 2, rtol=0.1, atol=1e-9)
     # Five standard errors.
     assert np.all(np.abs(noise.mean(axis=0)) <= np.array([0.01, 0.2, 1e-9] * 2) * 5 / np.sqrt(2000))
     assert abs(np.corrcoef(noise[:-1, 1], noise[1:, 1])[0, 1]) < 0.1  # anew at each tick
-    np.testing.assert_array_equal(measured(config, seed=7, ticks=2000)[1], seen)
-    assert np.abs(measured(config, seed=8, ticks=2000)[1] - seen)[:, 0].max() > 0.0
+    np.testing.assert_array_equal(measured(config, seed=7, ticks=2000)[1], noisy)
+    assert np.abs(measured(config, seed=8, ticks=2000)[1] - noisy)[:, 0].max() > 0.0
 
 
 def test_a_perfect_measurement_adds_nothing() -> None:
@@ -73,7 +73,7 @@ def test_a_perfect_measurement_adds_nothing() -> None:
     assert not [name for name in names if "noise" in name or "delay" in name or "push" in name]
 
 
-def test_the_controller_is_told_of_the_noise_and_the_log_is_not() -> None:
+def test_the_controller_gets_the_noise_and_the_log_does_not() -> None:
     clean, noisy = simulate(quick("seed: 5")), simulate(quick("seed: 5, measurement: {noise: {velocity: 0.05}}"))
     again = simulate(quick("seed: 5, measurement: {noise: {velocity: 0.05}}"))
     assert differences(noisy, again) == []
@@ -97,7 +97,8 @@ def test_a_push_on_the_template_is_a_change_of_velocity(mass: float) -> None:
 def test_a_template_that_leans_too_far_has_fallen() -> None:
     scenario = quick("pushes: [{time: 0.1, force: [900.0, 0.0, 0.0]}]")
     log = simulate(scenario)
-    assert log.ending == "fell" and log.time[-1] < 0.6
+    assert log.ending == "fell"
+    assert log.time[-1] < 0.6
     assert verdict(scenario, log, None) == "fell"
 
 
@@ -109,17 +110,17 @@ def test_a_run_is_survived_if_it_walks_on_as_commanded() -> None:
     assert verdict(scenario, log, None) == "did not walk on"
 
 
-def test_a_torso_may_be_heavier_than_the_controller_believes() -> None:
+def test_a_torso_may_be_heavier_than_in_the_controllers_model() -> None:
     scenario = load_scenario("walking_nobarrier", "{duration: 0.01, model_error: {torso_mass: 1.2}}")
     logged = make_diagram(scenario)
     plant = logged.diagram.GetSubsystemByName("plant")
     context = logged.diagram.CreateDefaultContext()
-    believed = plant.CalcTotalMass(plant.GetMyContextFromRoot(context))
+    modelled = plant.CalcTotalMass(plant.GetMyContextFromRoot(context))
     for adjust in logged.adjust:
         adjust(context)
     torso = plant.get_body(plant.GetFloatingBaseBodies().pop())
     true = plant.CalcTotalMass(plant.GetMyContextFromRoot(context))
-    assert true - believed == pytest.approx(0.2 * torso.default_mass(), rel=1e-9)
+    assert true - modelled == pytest.approx(0.2 * torso.default_mass(), rel=1e-9)
 
 
 def test_a_push_on_a_body_that_is_not_there_names_those_there_are() -> None:

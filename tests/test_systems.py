@@ -1,4 +1,4 @@
-"""Each block alone in its context."""
+"""Each block by itself, in a context of its own."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ GAIT = Gait(GaitConfig())
 FEET = np.array([[0.0, 0.08], [0.0, -0.08]])
 
 
-def test_clock_speaks_of_the_next_tick_once_updated() -> None:
+def test_clock_outputs_the_next_tick_once_updated() -> None:
     clock = unbundled(GaitReference(GAIT))
     simulator = Simulator(clock)
     context = simulator.get_context()
@@ -60,7 +60,7 @@ def test_barrier_schedule_plays_bounds_and_h() -> None:
     np.testing.assert_allclose(bounds, np.repeat([0.5, 0.2], 81))
 
 
-def test_what_is_no_number_on_one_axis_leaves_the_other_ones_h_alone() -> None:
+def test_nan_on_one_axis_leaves_the_h_of_the_other_axis() -> None:
     schedule = unbundled(BarrierSchedule([0, 1], [speed_limit(0.5), speed_limit(0.2)], 40, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
@@ -68,7 +68,8 @@ def test_what_is_no_number_on_one_axis_leaves_the_other_ones_h_alone() -> None:
     np.testing.assert_array_equal(np.isnan(schedule.GetOutputPort("h").Eval(context)), [True, True])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 0.45, 0.0, np.inf, np.nan, np.nan])
     h = schedule.GetOutputPort("h").Eval(context)
-    assert h[0] == pytest.approx(0.05) and np.isnan(h[1])
+    assert h[0] == pytest.approx(0.05)
+    assert np.isnan(h[1])
 
 
 def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -> None:
@@ -102,13 +103,16 @@ def test_controller_starts_physical_and_plans_the_next_tick() -> None:
     update(controller, context)
     x, vx, ax, *_ = controller.GetOutputPort("com_reference").Eval(context)
     zmp, velocity, *_ = controller.GetOutputPort("zmp_reference").Eval(context)
-    assert (x, vx) == (0.0, 0.0) and zmp == pytest.approx(0.01 * velocity)
+    assert (x, vx) == (0.0, 0.0)
+    assert zmp == pytest.approx(0.01 * velocity)
     assert ax == pytest.approx(-GAIT.height.eta()[1] * zmp)
     status = controller.GetOutputPort("solver_status").Eval(context)
-    assert status[0] == 1.0 and status[4] == 0.0 and status[5] == Reason.SOLVED
+    assert status[0] == 1.0
+    assert status[4] == 0.0
+    assert status[5] == Reason.SOLVED
 
 
-def test_controller_plans_from_the_tick_that_the_clock_tells() -> None:
+def test_controller_plans_from_the_tick_of_the_clock() -> None:
     controller, context = _controller()
     controller.GetInputPort("gait_phase").FixValue(context, [7.0, 3.0, -1.0])
     update(controller, context)
@@ -155,7 +159,7 @@ def test_controller_is_a_function_of_its_context() -> None:
     np.testing.assert_array_equal(plans[0], plans[1])
 
 
-def test_a_measurement_that_is_not_a_number_is_replaced_by_the_prediction_and_said() -> None:
+def test_a_measurement_with_nan_is_replaced_by_the_prediction_and_reported() -> None:
     controller, context = _controller()
     update(controller, context)
     blind = context.Clone()
@@ -168,7 +172,7 @@ def test_a_measurement_that_is_not_a_number_is_replaced_by_the_prediction_and_sa
     assert np.all(np.isfinite(controller.GetOutputPort("com_reference").Eval(blind)))
 
 
-def test_the_tube_filter_tells_its_barriers_apart() -> None:
+def test_the_tube_filter_reports_the_slack_of_each_barrier() -> None:
     tube = VanDerPolTube(VanDerPolConfig())
     block = TubeFilter(tube)
     context = block.CreateDefaultContext()
@@ -179,7 +183,8 @@ def test_the_tube_filter_tells_its_barriers_apart() -> None:
         "x1_upper", "x2_lower",  # no input is slow enough for the one and fast enough for the other
     ]  # fmt: skip
     status = block.GetOutputPort("solver_status").Eval(context)
-    assert status[3] == slack.max() and status[5] == Reason.SOFTENED
+    assert status[3] == slack.max()
+    assert status[5] == Reason.SOFTENED
 
 
 def test_template_plant_steps_half_a_tick_after_the_controller() -> None:
@@ -224,9 +229,11 @@ def test_the_swing_foot_is_at_every_tick_where_the_minimum_jerk_swing_has_it(sup
     config, duration = GAIT.config, GAIT.swing_ticks() * GAIT.config.tick
     for tick in range(40):
         feet.GetInputPort("gait_phase").FixValue(context, [tick, 4.0, support])
-        told = feet.GetOutputPort("foot_reference").Eval(context).reshape(2, 3, 3)[swinging]
+        reference = feet.GetOutputPort("foot_reference").Eval(context).reshape(2, 3, 3)[swinging]
         time = (tick - config.double_support_ticks) * config.tick
-        np.testing.assert_allclose(told, swing_point(*plan[swinging], config.swing_height, duration, time), atol=1e-9)
+        np.testing.assert_allclose(
+            reference, swing_point(*plan[swinging], config.swing_height, duration, time), atol=1e-9
+        )
         update(feet, context)
 
 
@@ -235,7 +242,7 @@ def test_a_push_acts_from_its_first_to_its_last_tick() -> None:
     block = PushSchedule([force], 0.01)
     simulator = Simulator(block)
     context = simulator.get_context()
-    seen = []
+    forces = []
     for tick in range(7):
         simulator.AdvanceTo(0.01 * tick + 0.005)
         applied: list[ExternallyAppliedSpatialForce] = block.GetOutputPort("applied_spatial_force").Eval(context)
@@ -245,8 +252,8 @@ def test_a_push_acts_from_its_first_to_its_last_tick() -> None:
             np.testing.assert_array_equal(entry.p_BoBq_B, force.point)
             np.testing.assert_array_equal(entry.F_Bq_W.translational(), force.force)
             np.testing.assert_array_equal(entry.F_Bq_W.rotational(), 0.0)
-        seen.append(block.GetOutputPort("push").Eval(context)[0])
-    assert seen == [0, 0, 0, 5, 5, 0, 0]
+        forces.append(block.GetOutputPort("push").Eval(context)[0])
+    assert forces == [0, 0, 0, 5, 5, 0, 0]
 
 
 @pytest.mark.parametrize("height", [0.3, np.nan])
