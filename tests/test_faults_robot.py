@@ -9,8 +9,7 @@ import pytest
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.qp.result import QpResult
-from pdhocbf_drake.qp.solvers import QpSolver
+from pdhocbf_drake.qp import QpResult, QpSolver
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation import biped_diagram
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog

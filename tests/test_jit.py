@@ -76,7 +76,7 @@ def test_a_full_disk_costs_nothing_but_the_cache(tmp_path: Path) -> None:
         "def full(*_): raise OSError(28, 'No space left on device')\n"
         "caching.IndexDataCacheFile.save = full\n"
         "import numpy as np\n"
-        "from pdhocbf_drake.qp.affine_map import AffineMap\n"
+        "from pdhocbf_drake.qp import AffineMap\n"
         "print(AffineMap(np.ones(2), np.eye(2))(np.array([1.0, 2.0])))\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
@@ -88,7 +88,7 @@ def test_a_full_disk_costs_nothing_but_the_cache(tmp_path: Path) -> None:
 def test_a_cached_kernel_is_loaded_without_the_modules_that_compile_it(tmp_path: Path) -> None:
     code = (
         "import sys, numpy as np\n"
-        "from pdhocbf_drake.qp.affine_map import AffineMap\n"
+        "from pdhocbf_drake.qp import AffineMap\n"
         "print(AffineMap(np.ones(2), np.eye(2))(np.array([1.0, 2.0])), 'numba.np.linalg' in sys.modules)\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
@@ -102,7 +102,7 @@ def test_a_cached_kernel_is_loaded_without_the_modules_that_compile_it(tmp_path:
 def test_a_damaged_cache_is_written_anew(tmp_path: Path, damaged: str, left: bytes) -> None:
     code = (
         "import numpy as np\n"
-        "from pdhocbf_drake.qp.affine_map import AffineMap\n"
+        "from pdhocbf_drake.qp import AffineMap\n"
         "print(AffineMap(np.ones(2), np.eye(2))(np.array([1.0, 2.0])))\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.systems.signals import size
-from pdhocbf_drake.walking import Gait, swing_point
-from pdhocbf_drake.walking.swing import write_feet
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.swing import Swing
 
 
 class FootReference(LeafSystem):
@@ -25,32 +24,20 @@ class FootReference(LeafSystem):
 
     def __init__(self, gait: Gait) -> None:
         super().__init__()
-        config = gait.config
-        self._tick, self._lifted = config.tick, config.double_support_ticks
-        self._duration = gait.swing_ticks() * config.tick
-        ground = np.zeros(2)
-        swing = [
-            swing_point(ground, ground, config.swing_height, self._duration, (tick - self._lifted) * config.tick)
-            for tick in range(gait.period + 1)
-        ]
-        # The swing foot's height and its derivatives at each tick of a step, (N + 1, 3).
-        self._above = np.array([[part[2] for part in point] for point in swing])
+        self._swing = Swing(gait)
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._plan = self.DeclareVectorInputPort("foot_plan", size("foot_plan"))
-        self._size = size("foot_reference")
-        self.DeclareDiscreteState(self._size)
-        self.DeclarePeriodicDiscreteUpdateEvent(config.tick, 0.0, self._update)
+        self.DeclareDiscreteState(size("foot_reference"))
+        self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
         prerequisites = {self._phase.ticket(), self._plan.ticket(), self.xd_ticket()}
-        self._reference = self.DeclareVectorOutputPort("foot_reference", self._size, self._calc, prerequisites)
+        self._reference = self.DeclareVectorOutputPort(
+            "foot_reference", size("foot_reference"), self._calc, prerequisites
+        )
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._reference.Eval(context))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, _, support = self._phase.Eval(context).tolist()
-        aloft = round(tick) - self._lifted  # ticks since lift-off
-        swinging = -1 if not support else 1 if support > 0 else 0
-        before, feet = context.get_discrete_state_vector().value(), np.empty(self._size)
-        remaining, above = self._duration - (aloft - 1) * self._tick, self._above[round(tick)]
-        write_feet(swinging, aloft, self._plan.Eval(context), before, above, remaining, self._tick, feet)
-        output.SetFromVector(feet)
+        before = context.get_discrete_state_vector().value()
+        output.SetFromVector(self._swing.feet(round(tick), support, self._plan.Eval(context), before))

@@ -10,8 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
 from pdhocbf_drake.systems.signals import places, size
 from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.forecast import SwingForecast
-from pdhocbf_drake.walking.swing import add_swing_accelerations
+from pdhocbf_drake.walking.swing import Swing
 
 _INPUTS = (
     "gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "foot_plan", "stance_plan", "last_step",
@@ -46,7 +45,7 @@ class ZmpOffset(LeafSystem):
     def __init__(self, gait: Gait, horizon: int, lever: np.ndarray | None = None) -> None:
         super().__init__()
         self._gait, self._period, self._horizon = gait, gait.period, horizon
-        self._swing = SwingForecast(gait, horizon)
+        self._swing = Swing(gait)
         x, y = (0.0, 0.0) if lever is None else np.asarray(lever, dtype=float).tolist()
         self._lever = (x, y)
         self._has_lever = any(self._lever)
@@ -78,8 +77,9 @@ class ZmpOffset(LeafSystem):
             reference = self._foot_reference.Eval(context).reshape(2, 3, 3)
             plan = self._foot_plan.Eval(context).reshape(2, 2, 2)
             after = self._stance_plan.Eval(context)[_STANCE_AFTER]
-            add_swing_accelerations(self._swing.timing, self._swing.whole, round(tick), side, reference, plan, after,
-                                    self._lever, _LARGEST_SWING, expected)  # fmt: skip
+            self._swing.add_accelerations(
+                round(tick), side, reference, plan, after, self._lever, _LARGEST_SWING, expected
+            )
         output.SetFromVector(expected.ravel())
 
     def _sides_from(self, step: int, last_step: float) -> np.ndarray:

@@ -39,8 +39,7 @@ def record(walk: Walk, count: int, perturbed: bool, seed: int = 0) -> Recording:
     Perturbed means that every velocity is measured with noise, and that the CoM is kicked about once a second.
     """
     mpc = walk.mpc
-    half = walk.gait.config.stance_width / 2.0
-    memory = Memory.at_start(mpc, np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]]))
+    memory = Memory.at_start(mpc, np.zeros((2, 3)), walk.gait.feet_at_start)
     random = np.random.default_rng(seed)
     start = (walk.gait.config.start_steps + 2) * walk.gait.period
     ticks, reasons = [], []

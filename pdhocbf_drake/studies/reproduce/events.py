@@ -22,7 +22,7 @@ from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.reproduce.calibration import PAPER_PERIODIC
 from pdhocbf_drake.studies.reproduce.runs import Request, Runs
 from pdhocbf_drake.studies.reproduce.template_walk import TemplateRecord, run_template, standing
-from pdhocbf_drake.walking import Gait, GaitConfig
+from pdhocbf_drake.walking import GaitConfig
 
 SETTLED = 1200  # tick from which the walk repeats, a multiple of a gait
 _GAMMA = "barriers: {forward_speed: {gamma: [0.5, 0.5]}}"
@@ -108,24 +108,9 @@ class Laboratory:
         )
 
 
-class SteppedGait(Gait):
-    """A walk whose commanded stride changes from `before` to its config's from a step on."""
-
-    def __init__(self, gait: Gait, stride: float, step: int) -> None:
-        super().__init__(gait.config.model_copy(update={"stride": stride}))
-        self._before, self._step = gait.config.stride, step
-
-    def foothold(self, step: int) -> NDArray[np.float64]:
-        """Commanded centre of the stance foot [m]."""
-        place = super().foothold(step)
-        ahead = max(0, step - self._step)
-        place[0] = self._before * (step - self.config.start_steps - ahead) + self.config.stride * ahead
-        return place
-
-
 def commanded(walk: Walk, stride: float, step: int) -> Walk:
     """The same walk and bounds, told to take steps of another length from `step` on: a wrong speed command."""
-    gait = SteppedGait(walk.gait, stride, step)
+    gait = walk.gait.with_stride(stride, step)
     mpc = PeriodicMpc(gait, walk.vhip, walk.mpc.config, walk.mpc.barriers)
     return Walk(gait, walk.vhip, mpc, walk.axes, walk.barriers)
 

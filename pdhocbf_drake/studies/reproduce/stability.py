@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.qp.compiled import compile_program
-from pdhocbf_drake.qp.solvers import QpSolver, make_solver
+from pdhocbf_drake.qp import QpSolver, compile_program, make_solver
 from pdhocbf_drake.simulation.build import Walk
 
 Array = NDArray[np.float64]

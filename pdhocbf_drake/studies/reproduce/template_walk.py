@@ -52,8 +52,7 @@ class TemplateRecord:
 
 def standing(walk: Walk) -> Memory:
     """The controller's memory at tick 0, at rest between the feet."""
-    half = walk.gait.config.stance_width / 2.0
-    return Memory.at_start(walk.mpc, np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]]))
+    return Memory.at_start(walk.mpc, np.zeros((2, 3)), walk.gait.feet_at_start)
 
 
 def run_template(
