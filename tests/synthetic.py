@@ -9,7 +9,7 @@ from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.signals import SIGNALS
+from pdhocbf_drake.systems.signals import LOGGED
 
 N, START, STRIDE, WIDTH, TICK, H = 40, 2, 0.15, 0.16, 0.01, 80
 SPEED = STRIDE / (N * TICK)
@@ -126,5 +126,5 @@ def provenance() -> Provenance:
 
 
 def signal_names() -> set[str]:
-    """The names of the one table."""
-    return {signal.name for signal in SIGNALS}
+    """The names of all logged signals."""
+    return {signal.name for signal in LOGGED}

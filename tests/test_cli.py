@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 import synthetic
+from logs import differences
 
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.simulation.run_folder import new_run_folder, read_run, write_run
@@ -54,7 +55,7 @@ def test_a_run_leaves_the_promised_folder(run_folder):
 def test_a_runs_own_scenario_runs_again_bit_for_bit(run_folder, tmp_path):
     place = tmp_path / "again"
     assert main(["run", str(run_folder / "scenario.yaml"), "--out", str(place), "--no-replay"]) == 0
-    assert read_run(place).log.differences(read_run(run_folder).log) == []
+    assert differences(read_run(place).log, read_run(run_folder).log) == []
     assert not (place / "replay.html").exists() and (place / "report.html").exists()
 
 
@@ -213,7 +214,7 @@ def test_a_full_disk_costs_the_pages_and_not_the_run(monkeypatch, tmp_path, caps
         "pdhocbf: the run is complete, but replay.html can't be written: No space left on device; "
         f"`pdhocbf report {place}` makes up what is missing\n"
     )
-    assert read_run(place).log.differences(recorded.log) == [] and [p.name for p in tmp_path.iterdir()] == ["run"]
+    assert differences(read_run(place).log, recorded.log) == [] and [p.name for p in tmp_path.iterdir()] == ["run"]
 
 
 def test_a_disk_too_full_for_the_log_is_told_with_the_place_that_was_asked_for(monkeypatch, tmp_path, capsys):

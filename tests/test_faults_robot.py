@@ -6,39 +6,53 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import BasicVector, Context
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.qp import QpResult, QpSolver
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation import biped_diagram
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.push.endings import ASTRAY, SURVIVED
 from pdhocbf_drake.studies.push.rig import PushRig, Trial
-from pdhocbf_drake.systems import state_estimator
+from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.unbundled import leaf_of
 
 Lie = Callable[[int, np.ndarray], np.ndarray]
 WATCHED = 2.0  # [s], two and a half gaits
 NOBODY = np.zeros(3)
 
 
-class Liar(state_estimator._StateEstimator):
-    """An estimator whose CoM and ZMP can be made to lie from a test."""
+class FaultyEstimator(LeafSystem):
+    """A `StateEstimator` whose lip_state a test can change, as a function of time and true value."""
 
-    lie: Callable[[float, np.ndarray], np.ndarray] | None = None
+    fault: Callable[[float, np.ndarray], np.ndarray] | None = None
+
+    def __init__(self, biped: Biped) -> None:
+        super().__init__()
+        self._true = StateEstimator(biped)
+        self._context = self._true.CreateDefaultContext()
+        self.parts = self._true.parts
+        ports = map(self._true.get_input_port, range(self._true.num_input_ports()))
+        self._inputs = [self.DeclareVectorInputPort(port.get_name(), port.size()) for port in ports]
+        size, changes = self._true.get_output_port().size(), {port.ticket() for port in self._inputs}
+        self.DeclareVectorOutputPort("estimate", size, self._calc, changes)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        super()._calc(context, output)
-        if Liar.lie is not None:
-            told = np.array(output.value())
-            told[:6] = Liar.lie(context.get_time(), told[:6])
-            output.SetFromVector(told)
+        for i, port in enumerate(self._inputs):
+            self._true.get_input_port(i).FixValue(self._context, port.Eval(context))
+        estimate = np.array(self._true.get_output_port().Eval(self._context))
+        if FaultyEstimator.fault is not None:
+            estimate[:6] = FaultyEstimator.fault(context.get_time(), estimate[:6])
+        output.SetFromVector(estimate)
 
 
 @pytest.fixture(scope="module")
 def rig() -> Iterator[PushRig]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(state_estimator, "_StateEstimator", Liar)
+        patch.setattr(biped_diagram, "StateEstimator", FaultyEstimator)
         yield PushRig(load_scenario("walking"), [10])
 
 
@@ -53,7 +67,9 @@ def told(rig: PushRig, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch) -> C
     start = undisturbed.log.time[0]
 
     def walk(lie: Lie) -> Trial:
-        monkeypatch.setattr(Liar, "lie", staticmethod(lambda time, state: lie(round((time - start) / 0.01), state)))
+        monkeypatch.setattr(
+            FaultyEstimator, "fault", staticmethod(lambda time, state: lie(round((time - start) / 0.01), state))
+        )
         return rig.trial(10, NOBODY, watch=WATCHED)
 
     return walk
@@ -120,7 +136,7 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
         def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
             return self.inner.solve(theta, guess)._replace(ok=False, infeasible=False)
 
-    mpc = rig._diagram.GetSubsystemByName("mpc_controller").mpc
+    mpc = leaf_of(rig._diagram.GetSubsystemByName("mpc_controller")).mpc
     failing = [[Fails(solver) if phase % 5 == 0 else solver for phase, solver in enumerate(a)] for a in mpc.solvers]
     monkeypatch.setattr(mpc, "solvers", failing)
     if not second:

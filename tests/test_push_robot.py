@@ -9,11 +9,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from logs import differences
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.robot import Biped, WholeBodyIk, row_weights, sole_pose, swing_lever
-from pdhocbf_drake.robot.posture import Posture, PostureRates
+from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot.damped import row_weights
+from pdhocbf_drake.robot.posture import COM
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.push import worker
@@ -61,7 +63,7 @@ def test_a_push_that_no_simulation_follows_is_an_ending_too(rig: PushRig) -> Non
 def test_the_same_trial_twice_is_the_same(rig: PushRig) -> None:
     force = np.array([0.0, -50.0, 0.0])
     first, second = rig.trial(20, force, 0.1, 1.0), rig.trial(20, force, 0.1, 1.0)
-    assert first.log.differences(second.log) == []
+    assert differences(first.log, second.log) == []
 
 
 def test_swing_reference_never_jumps_under_a_push(rig: PushRig) -> None:
@@ -140,21 +142,22 @@ def test_a_leg_out_of_reach_gives_up_its_swing_foot_first(biped: Biped) -> None:
     ik = WholeBodyIk(biped)
     com = np.array([0.0, -0.04, 0.58])
     target = Posture(com, sole_pose(-0.45, 0.08), sole_pose(0.0, -0.08))
-    seed = biped.posture(com, sole_pose(-0.1, 0.08), sole_pose(0.0, -0.08))
+    seed = upright_posture(biped, com, sole_pose(-0.1, 0.08), sole_pose(0.0, -0.08))
     found = ik.solve(target, seed, "left")
     assert not found.ok
-    ik.task_space.set_positions(found.q)
-    left, right = ik.task_space.sole_positions()
+    context = biped.plant.CreateDefaultContext()
+    biped.plant.SetPositions(context, found.q)
+    left, right = (biped.soles[side].frame.CalcPoseInWorld(context).translation() for side in ("left", "right"))
     assert abs(right - [0.0, -0.08, 0.0]).max() < 5e-3
     assert abs(left[1] - 0.08) < 5e-3 and left[0] > -0.45 + 0.02
-    rates = PostureRates(np.array([1.0, 0.0, 0.0]), np.zeros(6), np.zeros(6))
-    v = ik.rates(found.q, rates, row_weights("left"))
-    vdot = ik.accelerations(found.q, v, rates, row_weights("left"))
+    forward = np.zeros(18)
+    forward[COM] = [1.0, 0.0, 0.0]
+    _, vdot = ik.derivatives(found.q, forward, forward, row_weights("left"))
     assert abs(vdot).max() < 300.0
 
 
 def test_a_swing_foot_drags_the_zmp_its_own_way(biped: Biped) -> None:
-    q = biped.posture(np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
+    q = upright_posture(biped, np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
     lever = swing_lever(biped, q)
     # Heavy legs below the CoM: some millimetres for each m/s².
     assert np.all((lever > 1e-3) & (lever < 1e-2))

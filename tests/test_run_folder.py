@@ -8,6 +8,7 @@ import os
 import numpy as np
 import pytest
 import synthetic
+from logs import differences
 
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.provenance import Provenance
@@ -20,7 +21,7 @@ def test_a_written_run_is_read_back(tmp_path):
         write_run(folder, run)
     again = read_run(tmp_path / "run")
     assert again.scenario == run.scenario and again.provenance == run.provenance
-    assert again.log.differences(run.log) == []
+    assert differences(again.log, run.log) == []
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, RuntimeError])
@@ -129,6 +130,22 @@ def test_a_log_beside_a_scenario_of_another_kind_is_refused(tmp_path):
     with new_run_folder(tmp_path / "other") as folder:
         write_run(folder, other)
     with pytest.raises(RunFolderError, match="the scenario has 1 barriers and the log's barrier_slack has 2"):
+        read_run(tmp_path / "other")
+
+
+@pytest.mark.parametrize(("limit", "columns"), [(None, 6), ((2.0, 2.0), 8)])
+def test_the_constraints_of_the_log_are_those_of_the_scenario(limit, columns, tmp_path):
+    scenario = synthetic.scenario("vhip")
+    scenario = scenario.model_copy(update={"mpc": scenario.mpc.model_copy(update={"zmp_velocity_max": limit})})
+    run = synthetic.run("vhip")._replace(scenario=scenario)
+    run.log.signals["unmet"] = np.zeros((len(run.log), columns))
+    with new_run_folder(tmp_path / "run") as folder:
+        write_run(folder, run)
+    assert read_run(tmp_path / "run").log["unmet"].shape == (len(run.log), columns)
+    run.log.signals["unmet"] = np.zeros((len(run.log), columns - 1))
+    with new_run_folder(tmp_path / "other") as folder:
+        write_run(folder, run)
+    with pytest.raises(RunFolderError, match=f"unmet has {columns - 1} columns, and its scenario needs {columns}"):
         read_run(tmp_path / "other")
 
 

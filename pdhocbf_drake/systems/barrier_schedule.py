@@ -9,16 +9,16 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from pdhocbf_drake.barriers import AffineBarrier
-from pdhocbf_drake.jit import compiled
-from pdhocbf_drake.systems.unbundled import Unbundled
+from pdhocbf_drake.systems.kernels import write_h
+from pdhocbf_drake.systems.signals import size, sizes
 
 
-class BarrierSchedule(Unbundled):
-    """The periodic bounds V̄(k) of a walk's barriers over the horizon, and h, for the controller.
+class BarrierSchedule(LeafSystem):
+    """Outputs the periodic bounds V̄(k) of n_b barriers over the horizon H, and h.
 
     Input ports:
-        gait_phase (3), lip_state (6): as in `simulation.signals`.
-    Output ports:
+        gait_phase (3), lip_state (6): as in `systems.signals`.
+    Output parts, see `unbundled`:
         barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [unit of the barrier].
         h (n_b): each barrier on the measured state, eq. (25) [unit of the barrier].
 
@@ -32,18 +32,8 @@ class BarrierSchedule(Unbundled):
     def __init__(
         self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int
     ) -> None:
-        count = len(barriers)
-        schedule = _BarrierSchedule(axes, barriers, ticks_per_step, horizon)
-        super().__init__(schedule, {"barrier_bound": count * (horizon + 1), "h": count})
-
-
-class _BarrierSchedule(LeafSystem):
-    """`BarrierSchedule` with one output."""
-
-    def __init__(
-        self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int
-    ) -> None:
         super().__init__()
+        self.parts = sizes("barrier_bound", "h", barriers=len(barriers), horizon=horizon)
         self._barriers = tuple(barriers)
         self._n, self._count = ticks_per_step, horizon + 1
         for barrier in barriers:
@@ -53,10 +43,10 @@ class _BarrierSchedule(LeafSystem):
         self._signs = np.array([float(b.sign) for b in self._barriers])
         self._axes, cycle = np.array(axes), lcm(*(b.normal_period for b in self._barriers))
         self._normals = np.stack([b.normals(0, cycle) for b in self._barriers], axis=1)  # (cycle, n_b, 3)
-        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
-        self._lip = self.DeclareVectorInputPort("lip_state", 6)
-        size, changes = len(self._barriers) * (horizon + 2), {self._phase.ticket(), self._lip.ticket()}
-        self.DeclareVectorOutputPort("bounds_and_h", size, self._calc, changes)
+        self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
+        self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
+        prerequisites = {self._phase.ticket(), self._lip.ticket()}
+        self.DeclareVectorOutputPort("bounds_and_h", sum(self.parts.values()), self._calc, prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         phase, step, _ = self._phase.Eval(context).tolist()
@@ -65,17 +55,5 @@ class _BarrierSchedule(LeafSystem):
         bounds = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
         values = np.concatenate([*bounds, self._signs])  # the signs are overwritten with h
         normals = self._normals[tick % len(self._normals)]
-        _write_h(self._signs, self._axes, normals, count, self._lip.Eval(context), values)
+        write_h(self._signs, self._axes, normals, count, self._lip.Eval(context), values)
         output.SetFromVector(values)
-
-
-@compiled
-def _write_h(
-    signs: np.ndarray, axes: np.ndarray, normals: np.ndarray, count: int, lip: np.ndarray, values: np.ndarray
-) -> None:
-    """Writes h behind the bounds, each from its own axis alone, so that a NaN on the other axis leaves it finite."""
-    for i in range(len(signs)):
-        value = 0.0
-        for j in range(3):
-            value += normals[i, j] * lip[3 * axes[i] + j]
-        values[count * len(signs) + i] = signs[i] * (values[count * i] - value)
