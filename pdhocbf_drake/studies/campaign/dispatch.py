@@ -35,7 +35,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         planned: the run.
-        status: how it went, see `verdict`; None if it failed.
+        status: how it went, see `shared.endings`; None if it failed.
         metrics: as in metrics.json; None if it failed.
         error: why it failed.
         attempts: how often it was begun.

@@ -17,12 +17,12 @@ from pdhocbf_drake.errors import PdhocbfError
 
 
 def run_one(scenario_data: dict[str, Any]) -> dict[str, Any]:
-    """Simulates a scenario; gives `{"status": …, "metrics": …}`, see `verdict`, or `{"error": one sentence}`."""
+    """Simulates a scenario; gives `{"status": …, "metrics": …}`, see `ending_of`, or `{"error": one sentence}`."""
     from pdhocbf_drake.analysis.metrics import compute_metrics
     from pdhocbf_drake.analysis.robot_limits import robot_limits
     from pdhocbf_drake.simulation.scenario import Scenario
     from pdhocbf_drake.simulation.simulate import simulate
-    from pdhocbf_drake.studies.campaign.verdict import verdict
+    from pdhocbf_drake.studies.shared.endings import ending_of
 
     try:
         scenario = Scenario.from_dict(scenario_data, "scenario")
@@ -31,7 +31,7 @@ def run_one(scenario_data: dict[str, Any]) -> dict[str, Any]:
         wall = time.perf_counter() - started
         limits = robot_limits(scenario)
         metrics = compute_metrics(scenario, log, wall, limits)
-        status = verdict(scenario, log, None if limits is None else limits.sole_half)
+        status = ending_of(scenario, log, None if limits is None else limits.sole_half)
         return {"status": status, "metrics": json.loads(metrics.to_json())}
     except PdhocbfError as error:
         return {"error": str(error)}

@@ -14,8 +14,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
-from pdhocbf_drake.studies.campaign.fields import has_field, set_field
-from pdhocbf_drake.studies.campaign.sample import points
+from pdhocbf_drake.studies.campaign.factors import has_field, points, set_field
 from pdhocbf_drake.yaml_text import merge, read_yaml
 
 _PACKAGED = Path(__file__).resolve().parents[2] / "campaigns"

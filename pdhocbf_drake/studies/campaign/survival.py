@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from scipy.stats import binomtest
 
 from pdhocbf_drake.studies.campaign.store import FAILED
-from pdhocbf_drake.studies.push.endings import SURVIVED
+from pdhocbf_drake.studies.shared.endings import SURVIVED
 
 
 class Rate(NamedTuple):

@@ -1,4 +1,4 @@
-"""Pushes what is already walking: one diagram, one saved context a phase, many trials."""
+"""A walk in steady state that is pushed many times: one diagram, and one saved context for each phase of the gait."""
 
 from __future__ import annotations
 
@@ -6,22 +6,30 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.multibody.plant import ContactResults
 from pydrake.systems.analysis import Simulator, SimulatorStatus
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import Context, Diagram
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Push, Scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
-from pdhocbf_drake.studies.push.endings import ASTRAY, GAVE_UP, LEGS, SURVIVED, walks_on
-from pdhocbf_drake.studies.push.legs import LegWatch
+from pdhocbf_drake.studies.shared.endings import (
+    DID_NOT_WALK_ON,
+    GAVE_UP,
+    LEGS_TOUCHED,
+    SURVIVED,
+    soles_overlap,
+    walks_on,
+)
 
 _SETTLING_GAITS = 3  # from the standing start to steady walking
+_GROUND = 0  # index of the world's body, which is the ground
 
 
 class Trial(NamedTuple):
-    """One push: how it ended, and what was recorded from the push on."""
+    """How one pushed walk ended, and its log from the push on."""
 
     ending: str
     log: RunLog
@@ -32,15 +40,16 @@ class Trial(NamedTuple):
         return self.ending == SURVIVED
 
 
-class PushRig:
-    """The robot (or the template) of a scenario in steady walking, ready to be pushed at each phase of the gait.
+class PushedWalk:
+    """The walk of a scenario, on the robot or on the template, in steady state.
 
     Attributes:
-        scenario: what walks; its own pushes are left out.
-        phases: the ticks of the gait at which pushes may begin; 0 is the first tick of a step on the first stance foot.
+        scenario: the scenario; its own pushes are left out.
+        phases: ticks of the gait at which pushes may begin; 0 is the first tick of a step on the first stance foot.
 
     Raises:
-        InputError: nothing walks in the scenario, a phase is no tick of the gait, or the robot falls unpushed.
+        InputError: the scenario is no walk without an end, a phase is no tick of the gait, or the robot falls without
+            being pushed.
     """
 
     def __init__(self, scenario: Scenario, phases: Iterable[int]) -> None:
@@ -57,12 +66,12 @@ class PushRig:
         self._logged = make_diagram(self.scenario)
         self._diagram = self._logged.diagram
         self._schedule = self._diagram.GetSubsystemByName("push_schedule")
-        self._legs = LegWatch(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None
+        self._legs = LegContact(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None
         self._first = gait.start_steps * gait.ticks_per_step + _SETTLING_GAITS * gait.ticks_per_gait
-        self._saved = self._walk()
+        self._saved = self._settle()
 
-    def _walk(self) -> dict[int, Context]:
-        """Contexts at each phase of the gait after the settling ones."""
+    def _settle(self) -> dict[int, Context]:
+        """A context at each phase of the gait after the settling ones."""
         simulator = Simulator(self._diagram)
         for adjust in self._logged.adjust:
             adjust(simulator.get_mutable_context())
@@ -77,7 +86,7 @@ class PushRig:
         return saved
 
     def trial(self, phase: int, force: np.ndarray, duration: float = 0.1, watch: float = 3.2) -> Trial:
-        """Pushes the torso with `force` (3,) [N] for `duration` [s] and watches for `watch` seconds."""
+        """Pushes the torso with `force` (3,) [N] for `duration` [s] and simulates `watch` seconds from the push on."""
         tick = self.scenario.gait.tick
         context = self._saved[phase].Clone()
         first = self._first + phase
@@ -94,11 +103,35 @@ class PushRig:
                     ending = FELL
                     break
                 if self._legs is not None and self._legs.touch(simulator.get_context()):
-                    ending = LEGS
+                    ending = LEGS_TOUCHED
                     break
-        except RuntimeError:  # Drake's plant gives up on numbers that are none
+        except RuntimeError:  # raised by Drake's plant where a state is not finite
             ending = GAVE_UP
         log = self._logged.recorded(simulator.get_context())
         if ending == SURVIVED and not walks_on(self.scenario.gait, log):
-            ending = ASTRAY
+            ending = DID_NOT_WALK_ON
         return Trial(ending, log)
+
+
+class LegContact:
+    """Whether the legs of the robot in a diagram touch: two bodies by contact, or the soles seen from above."""
+
+    def __init__(self, diagram: Diagram, biped: Biped) -> None:
+        self._plant = diagram.GetSubsystemByName("plant")
+        self._estimator = diagram.GetSubsystemByName("state_estimator")
+        self._halves = np.array([biped.soles[side].half_size for side in ("left", "right")])
+
+    def touch(self, context: Context) -> bool:
+        """Whether they touch, in a context of the whole diagram."""
+        plant = self._plant.GetMyContextFromRoot(context)
+        if _bodies_touch(self._plant.get_contact_results_output_port().Eval(plant)):
+            return True
+        estimator = self._estimator.GetMyContextFromRoot(context)
+        feet = self._estimator.GetOutputPort("foot_state").Eval(estimator).reshape(2, 6)
+        return soles_overlap(feet[:, [0, 1, 5]], self._halves)
+
+
+def _bodies_touch(results: ContactResults) -> bool:
+    """Whether two bodies of the robot touch each other."""
+    pairs = (results.point_pair_contact_info(i) for i in range(results.num_point_pair_contacts()))
+    return any(int(p.bodyA_index()) != _GROUND and int(p.bodyB_index()) != _GROUND for p in pairs)

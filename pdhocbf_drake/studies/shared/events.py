@@ -1,4 +1,4 @@
-"""Which way to push, and at which ticks of the gait."""
+"""When an experiment's event begins and which way it acts: phases of the gait and directions, read from a command."""
 
 from __future__ import annotations
 
