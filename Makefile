@@ -9,7 +9,7 @@ export OPENBLAS_NUM_THREADS := 1
 # The demonstration writes to the same place every time.
 WALK := runs/walking
 
-.PHONY: help install walk test lint types pytest clean
+.PHONY: help install walk test lint types pytest compare clean
 
 help:
 	@sed -n '2,3s/^#  *//p' Makefile
@@ -36,6 +36,11 @@ types: install
 	$(BIN)/mypy
 pytest: install
 	$(BIN)/python -m pytest
+
+# Against an earlier commit: make compare REV=1d95bb6, and to see only half of it, ARGS="--only scenarios".
+compare: install
+	@test -n "$(REV)" || { echo "say which commit to compare with: make compare REV=..."; exit 1; }
+	$(BIN)/python benchmarks/compare.py $(REV) $(ARGS)
 
 clean:
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache

@@ -2,33 +2,27 @@
 
 import numpy as np
 import pytest
-from walks import make_mpc, predicted, speed_limit, start, walk
+from walks import make_mpc, predicted, repacked, speed_limit, start, walk
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, constant
 from pdhocbf_drake.mpc.config import RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.loop import Measurement, control, walk_template
+from pdhocbf_drake.mpc.memory import MemoryLayout
 from pdhocbf_drake.mpc.solution import CONSTRAINTS, Reason
-from pdhocbf_drake.mpc.supervisor import believed_state, supervise
 from pdhocbf_drake.qp.result import QpResult
 
 BLIND = np.full((2, 3), np.nan)
 
 
 def loop(mpc: PeriodicMpc, ticks: int, sensor=lambda tick, state: state):
-    """The template under the whole controller; `sensor` may lie. Gives states and reasons."""
-    memory, states, reasons = start(mpc), [], []
-    real = memory.state.copy()
-    for tick in range(ticks):
-        now = mpc if memory.last_step < 0 else mpc.ending_at(round(memory.last_step))
-        bounds = {b.name: b.bound.samples(tick, 81) for group in mpc.barriers for b in group}
-        state, measurement = believed_state(now, memory, np.array(sensor(tick, real), dtype=float), tick)
-        plan = now.solve(tick, state, memory.stance, bounds, None, memory.plan)
-        reasons.append(supervise(now, memory, plan, measurement))
-        memory.advance(now, state, plan)
-        states.append(real.copy())
-        real = np.array([mpc.vhip.step(tick, real[axis], plan.inputs[axis, 0]) for axis in (0, 1)])
-    return np.array(states), reasons, memory
+    """The template under the whole controller; `sensor` may lie. Gives states, reasons and the last memory."""
+
+    def measured(true: Measurement) -> Measurement:
+        return true._replace(state=np.array(sensor(true.tick, true.state), dtype=float))
+
+    rows = list(walk_template(mpc, start(mpc), 0, ticks, sensor=measured))
+    return np.array([row.state for row in rows]), [row.plan.reason for row in rows], rows[-1].memory
 
 
 def failing(solve_every: int):
@@ -98,7 +92,10 @@ def test_a_hard_barrier_is_softened_before_the_walk_counts_as_disturbed() -> Non
     plans = {}
     for kick in (0.2, 0.6):
         mpc = make_mpc({"stride": 0.1}, recovery, (speed_limit(0.4),))
-        plans[kick] = [plan for *_, plan in walk(mpc, 222, kick={220: np.array([kick, 0.0])})][-1]
+        memory = start(mpc)
+        list(walk(mpc, 221, memory))
+        state = memory.state + np.array([[0.0, kick, 0.0], [0.0, 0.0, 0.0]])  # which nobody notices
+        plans[kick] = mpc.solve(221, state, memory.stance, mpc.bounds(221), None, memory.plan)
     assert plans[0.2].reason == Reason.SOFTENED and not plans[0.2].recovering and plans[0.2].slack > 1e-4
     assert not plans[0.2].unmet.any()
     # Where softening is of no help, the steady walk's own constraints are named.
@@ -234,11 +231,13 @@ def test_a_frozen_sensor_is_noticed() -> None:
 def test_a_measurement_is_moved_on_to_when_its_plan_takes_effect() -> None:
     mpc = make_mpc()
     memory, tick = start(mpc), 7
-    measured = np.array([[0.03, 0.4, np.nan], [-0.01, 0.2, np.nan]])
-    state, reason = believed_state(mpc, memory, measured, tick, latency=mpc.vhip.tick)
+    measured = np.array([[0.003, 0.04, np.nan], [-0.001, 0.02, np.nan]])
+    late, plan = control(mpc, memory, Measurement(tick, measured), latency=mpc.vhip.tick)
     led_on = [mpc.vhip.step(tick, [c, v, p], 0.0) for (c, v, _), p in zip(measured, memory.state[:, 2], strict=True)]
-    assert reason == Reason.SOLVED
-    np.testing.assert_allclose(state, led_on, rtol=1e-12)
+    on_time, same = control(mpc, memory, Measurement(tick, np.array(led_on)))
+    assert plan.reason == Reason.SOLVED
+    np.testing.assert_allclose(plan.inputs, same.inputs, rtol=1e-9)
+    np.testing.assert_allclose(late.state, on_time.state, rtol=1e-12)
 
 
 def test_standing_still_is_not_a_frozen_sensor() -> None:
@@ -250,7 +249,7 @@ def test_the_memory_of_a_stop_survives_packing() -> None:
     mpc = make_mpc()
     memory = start(mpc)
     memory.last_step, memory.degraded, memory.measured = 5.0, 3.0, np.arange(4.0)
-    copy = Memory.unpack(mpc, memory.pack(mpc))
+    copy = repacked(mpc, memory)
     assert (copy.last_step, copy.degraded) == (5.0, 3.0)
     np.testing.assert_array_equal(copy.measured, memory.measured)
 
@@ -262,11 +261,12 @@ def test_the_memory_of_what_gave_way_survives_packing(barriers: tuple) -> None:
     list(walk(mpc, 3, memory))
     assert memory.barrier_slack.shape == (len(barriers),) and not memory.barrier_slack.any()
     memory.barrier_slack, memory.unmet = 1.0 + np.arange(len(barriers)), 7.0 + np.arange(6.0)
-    copy = Memory.unpack(mpc, memory.pack(mpc))
+    copy = repacked(mpc, memory)
     np.testing.assert_array_equal(copy.barrier_slack, memory.barrier_slack)
     np.testing.assert_array_equal(copy.unmet, memory.unmet)
     np.testing.assert_array_equal(copy.solver_status, memory.solver_status)
-    np.testing.assert_array_equal(copy.pack(mpc), memory.pack(mpc))
+    layout = MemoryLayout(mpc)
+    np.testing.assert_array_equal(layout.pack(copy), layout.pack(memory))
 
 
 def test_every_reason_says_whether_a_solver_answered() -> None:

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver, Solve
-from walks import make_mpc, predicted, speed_limit, start, walk
+from walks import make_mpc, predicted, repacked, speed_limit, start, walk
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc import orbit
 from pdhocbf_drake.mpc.axis_program import axis_program, box_weights
-from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
 from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.simulation.build import orbit_of
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -194,18 +194,18 @@ def test_memory_survives_packing() -> None:
     mpc = PLAIN
     memory = start(mpc)
     list(walk(mpc, 130, memory))
-    vector = memory.pack(mpc)
-    copy = Memory.unpack(mpc, vector)
-    np.testing.assert_array_equal(copy.pack(mpc), vector)
+    layout = MemoryLayout(mpc)
+    vector = layout.pack(memory)
+    copy = layout.unpack(vector)
+    np.testing.assert_array_equal(layout.pack(copy), vector)
     assert copy.plan is not None and memory.plan is not None and copy.plan.tick == memory.plan.tick
     for name in ("measured", "state", "feet", "stance"):
         np.testing.assert_array_equal(getattr(copy, name), getattr(memory, name))
-        np.testing.assert_array_equal(vector[Memory.layout(mpc)[name]], getattr(memory, name).ravel())
+        np.testing.assert_array_equal(vector[layout.places[name]], getattr(memory, name).ravel())
     for name in ("inputs", "footholds"):
         np.testing.assert_array_equal(getattr(copy.plan, name), getattr(memory.plan, name))
-        np.testing.assert_array_equal(vector[Memory.layout(mpc)[name]], getattr(memory.plan, name).ravel())
-    fresh = start(mpc)
-    assert Memory.unpack(mpc, fresh.pack(mpc)).plan is None
+        np.testing.assert_array_equal(vector[layout.places[name]], getattr(memory.plan, name).ravel())
+    assert repacked(mpc, start(mpc)).plan is None
 
 
 def test_a_landed_foot_is_taken_where_it_is_measured() -> None:

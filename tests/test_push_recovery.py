@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from walks import make_mpc, start
+from walks import make_mpc, repacked, start
 
 from pdhocbf_drake.mpc.config import RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.loop import Measurement, control
+from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
 from pdhocbf_drake.mpc.programs import Programs
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance
 from pdhocbf_drake.mpc.solution import CONSTRAINTS, Reason
@@ -39,18 +40,13 @@ def advance(mpc: PeriodicMpc, memory: Memory, tick: int, kick: np.ndarray | None
     state = memory.state.copy()
     if kick is not None:
         state[:, 1] += kick
-    memory.notice(mpc, tick, state)
-    plan = mpc.solve(tick, state, memory.stance, {}, None, memory.plan, memory.disturbance.active)
-    memory.advance(mpc, state, plan)
+    following, plan = control(mpc, memory, Measurement(tick, state))
+    vars(memory).update(vars(following))
     return plan
 
 
-def copied(mpc: PeriodicMpc, memory: Memory) -> Memory:
-    return Memory.unpack(mpc, memory.pack(mpc))
-
-
 def test_an_undisturbed_walk_is_never_recovered(mpc: PeriodicMpc, settled: Memory) -> None:
-    memory = copied(mpc, settled)
+    memory = settled.copy()
     for tick in range(SETTLED, SETTLED + 80):
         assert not advance(mpc, memory, tick).recovering
     plain = make_mpc({"stride": 0.1})
@@ -65,7 +61,7 @@ def test_an_undisturbed_walk_is_never_recovered(mpc: PeriodicMpc, settled: Memor
 def test_footholds_of_a_recovery_lie_in_reach_on_their_own_side(
     mpc: PeriodicMpc, settled: Memory, phase: int, x: float, y: float
 ) -> None:
-    memory = copied(mpc, settled)
+    memory = settled.copy()
     for tick in range(SETTLED, SETTLED + phase):
         advance(mpc, memory, tick)
     kick: np.ndarray | None = np.array([x, y])
@@ -86,7 +82,7 @@ def test_footholds_of_a_recovery_lie_in_reach_on_their_own_side(
 
 
 def test_a_kick_is_noticed_at_once_recovered_from_and_then_forgotten(mpc: PeriodicMpc, settled: Memory) -> None:
-    memory = copied(mpc, settled)
+    memory = settled.copy()
     first = advance(mpc, memory, SETTLED + 0, np.array([0.3, 0.0]))
     assert first.recovering
     plans = [advance(mpc, memory, tick) for tick in range(SETTLED + 1, SETTLED + 600)]
@@ -98,7 +94,7 @@ def test_a_kick_is_noticed_at_once_recovered_from_and_then_forgotten(mpc: Period
 
 
 def test_a_landing_moves_no_farther_than_its_swing_foot_can(mpc: PeriodicMpc, settled: Memory) -> None:
-    memory = copied(mpc, settled)
+    memory = settled.copy()
     advance(mpc, memory, SETTLED, np.array([0.05, 0.0]))
     memory.disturbance = Disturbance(np.zeros(2), True, 0)
     last = None
@@ -127,11 +123,12 @@ def test_prediction_errors_add_up_and_are_forgotten() -> None:
 
 
 def test_a_memory_keeps_its_disturbance(mpc: PeriodicMpc, settled: Memory) -> None:
-    memory = copied(mpc, settled)
+    memory = settled.copy()
     advance(mpc, memory, SETTLED, np.array([0.0, 0.2]))
-    again = copied(mpc, memory)
+    again = repacked(mpc, memory)
     assert again.disturbance.active and again.plan is not None and again.plan.recovering
-    np.testing.assert_array_equal(again.pack(mpc), memory.pack(mpc))
+    layout = MemoryLayout(mpc)
+    np.testing.assert_array_equal(layout.pack(again), layout.pack(memory))
 
 
 def test_the_swing_forecast_is_the_second_derivative_of_the_swing(mpc: PeriodicMpc) -> None:
@@ -171,7 +168,7 @@ def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory)
 
 
 def test_a_noticed_disturbance_is_no_program_without_a_solution(mpc: PeriodicMpc, settled: Memory) -> None:
-    plan = advance(mpc, copied(mpc, settled), SETTLED, np.array([0.3, 0.0]))
+    plan = advance(mpc, settled.copy(), SETTLED, np.array([0.3, 0.0]))
     assert plan.reason == Reason.RECOVERING and not plan.unmet.any()
 
 

@@ -7,7 +7,8 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier, Linear, constant
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.loop import walk_template
+from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.vhip import Vhip
@@ -24,8 +25,7 @@ def speed_limit(value: float, gammas: tuple[float, ...] = (0.5, 0.5)) -> AffineB
 
 
 def start(mpc: PeriodicMpc) -> Memory:
-    half = mpc.gait.config.stance_width / 2.0
-    return Memory.at_start(mpc, np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]]))
+    return Memory.standing(mpc)
 
 
 def predicted(mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> np.ndarray:
@@ -35,14 +35,19 @@ def predicted(mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> np.ndarray:
 
 
 def walk(mpc: PeriodicMpc, ticks: int, memory: Memory | None = None, kick: dict[int, np.ndarray] | None = None):
-    """Yields (tick, state, stance, plan) of the closed loop on the template."""
+    """Yields (tick, state, stance, plan) of the closed loop on the template, kicked after the given ticks.
+
+    A memory that is given is moved on with the walk.
+    """
     memory = memory or start(mpc)
     first = 0 if memory.plan is None else memory.plan.tick + 1
-    for tick in range(first, first + ticks):
-        state, stance = memory.state.copy(), memory.stance.copy()
-        bounds = {b.name: b.bound.samples(tick, mpc.config.horizon + 1) for group in mpc.barriers for b in group}
-        plan: Plan = mpc.solve(tick, state, stance, bounds, None, memory.plan)
-        yield tick, state, stance, plan
-        memory.advance(mpc, state, plan)
-        if kick and tick in kick:
-            memory.state[:, 1] += kick[tick]
+    kicks = np.array([(kick or {}).get(tick - 1, np.zeros(2)) for tick in range(first, first + ticks)])
+    for row in walk_template(mpc, memory.copy(), first, ticks, kicks):
+        yield row.tick, row.state, row.before.stance, row.plan
+        vars(memory).update(vars(row.memory))
+
+
+def repacked(mpc: PeriodicMpc, memory: Memory) -> Memory:
+    """The memory after a round trip through its vector."""
+    layout = MemoryLayout(mpc)
+    return layout.unpack(layout.pack(memory))

@@ -16,7 +16,7 @@ from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.program_cache import ProgramCache
 from pdhocbf_drake.mpc.programs import Programs
 from pdhocbf_drake.mpc.recovery import recovery_of
-from pdhocbf_drake.mpc.solution import NOTICED, Reason
+from pdhocbf_drake.mpc.solution import CONSTRAINTS, NOTICED, Reason
 from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.theta import Theta
@@ -91,6 +91,11 @@ class PeriodicMpc:
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
         self._endings: dict[int, PeriodicMpc] = {}
+        # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
+        self._bounds = [
+            (b.name, b.bound.period, b.bound.samples(0, b.bound.period + config.horizon + 1))
+            for b in (*barriers[0], *barriers[1])
+        ]
 
     @property
     def preview(self) -> StepPreview:
@@ -108,6 +113,20 @@ class PeriodicMpc:
         self._solvers = [list(axis) for axis in self._solvers]
         if self.recovery is not None:
             self.recovery.prepare()
+
+    @property
+    def constraints(self) -> tuple[str, ...]:
+        """What a plan may miss on each axis, in the order of `Plan.unmet`."""
+        return CONSTRAINTS
+
+    def bounds(self, tick: int) -> dict[str, np.ndarray]:
+        """V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,) [unit of h]."""
+        count = self.config.horizon + 1
+        return {name: samples[tick % period :][:count] for name, period, samples in self._bounds}
+
+    def ended_by(self, last_step: float) -> PeriodicMpc:
+        """This problem, or where a last step has been set (not −1), that of the walk that ends there."""
+        return self if last_step < 0 else self.ending_at(round(last_step))
 
     def ending_at(self, step: int) -> PeriodicMpc:
         """The same problem for a walk whose last swing is that of step j."""

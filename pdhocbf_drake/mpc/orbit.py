@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import islice
+
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.loop import TemplateTick, walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.walking import Gait
 
@@ -34,19 +37,18 @@ def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     """
     if any(mpc.barriers) or gait.config.walk_steps is not None:
         raise InputError("the nominal orbit is that of a walk without barriers and without an end")
-    half = gait.config.stance_width / 2.0
-    memory = Memory.at_start(mpc, np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]]))
     cycle = gait.config.ticks_per_gait
     start = gait.config.start_steps * gait.period
     start += start % cycle
+    walk = walk_template(mpc, Memory.standing(mpc), 0, start + _GAITS * cycle)
+    for tick in islice(walk, start):
+        _check_planned(mpc, tick)
     before, last = np.full((2, cycle, 3), np.inf), np.inf
-    for tick in range(start):
-        _advance(mpc, memory, tick)
-    for gaits in range(_GAITS):
+    for _ in range(_GAITS):
         states = np.empty((2, cycle, 3))
-        for i in range(cycle):
-            states[:, i] = memory.state - memory.stance[:, 1:] * [1.0, 0.0, 1.0]
-            _advance(mpc, memory, start + gaits * cycle + i)
+        for i, tick in enumerate(islice(walk, cycle)):
+            states[:, i] = tick.state - tick.before.stance[:, 1:] * [1.0, 0.0, 1.0]
+            _check_planned(mpc, tick)
         change = np.abs(states - before)[:, :, 1].max()
         # A change that shrinks by the factor r from gait to gait leaves r/(1 − r) of itself to come. A solver that is
         # less exact comes to its own noise, from which nothing shrinks any more.
@@ -61,14 +63,12 @@ def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     )
 
 
-def _advance(mpc: PeriodicMpc, memory: Memory, tick: int) -> None:
-    plan = mpc.solve(tick, memory.state, memory.stance, {}, None, memory.plan)
-    if plan.fallbacks:
+def _check_planned(mpc: PeriodicMpc, tick: TemplateTick) -> None:
+    if tick.plan.fallbacks:
         gait, config = mpc.gait.config, mpc.config
         raise InputError(
-            f"gait: the walk can't be planned ({plan.reason.name.lower()} at tick {tick}): gait.stride {gait.stride:g} "
-            f"m or gait.stance_width {gait.stance_width:g} m is too much for a step of "
+            f"gait: the walk can't be planned ({tick.plan.reason.name.lower()} at tick {tick.tick}): gait.stride "
+            f"{gait.stride:g} m or gait.stance_width {gait.stance_width:g} m is too much for a step of "
             f"{gait.ticks_per_step * gait.tick:g} s, or mpc.zmp_margin {config.zmp_margin:g} m and mpc.step_tolerance "
             f"{list(config.step_tolerance)} m leave too little"
         )
-    memory.advance(mpc, memory.state, plan)

@@ -9,9 +9,8 @@ import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.memory import OUTPUTS, Memory
-from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.mpc.supervisor import believed_state, supervise
+from pdhocbf_drake.mpc.loop import Measurement, control
+from pdhocbf_drake.mpc.memory import OUTPUTS, Memory, MemoryLayout
 from pdhocbf_drake.systems.unbundled import Unbundled
 
 
@@ -49,21 +48,20 @@ class MpcController(Unbundled):
         barriers: Sequence[tuple[int, str]],
         latency: float = 0.0,
     ) -> None:
-        sizes = Memory.sizes(mpc)
-        parts = {name: sizes[name] for name in (*OUTPUTS, "last_step")}
-        first = Memory.at_start(mpc, initial, feet).pack(mpc)
-        super().__init__(_MpcController(mpc, first, barriers, latency), parts)
+        layout, start = MemoryLayout(mpc), Memory.at_start(mpc, initial, feet)
+        parts = {name: layout.sizes[name] for name in (*OUTPUTS, "last_step")}
+        super().__init__(_MpcController(mpc, layout, start, barriers, latency), parts)
         self.mpc = mpc
 
 
 class _MpcController(LeafSystem):
-    """`MpcController` with one output, which is its state; `first` is what it remembers at the start."""
+    """`MpcController` with one output, which is its state."""
 
     def __init__(
-        self, mpc: PeriodicMpc, first: np.ndarray, barriers: Sequence[tuple[int, str]], latency: float
+        self, mpc: PeriodicMpc, layout: MemoryLayout, start: Memory, barriers: Sequence[tuple[int, str]], latency: float
     ) -> None:
         super().__init__()
-        self._latency = latency
+        self._layout, self._latency = layout, latency
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
         self._columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
@@ -74,34 +72,21 @@ class _MpcController(LeafSystem):
             self._bounds = self.DeclareVectorInputPort("velocity_bound", len(barriers) * (horizon + 1))
         self._offset = self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
         self._feet = self.DeclareVectorInputPort("foot_state", 12)
-        self._carried = slice(Memory.layout(mpc)["last_step"].start, None)
-        self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(first))
+        self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(layout.pack(start)))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
-        memory = Memory.carried(self.mpc, context.get_discrete_state_vector().value()[self._carried])
-        mpc = self.mpc if memory.last_step < 0 else self.mpc.ending_at(round(memory.last_step))
+        memory = self._layout.unpack_carried(context.get_discrete_state_vector().value()[self._layout.carried])
         phase, step, _ = self._phase.Eval(context).tolist()
-        tick = round(step * mpc.gait.period + phase)
-        measured = self._lip.Eval(context).reshape(2, 3)
-        if self._feet.HasValue(context):
-            memory.land(mpc, tick, self._feet.Eval(context).reshape(2, 6)[:, :2])
+        feet = self._feet.Eval(context).reshape(2, 6)[:, :2] if self._feet.HasValue(context) else None
+        offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
         bounds = {}
         if self._names:
             samples = self._bounds.Eval(context).reshape(len(self._names), -1)
             bounds = dict(zip(self._names, samples, strict=True))
-        offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
-
-        state, measurement = believed_state(mpc, memory, measured, tick, self._latency)
-        if measurement == Reason.SOLVED:
-            memory.notice(mpc, tick, state)
-        plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, memory.disturbance.active)
-        reason = supervise(mpc, memory, plan, measurement)
-        memory.advance(mpc, state, plan)
-        solved = float(plan.reason.planned)
-        cost = plan.cost if solved else 0.0
-        elapsed = time.perf_counter() - started
-        memory.solver_status = np.array([solved, elapsed, cost, plan.slack, float(plan.fallbacks), float(reason)])
-        memory.barrier_slack, memory.unmet = plan.slacks[self._columns], plan.unmet.ravel()
-        values.set_value(memory.pack(self.mpc))
+        tick, state = round(step * self.mpc.gait.period + phase), self._lip.Eval(context).reshape(2, 3)
+        memory, plan = control(self.mpc, memory, Measurement(tick, state, feet, offset, bounds), self._latency)
+        memory.barrier_slack = plan.slacks[self._columns]
+        memory.solver_status[1] = time.perf_counter() - started
+        values.set_value(self._layout.pack(memory))

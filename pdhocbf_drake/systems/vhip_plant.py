@@ -41,7 +41,7 @@ class VhipPlant(LeafSystem):
         phase = round(self.GetInputPort("gait_phase").Eval(context)[0]) - 1
         velocity = self.GetInputPort("zmp_reference").Eval(context)[[1, 3]]
         state = context.get_discrete_state_vector().value().reshape(2, 3)
-        following = np.array([self._vhip.step(phase, state[axis], velocity[axis]) for axis in (0, 1)])
+        following = self._vhip.step_axes(phase, state, velocity)
         push = self.GetInputPort("push")
         if push.HasValue(context):
             following[:, 1] += self._vhip.tick * push.Eval(context)[:2] / self._mass

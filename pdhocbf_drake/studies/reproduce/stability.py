@@ -90,7 +90,7 @@ def attempt(walk: Walk, memory: Memory, first: int, ticks: int, rows: Rows) -> A
     """Walks on from a settled walk with these rows in place of the stability row, until no solution is found."""
     mpc = walk.mpc
     solvers = [[_solver(mpc, axis, phase, rows) for phase in range(mpc.gait.period)] for axis in (0, 1)]
-    memory = Memory.unpack(mpc, memory.pack(mpc))
+    memory = memory.copy()
     speed: list[float] = []
     inputs: list[float] = []
     horizon, n_f = mpc.config.horizon, mpc.footholds

@@ -1,0 +1,206 @@
+"""The closed loop: one tick of the controller, and the template walked by it tick after tick.
+
+The block of the diagram, the nominal orbit, the studies and the tests all run `control`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.plan import Plan
+from pdhocbf_drake.mpc.solution import Reason
+
+_MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
+
+
+class Measurement(NamedTuple):
+    """What is measured at tick k.
+
+    Attributes:
+        tick: k.
+        state: c, v, p of x, then of y, shape (2, 3) [m, m/s, m]; p is read only if `mpc.zmp_state` is "measured".
+        feet: centres of the left and right sole, shape (2, 2) [m]; a foot that lands is put where it is measured. None
+            leaves feet where they are planned.
+        zmp_offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m]; None is zero.
+        bounds: V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,); None takes the barriers' own.
+    """
+
+    tick: int
+    state: np.ndarray
+    feet: np.ndarray | None = None
+    zmp_offset: np.ndarray | None = None
+    bounds: Mapping[str, np.ndarray] | None = None
+
+
+def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency: float = 0.0) -> tuple[Memory, Plan]:
+    """One tick of the controller: from what it remembers and what is measured to its plan and its next memory.
+
+    It puts a foot that lands where it is measured, rejects a measurement that can't be right, notices a disturbance,
+    plans, brings a walk that stays degraded to a stand, and moves the memory on to the next tick. It never raises for
+    what is measured, and changes none of its arguments.
+
+    Args:
+        mpc: the compiled problem.
+        memory: as this function gave it at the tick before, or `Memory.at_start`.
+        measurement: of this tick.
+        latency: from a measurement to the effect of what is planned from it [s].
+
+    Returns:
+        The memory for the next tick, and the plan; its reason says also what was wrong with the measurement.
+    """
+    memory, tick = memory.copy(), measurement.tick
+    mpc = mpc.ended_by(memory.last_step)
+    if measurement.feet is not None:
+        memory.land(mpc, tick, measurement.feet)
+    bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
+    state, seen = _believed_state(mpc, memory, measurement.state, tick, latency)
+    if seen == Reason.SOLVED:
+        memory.notice(mpc, tick, state)
+    recovering = memory.disturbance.active
+    plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, recovering)
+    reason = _supervise(mpc, memory, plan, seen)
+    memory.advance(mpc, state, plan)
+    solved = float(plan.reason.planned)
+    cost = plan.cost if solved else 0.0
+    memory.solver_status = np.array([solved, 0.0, cost, plan.slack, float(plan.fallbacks), float(reason)])
+    memory.barrier_slack, memory.unmet = plan.slacks, plan.unmet.ravel()
+    return memory, plan if reason == plan.reason else plan._replace(reason=reason)
+
+
+class WalkController:
+    """The periodic MPC with its memory, to be stepped by whoever has measurements: no simulator, no diagram.
+
+    Attributes:
+        mpc: the compiled problem.
+        memory: what is planned for the coming tick (`com_reference`, `zmp_reference`, `foot_plan`, …), and what the
+            next step needs.
+        latency: from a measurement to the effect of what is planned from it [s].
+    """
+
+    def __init__(self, mpc: PeriodicMpc, start: Memory | None = None, latency: float = 0.0) -> None:
+        """
+        Args:
+            start: the memory at tick 0; None stands at rest, see `Memory.standing`.
+        """
+        self.mpc, self.latency = mpc, latency
+        self.memory = Memory.standing(mpc) if start is None else start
+
+    def step(self, measurement: Measurement) -> Plan:
+        """The plan of one tick; `memory` then belongs to the next one."""
+        self.memory, plan = control(self.mpc, self.memory, measurement, self.latency)
+        return plan
+
+
+class TemplateTick(NamedTuple):
+    """One tick of the template under the controller.
+
+    Attributes:
+        tick: k.
+        state: c, v, p of x, then of y at k, shape (2, 3) [m, m/s, m].
+        before: the controller's memory before its update at k.
+        plan: the plan made at k.
+        memory: the controller's memory after it.
+    """
+
+    tick: int
+    state: np.ndarray
+    before: Memory
+    plan: Plan
+    memory: Memory
+
+
+def walk_template(
+    mpc: PeriodicMpc,
+    memory: Memory,
+    first: int,
+    ticks: int,
+    kicks: np.ndarray | None = None,
+    sensor: Callable[[Measurement], Measurement] | None = None,
+) -> Iterator[TemplateTick]:
+    """Walks the template (23) from what `memory` predicts for tick `first`, under `control`.
+
+    Args:
+        mpc: the compiled problem.
+        memory: the controller's memory before tick `first`; it stays as it is.
+        first: the first tick.
+        ticks: how many.
+        kicks: velocity that a disturbance adds before each tick, in x and y, shape (≤ ticks, 2) [m/s].
+        sensor: what the controller is given for what is true; None gives it the truth.
+    """
+    state = memory.state
+    for k in range(first, first + ticks):
+        if kicks is not None and k - first < len(kicks):
+            state = state.copy()
+            state[:, 1] += kicks[k - first]
+        measured = Measurement(k, state)
+        following, plan = control(mpc, memory, measured if sensor is None else sensor(measured))
+        yield TemplateTick(k, state, memory, plan, following)
+        memory, state = following, mpc.vhip.step_axes(k, state, plan.inputs[:, 0])
+
+
+def _believed_state(
+    mpc: PeriodicMpc, memory: Memory, measured: np.ndarray, tick: int, latency: float
+) -> tuple[np.ndarray, Reason]:
+    """[c, v, p] to plan from, shape (2, 3), and whether the measurement was used.
+
+    CoM position and velocity are the measured ones, the ZMP is the planned one (or, with Remark 8 to the letter, the
+    measured one). A measurement that is not finite, or that repeats bit for bit while the plan moves on, is replaced
+    by what the last plan predicts.
+
+    What is planned from a measurement takes effect `latency` later [s]: the measured CoM is moved on over that time,
+    c + τ v and v + τ eta(k) (c − p), or the robot would lag behind every plan by as much.
+    """
+    zmp_measured = mpc.config.zmp_state == "measured"
+    eta = mpc.vhip.eta[tick % mpc.vhip.period]
+    state, com = np.empty((2, 3)), np.empty(4)
+    finite, repeats, moves = _believe(memory.state, measured, memory.measured, zmp_measured, latency, eta, state, com)
+    if not finite:
+        return memory.state, Reason.BAD_MEASUREMENT
+    memory.measured = com
+    if repeats and moves > _MOVED:
+        return memory.state, Reason.STALE_MEASUREMENT
+    return state, Reason.SOLVED
+
+
+@compiled
+def _believe(
+    planned: np.ndarray, measured: np.ndarray, before: np.ndarray, zmp_measured: bool, latency: float, eta: float,
+    state: np.ndarray, com: np.ndarray,
+) -> tuple[bool, bool, float]:  # fmt: skip
+    """Fills in the state `latency` after the measurement, and the measured c and v of both axes.
+
+    Gives whether all is finite, whether c and v equal those of `before`, and by how much they differ from the plan.
+    """
+    finite, repeats, moves = True, True, 0.0
+    for axis in range(2):
+        c, v = measured[axis, 0], measured[axis, 1]
+        p = measured[axis, 2] if zmp_measured else planned[axis, 2]
+        finite = finite and math.isfinite(c) and math.isfinite(v) and math.isfinite(p)
+        repeats = repeats and c == before[2 * axis] and v == before[2 * axis + 1]
+        moves = max(moves, abs(planned[axis, 0] - c), abs(planned[axis, 1] - v))
+        com[2 * axis], com[2 * axis + 1] = c, v
+        state[axis, 0], state[axis, 1], state[axis, 2] = c + latency * v, v + latency * eta * (c - p), p
+    return finite, repeats, moves
+
+
+def _supervise(mpc: PeriodicMpc, memory: Memory, plan: Plan, measurement: Reason) -> Reason:
+    """Counts degraded ticks, ends the walk after `mpc.stop_ticks` of them, and gives the reason to log for this tick.
+
+    The stop takes one more step, then sets the feet side by side: `memory.last_step` is read by clock and gait.
+    """
+    degraded = not plan.reason.planned or measurement != Reason.SOLVED
+    memory.degraded = memory.degraded + 1 if degraded else 0
+    if memory.degraded >= mpc.config.stop_ticks and memory.last_step < 0:
+        memory.last_step = mpc.gait.phase(plan.tick)[0] + 1
+    if not plan.reason.planned:
+        return plan.reason
+    if measurement != Reason.SOLVED:
+        return measurement
+    return Reason.STOPPING if memory.last_step >= 0 else plan.reason
