@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import Selector, SelectorParams
 
 
@@ -36,6 +36,11 @@ class Unbundled(Diagram):
         for i, name in enumerate(parts):
             builder.ExportOutput(split.get_output_port(i), name)
         builder.BuildInto(self)
+
+
+def leaf_of(block: System) -> LeafSystem:
+    """The block that `Unbundled` was given."""
+    return block.GetSubsystemByName("block")
 
 
 def _split(size: int, parts: Mapping[str, int]) -> Selector:

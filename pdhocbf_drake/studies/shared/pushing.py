@@ -11,10 +11,13 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.loop import control
 from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Push, Scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
+from pdhocbf_drake.studies.shared.cases import NONE, in_case
 from pdhocbf_drake.studies.shared.endings import (
     DID_NOT_WALK_ON,
     GAVE_UP,
@@ -23,21 +26,38 @@ from pdhocbf_drake.studies.shared.endings import (
     soles_overlap,
     walks_on,
 )
+from pdhocbf_drake.studies.shared.measures import Record, WithoutBarriers
+from pdhocbf_drake.systems.unbundled import leaf_of
 
 _SETTLING_GAITS = 3  # from the standing start to steady walking
 _GROUND = 0  # index of the world's body, which is the ground
 
 
 class Trial(NamedTuple):
-    """How one pushed walk ended, and its log from the push on."""
+    """One pushed walk.
+
+    Attributes:
+        ending: how it ended, one of `shared.endings`.
+        log: from the push on.
+        action: of the barriers at each row of the log, see `measures.ACTS`, shape (T,) [m/s]; zero without barriers,
+            or where it was not asked for.
+    """
 
     ending: str
     log: RunLog
+    action: np.ndarray
 
     @property
     def survived(self) -> bool:
         """Whether the walk went on."""
         return self.ending == SURVIVED
+
+    def record(self, tick: float) -> Record:
+        """What is measured of it; `tick` is the sampling interval δ [s]."""
+        log = self.log
+        h = log["h"] if "h" in log else np.empty((len(log), 0))
+        planned = log.element("solver_status", "fallbacks") == 0
+        return Record(round(log.time[0] / tick), log["lip_state"].reshape(-1, 2, 3), h, self.action, planned)
 
 
 class PushedWalk:
@@ -52,7 +72,11 @@ class PushedWalk:
             being pushed.
     """
 
-    def __init__(self, scenario: Scenario, phases: Iterable[int]) -> None:
+    def __init__(self, scenario: Scenario, phases: Iterable[int], with_action: bool = False) -> None:
+        """
+        Args:
+            with_action: have each trial measure the action of the barriers, at the cost of a second solve a tick.
+        """
         if scenario.system == "van_der_pol":
             raise InputError("scenario.system: only what walks can be pushed, 'biped' or 'vhip' (given: 'van_der_pol')")
         if scenario.gait.walk_steps is not None:
@@ -67,6 +91,9 @@ class PushedWalk:
         self._diagram = self._logged.diagram
         self._schedule = self._diagram.GetSubsystemByName("push_schedule")
         self._legs = LegContact(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None
+        self._controller = leaf_of(self._diagram.GetSubsystemByName("mpc_controller"))
+        compared = with_action and scenario.barriers
+        self._free = build_walk(in_case(scenario, NONE)).mpc if compared else None
         self._first = gait.start_steps * gait.ticks_per_step + _SETTLING_GAITS * gait.ticks_per_gait
         self._saved = self._settle()
 
@@ -96,8 +123,12 @@ class PushedWalk:
         simulator = Simulator(self._diagram, context)
         simulator.Initialize()
         ending = SURVIVED
+        actions = []
+        free = None if self._free is None else WithoutBarriers(self._free)
         try:
             for k in range(1, round(watch / tick) + 1):
+                if free is not None:
+                    actions.append(self._action(free, simulator.get_context()))
                 status = simulator.AdvanceTo((first + k) * tick)
                 if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
                     ending = FELL
@@ -110,7 +141,17 @@ class PushedWalk:
         log = self._logged.recorded(simulator.get_context())
         if ending == SURVIVED and not walks_on(self.scenario.gait, log):
             ending = DID_NOT_WALK_ON
-        return Trial(ending, log)
+        action = np.zeros(len(log))
+        action[: len(actions)] = actions[: len(log)]
+        return Trial(ending, log, action)
+
+    def _action(self, free: WithoutBarriers, context: Context) -> float:
+        """The action of the barriers at the tick of a context of the diagram, before the controller's update."""
+        block = self._controller
+        own = block.GetMyContextFromRoot(context)
+        memory, measurement = block.memory(own), block.measurement(own)
+        _, plan = control(block.mpc, memory, measurement, block.latency)
+        return free.action(memory, measurement, plan, block.latency)
 
 
 class LegContact:

@@ -1,0 +1,92 @@
+"""Events on the template: a walk in steady state, and what kicks and a wrong speed command make of it."""
+
+from __future__ import annotations
+
+from copy import copy
+
+import numpy as np
+
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.loop import Measurement, walk_template
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.studies.shared.measures import Array, Record, WithoutBarriers, values
+from pdhocbf_drake.walking import Gait
+
+SETTLING_GAITS = 15  # after which a walk from a stand repeats to a thousandth of a margin
+
+
+class SettledWalk:
+    """The template of one case in steady state, from which events begin at any phase of the gait.
+
+    Attributes:
+        walk: gait, template, barriers and controller.
+        first: the tick of phase 0.
+        undisturbed: one gait without an event.
+    """
+
+    def __init__(self, walk: Walk, free: PeriodicMpc | None = None) -> None:
+        """
+        Args:
+            walk: what walks.
+            free: the same program without barriers, to compare with; None where the walk has none.
+        """
+        self.walk = walk
+        self._mpc = walk.mpc
+        self._free = free
+        ticks = walk.gait.config.ticks_per_gait
+        self.first = SETTLING_GAITS * ticks
+        self._starts = [settled(walk.mpc, self.first)]  # the memory before each tick of a gait
+        self._starts += [row.memory for row in walk_template(walk.mpc, self._starts[0], self.first, ticks - 1)]
+        self.undisturbed = self.after(0, np.zeros((0, 2)), ticks)
+
+    def commanded(self, stride: float, step: int) -> SettledWalk:
+        """The same walk and bounds under a wrong speed command: steps of another length [m] from step j on."""
+        other = copy(self)
+        other._mpc = _with_stride(self._mpc, stride, step)
+        other._free = None if self._free is None else _with_stride(self._free, stride, step)
+        return other
+
+    def after(self, phase: int, kicks: Array, ticks: int) -> Record:
+        """The walk from a phase of the gait on.
+
+        Args:
+            phase: tick of the gait.
+            kicks: velocity that a disturbance adds before each tick, in x and y, shape (≤ ticks, 2) [m/s].
+            ticks: how many.
+        """
+        first = self.first + phase
+        free = None if self._free is None else WithoutBarriers(self._free)
+        states, action, planned = np.empty((ticks, 2, 3)), np.zeros(ticks), np.empty(ticks, dtype=bool)
+        for i, row in enumerate(walk_template(self._mpc, self._starts[phase], first, ticks, kicks)):
+            states[i], planned[i] = row.state, not row.plan.fallbacks
+            if free is not None:
+                action[i] = free.action(row.before, Measurement(row.tick, row.state), row.plan)
+        return Record(first, states, values(self.walk, first, states), action, planned)
+
+
+def settled(mpc: PeriodicMpc, ticks: int) -> Memory:
+    """The controller's memory after some ticks of the template's walk from a stand."""
+    memory = Memory.standing(mpc)
+    for row in walk_template(mpc, memory, 0, ticks):
+        memory = row.memory
+    return memory
+
+
+class _SteppedGait(Gait):
+    """A walk whose commanded stride changes from `before` to its config's from a step on."""
+
+    def __init__(self, gait: Gait, stride: float, step: int) -> None:
+        super().__init__(gait.config.model_copy(update={"stride": stride}))
+        self._before, self._step = gait.config.stride, step
+
+    def foothold(self, step: int) -> Array:
+        place = super().foothold(step)
+        ahead = max(0, step - self._step)
+        place[0] = self._before * (step - self.config.start_steps - ahead) + self.config.stride * ahead
+        return place
+
+
+def _with_stride(mpc: PeriodicMpc, stride: float, step: int) -> PeriodicMpc:
+    gait = _SteppedGait(mpc.gait, stride, step)
+    return PeriodicMpc(gait, mpc.vhip, mpc.config, mpc.barriers, mpc.terminal)
