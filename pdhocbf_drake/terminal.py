@@ -20,7 +20,7 @@ _PATIENCE = 10.0  # time without a first report after which one line says that t
 class Progress(Protocol):
     """Reports how much is done, in the unit of the total, with a few words on it."""
 
-    def __call__(self, done: float, words: str = "") -> None: ...
+    def __call__(self, done: float, words: str = "", /) -> None: ...
 
 
 @contextmanager
@@ -104,7 +104,9 @@ def table(rows: Sequence[Sequence[Any]], header: Sequence[str] = ()) -> str:
     cells = [list(header)] * bool(header) + [[_cell(value) for value in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
     lines = [
-        "  ".join(cell.rjust(width) if r else cell.ljust(width) for cell, width, r in zip(row, widths, right, strict=True))
+        "  ".join(
+            cell.rjust(width) if r else cell.ljust(width) for cell, width, r in zip(row, widths, right, strict=True)
+        )
         for row in cells
     ]
     if header:

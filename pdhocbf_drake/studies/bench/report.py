@@ -43,13 +43,13 @@ def _route_table(results: dict[str, Any]) -> str:
     for name in nominal:
         times = [1e6 * run[name][key] for run in (nominal, perturbed) for key in ("seconds_median", "seconds_p99")]
         rows.append([name, *times, int(nominal[name]["ticks"])])
-    return table(["route", "nominal", "p99", "perturbed", "p99", "ticks"], rows)
+    return table(rows, ["route", "nominal", "p99", "perturbed", "p99", "ticks"])
 
 
 def _accuracy(results: dict[str, Any]) -> str:
     found = results["accuracy"]
     rows = [[name, row["relative_gap_max"], row["violation_max"]] for name, row in found["routes"].items()]
-    text = table(["route", "relative cost gap", "violation"], rows)
+    text = table(rows, ["route", "relative cost gap", "violation"])
     exits = ", ".join(f"{count} {name}" for name, count in found["exits"].items() if count) or "none"
     return (
         f"{text}\n{found['references_certain']} of {found['references']} references met their own tolerance; "
@@ -60,7 +60,7 @@ def _accuracy(results: dict[str, Any]) -> str:
 def _rest(results: dict[str, Any]) -> str:
     whole = results["rest"]["whole"]
     rows = [[name, 1e6 * seconds, seconds / whole] for name, seconds in results["rest"].items()]
-    return table(["part", "µs", "share"], rows)
+    return table(rows, ["part", "µs", "share"])
 
 
 def _blocks(results: dict[str, Any]) -> str:
@@ -71,7 +71,7 @@ def _blocks(results: dict[str, Any]) -> str:
         ["(the bare plant, standing)", 1e6 * robot["bare_plant_seconds_per_tick"], None],
         ["(the same plant walking from a recording)", 1e6 * robot["replayed_plant_seconds_per_tick"], None],
     ]
-    text = table(["block", "µs", "share"], [*rows, ["all", 1e6 * whole, 1.0], *plants])
+    text = table([*rows, ["all", 1e6 * whole, 1.0], *plants], ["block", "µs", "share"])
     drake = 1e6 * robot["drake_seconds_per_tick"]
     count = robot["python_calls_per_tick"]
     return f"{text}\n{count:.0f} calls from Python a tick; Drake's arithmetic on the robot takes {drake:.0f} µs of it"
@@ -87,7 +87,7 @@ def _plant_steps(results: dict[str, Any]) -> str:
         for row in results["plant_steps"]
     ]  # fmt: skip
     head = ["plant step", "same walk", "speed [m/s]", "h_min [m/s]", "ZMP outside", "controller [ms]", "plant [ms]"]
-    return table([*head, "times real time"], rows)
+    return table(rows, [*head, "times real time"])
 
 
 def _growth_table(results: dict[str, Any]) -> str:
@@ -95,7 +95,7 @@ def _growth_table(results: dict[str, Any]) -> str:
         [row["horizon"], row["ticks_per_gait"], 1e6 * row["tick_seconds_median"], row["start_seconds"]]
         for row in results["growth"]
     ]
-    text = table(["horizon", "gait", "tick [µs]", "start [s]"], rows)
+    text = table(rows, ["horizon", "gait", "tick [µs]", "start [s]"])
     grown = results["resident_growth_bytes"] / 1e6
     power = f"growth with the horizon: H^{results['growth_exponent']:.2f}"
     return f"{text}\n{power}; resident set grew by {grown:.2f} MB in the walk"
@@ -113,7 +113,7 @@ def _ratios(results: dict[str, Any]) -> str:
     started = results["start_up"]
     prepared = started["prepared_seconds"] / started["import_drake_seconds"]
     late = f"start-up with what plans a disturbed walk compiled as well: {prepared:.3g} times the import"
-    return "\n".join([table(["ratio", "measured", "wanted", "met"], rows), share, least, late])
+    return "\n".join([table(rows, ["ratio", "measured", "wanted", "met"]), share, least, late])
 
 
 def draw(results: dict[str, Any]) -> dict[str, Figure]:

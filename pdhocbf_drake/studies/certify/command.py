@@ -87,25 +87,24 @@ def _certify_walk(options: argparse.Namespace) -> int:
     started = time.perf_counter()
     scenario = load_scenario(options.scenario, options.text)
     place = options.out or Path("runs") / f"certify-{scenario.name}"
-    with new_run_folder(place, _ENTRIES) as folder:
-        with shown_progress("certify", STAGES + 1, "stages") as progress:
-            found = certify_scenario(scenario, options.reach, not options.no_rows, progress)
-            seconds = time.perf_counter() - started
-            progress(STAGES, "pushes")
-            sets, problem = _terminal(found)
-            trial = _trial(found, options.starts) if options.starts and sets else None
-            data = certificate_data(found, seconds, trial)
-            progress(STAGES + 1)
-            write_json(folder / CERTIFICATE, data)
-            write_yaml(scenario.to_dict(), folder / SCENARIO)
-            lines = certificate_lines(data)
-            if sets:
-                made_for = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
-                save_terminal_sets(folder / TERMINAL, sets, made_for)
-                lines.append(("terminal set", f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"))
-            else:
-                lines.append(("terminal set", f"none: {problem}"))
-            write_certificate_figures(found, data, folder / FIGURES)
+    with new_run_folder(place, _ENTRIES) as folder, shown_progress("certify", STAGES + 1, "stages") as progress:
+        found = certify_scenario(scenario, options.reach, not options.no_rows, progress)
+        seconds = time.perf_counter() - started
+        progress(STAGES, "pushes")
+        sets, problem = _terminal(found)
+        trial = _trial(found, options.starts) if options.starts and sets else None
+        data = certificate_data(found, seconds, trial)
+        progress(STAGES + 1)
+        write_json(folder / CERTIFICATE, data)
+        write_yaml(scenario.to_dict(), folder / SCENARIO)
+        lines = certificate_lines(data)
+        if sets:
+            made_for = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
+            save_terminal_sets(folder / TERMINAL, sets, made_for)
+            lines.append(("terminal set", f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"))
+        else:
+            lines.append(("terminal set", f"none: {problem}"))
+        write_certificate_figures(found, data, folder / FIGURES)
     if trial is not None:
         lines += _trial_lines(trial)
     print(table([*lines, ("certificate", place / CERTIFICATE), ("figures", place / FIGURES)]))

@@ -51,7 +51,9 @@ class ScenarioCertificate:
 
 
 def certify_scenario(
-    scenario: Scenario, reach: float | None = None, with_rows: bool = True,
+    scenario: Scenario,
+    reach: float | None = None,
+    with_rows: bool = True,
     report: Callable[[int, str], None] = lambda done, stage: None,
 ) -> ScenarioCertificate:
     """Certifies both axes of a scenario's walk.

@@ -33,9 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     phases = "how many, evenly spread over the gait, or a list of its ticks such as 0,10,20 (or '0,' for one)"
     parser.add_argument("--phases", default="8", metavar="N|LIST", help=phases)
-    parser.add_argument(
-        "--barriers", default=",".join(CASES), metavar="LIST", help="which of " + ", ".join(CASES)
-    )
+    parser.add_argument("--barriers", default=",".join(CASES), metavar="LIST", help="which of " + ", ".join(CASES))
     parser.add_argument("--tolerance", type=float, default=1.0, metavar="NS", help="resolution of the answer [N s]")
     parser.add_argument("--duration", type=float, default=0.1, metavar="S", help="length of a push [s]")
     parser.add_argument("--watch", type=float, default=3.2, metavar="S", help="time simulated from the push on [s]")

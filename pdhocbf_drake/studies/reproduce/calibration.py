@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.loop import walk_template
+from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.reproduce.template_walk import run_template, standing
 
 PAPER_DCBF, PAPER_PERIODIC = 0.0226, 0.0073  # [m/s], eq. (38)
 WINDOW = slice(201, 401)  # ticks of eq. (38)
@@ -52,10 +54,21 @@ class Calibration(NamedTuple):
 def free_walk(gait: dict[str, Any], mpc: dict[str, Any], ticks: int = _SETTLED) -> NDArray[np.float64]:
     """Forward CoM velocity of the template without barriers, (ticks,) [m/s]."""
     walk = build_walk(Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc}, "calibration"))
-    record, _ = run_template(walk, standing(walk), 0, ticks)
-    if record.unplanned.any():
-        raise InputError(f"the walk with gait {gait} can't be planned at tick {int(np.argmax(record.unplanned))}")
-    return record.speed
+    return forward_speed(walk.mpc, ticks)
+
+
+def forward_speed(mpc: PeriodicMpc, ticks: int) -> NDArray[np.float64]:
+    """Forward CoM velocity of the template from a stand on, (ticks,) [m/s].
+
+    Raises:
+        InputError: there is no plan at some tick.
+    """
+    speed = np.empty(ticks)
+    for row in walk_template(mpc, Memory.standing(mpc), 0, ticks):
+        if row.plan.fallbacks:
+            raise InputError(f"the walk with gait {mpc.gait.config} can't be planned at tick {row.tick}")
+        speed[row.tick] = row.state[0, 1]
+    return speed
 
 
 def measure(amplitude: float) -> tuple[float, float]:

@@ -12,9 +12,10 @@ from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, time_axis
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.simulation.signals import JOINTS
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section, Table
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.walk import ROBOT
+from pdhocbf_drake.studies.shared.cases import PERIODIC
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ _LEG = [joint.removeprefix("left_").replace("_", " ") for joint in JOINTS[:6]]
 
 def figure_6(runs: Runs) -> Section:
     """Angles, velocities, torques, and how much of each limit they use."""
-    run = runs.run(*ROBOT["periodic"])
+    run = runs.run(*ROBOT[PERIODIC])
     limits = robot_limits(run.scenario)
     if limits is None:
         raise RuntimeError("Fig. 6 needs a robot")

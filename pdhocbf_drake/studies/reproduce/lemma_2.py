@@ -1,4 +1,4 @@
-"""Lemma 2 told: what (33), (34), both, and the printed letters do to a settled walk of the template."""
+"""Lemma 2: what (33), (34), both, and both as printed do to a settled walk of the template."""
 
 from __future__ import annotations
 
@@ -10,11 +10,10 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend
-from pdhocbf_drake.studies.reproduce import look
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section, Table
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Request, Runs
 from pdhocbf_drake.studies.reproduce.stability import VARIANTS, Attempt, attempt
-from pdhocbf_drake.studies.reproduce.template_walk import run_template, standing
+from pdhocbf_drake.studies.shared.template import settled
 
 _FIRST, _TICKS = 800, 40  # one step of the settled walk
 FIXED: Request = (
@@ -25,7 +24,7 @@ FREE: Request = ("vhip_nobarrier", "")
 _BOTH, _ONE, _ETA = "(33) and (34), literal", "(33), matching", "(33), η for ω"
 _MATCHING = "(33) and (34), matching"
 _STYLES = {
-    _ONE: (look.NOMINAL, "-"),
+    _ONE: (palette.MEASURED_COM, "-"),
     "(33), literal": (palette.RUNS[0], "--"),
     _BOTH: (palette.RUNS[1], "-."),
     _ETA: (palette.RUNS[3], ":"),
@@ -41,7 +40,7 @@ def lemma_2(runs: Runs) -> Section:
         cells = [name]
         for feet in ("fixed", "adaptive"):
             tried = found[feet].get(name)
-            cells.append("–" if tried is None else told(tried))
+            cells.append("–" if tried is None else in_words(tried))
         adaptive = found["adaptive"].get(name)
         cells.append("–" if adaptive is None or not adaptive.planned else f"{1e3 * difference(adaptive, base):.2g}")
         rows.append(cells)
@@ -112,8 +111,8 @@ def finding(found: Mapping[str, Mapping[str, Attempt]]) -> str:
     matching, printed = found["adaptive"][_MATCHING], found["fixed"][_BOTH]
     change = 1e3 * difference(matching, found["adaptive"][_ONE])
     return (
-        f"Discretised to match the model, (34) beside (33): {told(matching)}, with a velocity that differs by "
-        f"{change:.2g} mm/s from that of (33) alone. Both as printed, with fixed footholds: {told(printed)}."
+        f"Discretised to match the model, (34) beside (33): {in_words(matching)}, with a velocity that differs by "
+        f"{change:.2g} mm/s from that of (33) alone. Both as printed, with fixed footholds: {in_words(printed)}."
     )
 
 
@@ -131,11 +130,11 @@ def the_letter(runs: Runs) -> tuple[Attempt, Attempt]:
 def tried_with(runs: Runs, request: Request, names: Sequence[str]) -> dict[str, Attempt]:
     """These variants, each from the same settled walk on."""
     walk = runs.walk(*request)
-    _, memory = run_template(walk, standing(walk), 0, _FIRST)
+    memory = settled(walk.mpc, _FIRST)
     found = {}
     for name in names:
-        runs.tell(f"Lemma 2 with {'fixed' if request == FIXED else 'adaptive'} footholds: {name}")
-        found[name] = attempt(walk, memory, _FIRST, _TICKS, VARIANTS[name])
+        runs.report(f"Lemma 2 with {'fixed' if request == FIXED else 'adaptive'} footholds: {name}")
+        found[name] = attempt(walk.mpc, memory, _FIRST, _TICKS, VARIANTS[name])
     return found
 
 
@@ -146,8 +145,8 @@ def difference(tried: Attempt, base: Attempt) -> float:
     return float(np.abs(tried.speed - base.speed[: tried.planned]).max())
 
 
-def told(tried: Attempt) -> str:
-    """How far an attempt got, in words."""
+def in_words(tried: Attempt) -> str:
+    """How far an attempt walked, in words."""
     if tried.status == "solved":
         return "walks"
     if tried.planned == 0:

@@ -9,9 +9,10 @@ from matplotlib.patches import Rectangle
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend
 from pdhocbf_drake.simulation.run_log import RunLog
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.walk import TEMPLATE
+from pdhocbf_drake.studies.shared.cases import PERIODIC
 
 _FIRST, _TICKS = 200, 80  # two steps of the settled walk
 _EVERY = 5  # ticks between two drawn pendulums
@@ -19,7 +20,7 @@ _EVERY = 5  # ticks between two drawn pendulums
 
 def figures_2_and_3(runs: Runs) -> Section:
     """One gait of the template, from the side and from above."""
-    run = runs.run(*TEMPLATE["periodic"])
+    run = runs.run(*TEMPLATE[PERIODIC])
     rows = np.arange(_FIRST, _FIRST + _TICKS + 1)
     config = run.scenario.gait
     command = "pdhocbf reproduce --only fig2"

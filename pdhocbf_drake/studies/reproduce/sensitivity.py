@@ -13,11 +13,10 @@ from pdhocbf_drake.barriers import margin_ratio
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.reproduce import look
-from pdhocbf_drake.studies.reproduce.calibration import PAPER_DCBF, PAPER_PERIODIC, WINDOW, free_walk
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
+from pdhocbf_drake.studies.reproduce.calibration import PAPER_DCBF, PAPER_PERIODIC, WINDOW, forward_speed, free_walk
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Runs
-from pdhocbf_drake.studies.reproduce.template_walk import run_template, standing
+from pdhocbf_drake.studies.shared.cases import DCBF, PERIODIC
 
 _NAME = "forward_speed"
 # What is varied: axis label, values, and where in the scenario the value goes.
@@ -44,7 +43,7 @@ def sensitivity(runs: Runs) -> Section:
     }
     orbits: dict[str, np.ndarray] = {}
     for key, (_, values) in VARIED.items():
-        runs.tell(f"M over {key}")
+        runs.report(f"M over {key}")
         rows = []
         for value in values:
             rows.append(measured(data, key, value, orbits))
@@ -121,19 +120,18 @@ def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.
         orbits[name] = free_walk(gait, mpc)[-(1200 % period) - period :][:period]
     orbit = orbits[name]
     h = {}
-    for case, values in (("periodic", orbit + margin), ("constant", np.full(1, orbit.max() + margin))):
+    for case, values in ((PERIODIC, orbit + margin), (DCBF, np.full(1, orbit.max() + margin))):
         bound = {"kind": "tabulated", "values": values.tolist()}
         barrier = {"bound": bound, "gamma": [gamma], "relative_degree": 2}
         walk = build_walk(
             Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc, "barriers": {_NAME: barrier}}, key)
         )
-        record, _ = run_template(walk, standing(walk), 0, WINDOW.stop)
-        h[case] = np.resize(values, WINDOW.stop)[WINDOW] - record.speed[WINDOW]
+        h[case] = (np.resize(values, WINDOW.stop) - forward_speed(walk.mpc, WINDOW.stop))[WINDOW]
     return (
         float(orbit.max() - orbit.mean()),
-        100 * margin_ratio(h["periodic"], h["constant"]),
-        float(h["constant"].mean()),
-        float(h["periodic"].mean()),
+        100 * margin_ratio(h[PERIODIC], h[DCBF]),
+        float(h[DCBF].mean()),
+        float(h[PERIODIC].mean()),
     )
 
 
@@ -142,7 +140,7 @@ def _figure(found: dict[str, np.ndarray]) -> Picture:
     axes = figure.subplots(2, 3).ravel()
     data: dict[str, list[Any]] = {"varied": [], "value": [], "M [%]": []}
     for axis, (key, (name, values)) in zip(axes, VARIED.items(), strict=False):
-        axis.plot(values, found[key][:, 1], "o-", color=look.PERIODIC)
+        axis.plot(values, found[key][:, 1], "o-", color=palette.CASES[PERIODIC])
         axis.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0)
         axis.set_ylim(0, 100)
         axis.set_xlabel(name)
@@ -161,12 +159,16 @@ def _law(found: dict[str, np.ndarray]) -> Picture:
     figure = Figure(figsize=(8.5, 3.8))
     axes = figure.subplots()
     ripple = np.linspace(0, 0.045, 200)
-    for margin, colour in ((0.003, palette.RUNS[5]), (PAPER_PERIODIC, look.PERIODIC), (0.015, palette.RUNS[4])):
+    for margin, colour in (
+        (0.003, palette.RUNS[5]),
+        (PAPER_PERIODIC, palette.CASES[PERIODIC]),
+        (0.015, palette.RUNS[4]),
+    ):
         axes.plot(
             1e3 * ripple, 100 * margin / (margin + ripple), color=colour, label=f"m/(m + r), m = {1e3 * margin:g} mm/s"
         )
     gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])
-    axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=look.PERIODIC, label="walks, m = 7.3 mm/s")
+    axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=palette.CASES[PERIODIC], label="walks, m = 7.3 mm/s")
     margins = found["margin"]
     axes.plot(1e3 * margins[:, 0], margins[:, 1], "x", color=palette.LIMIT, label="one walk, m from 1 to 60 mm/s")
     axes.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0, label="the paper's 32.3 %")

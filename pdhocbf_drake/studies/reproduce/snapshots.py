@@ -22,9 +22,10 @@ from pydrake.systems.sensors import CameraInfo
 
 from pdhocbf_drake.analysis.replay import replay_html
 from pdhocbf_drake.robot.robot import Biped
-from pdhocbf_drake.studies.reproduce.record import Picture, Section
+from pdhocbf_drake.studies.reproduce.report import Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.walk import ROBOT
+from pdhocbf_drake.studies.shared.cases import PERIODIC
 
 _SETTLED, _POSES = 3, 4  # gaits before the one that is shown, pictures of it
 _SIZE = (900, 900)
@@ -35,8 +36,8 @@ Pixels = NDArray[np.float64]
 
 def figure_5(runs: Runs) -> Section:
     """Five poses of one gait in two views, and the replay of the run."""
-    run = runs.run(*ROBOT["periodic"])
-    runs.tell("rendering the snapshots")
+    run = runs.run(*ROBOT[PERIODIC])
+    runs.report("rendering the snapshots")
     gait = run.scenario.gait
     first = gait.start_steps * gait.ticks_per_step + _SETTLED * gait.ticks_per_gait
     rows = first + gait.ticks_per_gait * np.arange(_POSES + 1) // _POSES

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from pdhocbf_drake.mpc.axis_program import axis_program
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.plan import Plan
+from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.qp.compiled import compile_program
 from pdhocbf_drake.qp.solvers import QpSolver, make_solver
-from pdhocbf_drake.simulation.build import Walk
 
 Array = NDArray[np.float64]
 Row = tuple[Array, Array]
@@ -75,7 +77,7 @@ class Attempt(NamedTuple):
 
     Attributes:
         planned: ticks until no solution was found.
-        status: the solver's word at the end.
+        status: of the solver at the end.
         speed: forward CoM velocity, (planned,) [m/s].
         inputs: forward ZMP velocity, (planned,) [m/s].
     """
@@ -86,30 +88,47 @@ class Attempt(NamedTuple):
     inputs: Array
 
 
-def attempt(walk: Walk, memory: Memory, first: int, ticks: int, rows: Rows) -> Attempt:
+def attempt(mpc: PeriodicMpc, memory: Memory, first: int, ticks: int, rows: Rows) -> Attempt:
     """Walks on from a settled walk with these rows in place of the stability row, until no solution is found."""
-    mpc = walk.mpc
-    solvers = [[_solver(mpc, axis, phase, rows) for phase in range(mpc.gait.period)] for axis in (0, 1)]
-    memory = memory.copy()
-    speed: list[float] = []
-    inputs: list[float] = []
-    horizon, n_f = mpc.config.horizon, mpc.footholds
-    for k in range(first, first + ticks):
-        found = []
-        for axis in (0, 1):
-            theta = mpc.theta(axis, k, memory.state[axis], memory.stance[axis], {}, None, memory.plan)
-            result = solvers[axis][k % mpc.gait.period].solve(theta)
-            if not result.ok:
-                return Attempt(k - first, f"{result.status} ({'xy'[axis]})", np.array(speed), np.array(inputs))
-            found.append(result.decisions[: horizon + n_f])
-        plans = np.stack(found)
-        if memory.plan is None:
+    other = _OtherRows(mpc, rows)
+    speed, inputs = [], []
+    for row in walk_template(other, memory, first, ticks):
+        if row.plan.fallbacks:
+            break
+        speed.append(row.state[0, 1])
+        inputs.append(row.plan.inputs[0, 0])
+    return Attempt(len(speed), other.status, np.array(speed), np.array(inputs))
+
+
+class _OtherRows(PeriodicMpc):
+    """The problem (36) of a walk without barriers, with other rows in place of the stability row.
+
+    Attributes:
+        status: "solved", or of the solver that found no solution.
+    """
+
+    def __init__(self, mpc: PeriodicMpc, rows: Rows) -> None:
+        vars(self).update(vars(mpc))
+        self.status = "solved"
+        self._others = [[_solver(mpc, axis, phase, rows) for phase in range(mpc.gait.period)] for axis in (0, 1)]
+
+    def solve(
+        self, tick: int, state: Array, stance: Array, bounds: Mapping[str, Array],
+        offset: Array | None = None, last: Plan | None = None, recovering: bool = False,
+    ) -> Plan:  # fmt: skip
+        """As `PeriodicMpc.solve`; without a solution the last plan again, marked as a fallback."""
+        if last is None:
             raise RuntimeError("the attempt begins in the middle of a walk")
-        plan = memory.plan._replace(tick=k, inputs=plans[:, :horizon], footholds=plans[:, horizon:])
-        speed.append(memory.state[0, 1])
-        inputs.append(plan.inputs[0, 0])
-        memory.advance(mpc, memory.state, plan)
-    return Attempt(ticks, "solved", np.array(speed), np.array(inputs))
+        horizon, found = self.config.horizon, []
+        for axis in (0, 1):
+            theta = self.theta(axis, tick, state[axis], stance[axis], bounds, offset, last)
+            result = self._others[axis][tick % self.gait.period].solve(theta)
+            if not result.ok:
+                self.status = f"{result.status} ({'xy'[axis]})"
+                return last._replace(tick=tick, fallbacks=1, reason=Reason.INFEASIBLE)
+            found.append(result.decisions[: horizon + self.footholds])
+        plans = np.stack(found)
+        return last._replace(tick=tick, inputs=plans[:, :horizon], footholds=plans[:, horizon:])
 
 
 def _solver(mpc: PeriodicMpc, axis: int, phase: int, rows: Rows) -> QpSolver:

@@ -10,9 +10,9 @@ from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend
 from pdhocbf_drake.barriers import Barrier
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.studies.reproduce import look
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section, Table
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Runs
+from pdhocbf_drake.studies.shared.cases import PERIODIC
 
 RATES = (0.3, 1.0, 1.5, 2.0, 2.5)  # γ of α(s) = γ s; the last three are class K too, and above s
 _SEQUENCES, _TICKS = 10_000, 60
@@ -20,7 +20,7 @@ _SEQUENCES, _TICKS = 10_000, 60
 
 def theorem_1(runs: Runs) -> Section:
     """False for α(s) = 2s, true for α(s) ≤ s."""
-    runs.tell("Lemma 1 and Theorem 1 on random sequences")
+    runs.report("Lemma 1 and Theorem 1 on random sequences")
     least = {gamma: (least_of_lemma(gamma), least_of_theorem(gamma)) for gamma in RATES}
     rows = [
         (f"{g:g}", "yes" if g <= 1 else "no", f"{a:.4f}", f"{b:.4f}", "holds" if min(a, b) > -1e-12 else "violated")
@@ -120,7 +120,7 @@ def _figure() -> Picture:
     figure = Figure(figsize=(8.5, 3.2))
     axes = figure.subplots()
     data: dict[str, np.ndarray] = {"k [ticks]": np.arange(12)}
-    colours = (look.PERIODIC, palette.RUNS[0], palette.RUNS[4], palette.RUNS[1])
+    colours = (palette.CASES[PERIODIC], palette.RUNS[0], palette.RUNS[4], palette.RUNS[1])
     for gamma, colour, style in zip((0.3, 1.0, 1.5, 2.0), colours, ("-", "-.", "--", ":"), strict=True):
         data[f"b, gamma = {gamma:g}"] = counterexample(gamma)
         axes.plot(counterexample(gamma), "o", ls=style, color=colour, label=f"α(s) = {gamma:g}s", ms=4)

@@ -94,12 +94,12 @@ class SafeOrbit:
         given = [config.bound.margin for config in periodic.barriers.values()]
         self._margins = np.array([m if m is not None else low for m, low in zip(given, least.tolist(), strict=True)])
 
-    def outcome(self, record: Record, undisturbed_action: float) -> Outcome:
+    def outcome(self, record: Record, undisturbed: Record) -> Outcome:
         """Judges a walk.
 
         Args:
             record: the walk from an event on.
-            undisturbed_action: the largest action of the same barriers in an undisturbed gait [m/s].
+            undisturbed: at least a gait of the walk under the same barriers without an event.
         """
         phases = (record.first + np.arange(len(record.states))) % len(self._nominal)
         beyond = self._nominal[phases] - values(self._walk, record.first, record.states)
@@ -108,7 +108,7 @@ class SafeOrbit:
         return Outcome(
             record,
             first_tick((record.h < 0.0).any(axis=1)),
-            first_tick(record.action > undisturbed_action + ACTS),
+            first_tick(record.action - undisturbed.action.max() > ACTS),
             float(beyond.max()),
             back if back < len(beyond) else np.nan,
         )

@@ -22,6 +22,7 @@ class SettledWalk:
     Attributes:
         walk: gait, template, barriers and controller.
         first: the tick of phase 0.
+        starts: the controller's memory before each tick of a gait, by phase.
         undisturbed: one gait without an event.
     """
 
@@ -36,8 +37,8 @@ class SettledWalk:
         self._free = free
         ticks = walk.gait.config.ticks_per_gait
         self.first = SETTLING_GAITS * ticks
-        self._starts = [settled(walk.mpc, self.first)]  # the memory before each tick of a gait
-        self._starts += [row.memory for row in walk_template(walk.mpc, self._starts[0], self.first, ticks - 1)]
+        self.starts = [settled(walk.mpc, self.first)]
+        self.starts += [row.memory for row in walk_template(walk.mpc, self.starts[0], self.first, ticks - 1)]
         self.undisturbed = self.after(0, np.zeros((0, 2)), ticks)
 
     def commanded(self, stride: float, step: int) -> SettledWalk:
@@ -58,7 +59,7 @@ class SettledWalk:
         first = self.first + phase
         free = None if self._free is None else WithoutBarriers(self._free)
         states, action, planned = np.empty((ticks, 2, 3)), np.zeros(ticks), np.empty(ticks, dtype=bool)
-        for i, row in enumerate(walk_template(self._mpc, self._starts[phase], first, ticks, kicks)):
+        for i, row in enumerate(walk_template(self._mpc, self.starts[phase], first, ticks, kicks)):
             states[i], planned[i] = row.state, not row.plan.fallbacks
             if free is not None:
                 action[i] = free.action(row.before, Measurement(row.tick, row.state), row.plan)

@@ -93,10 +93,9 @@ class TemplateWorth(Worth):
 
     def _events(self, case: str, gamma: float, scenario: Scenario) -> list[Measures]:
         walk = self._free if case == NONE else SettledWalk(build_walk(scenario), self._free.walk.mpc)
-        undisturbed = float(walk.undisturbed.action.max())
 
         def row(event: str, phase: int, record: Record) -> Measures:
-            outcome = self._orbit.outcome(record, undisturbed)
+            outcome = self._orbit.outcome(record, walk.undisturbed)
             return self._row(case, gamma, event, phase, outcome, self._work(record), bool(record.planned.all()))
 
         rows = [
@@ -131,10 +130,10 @@ class RobotWorth(Worth):
         undisturbed = still.record(self._tick)
         if self._orbit is None:  # the first case is the one without a barrier
             self._orbit = SafeOrbit(self._scenario, undisturbed)
-        orbit, action = self._orbit, float(undisturbed.action.max())
+        orbit = self._orbit
 
         def row(event: str, phase: int, trial: Trial) -> Measures:
-            outcome = orbit.outcome(trial.record(self._tick), action)
+            outcome = orbit.outcome(trial.record(self._tick), undisturbed)
             return self._row(case, gamma, event, phase, outcome, self._work(trial), trial.survived)
 
         rows = [
