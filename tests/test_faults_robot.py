@@ -14,8 +14,8 @@ from pdhocbf_drake.qp.solvers import QpSolver
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.push.endings import ASTRAY, SURVIVED
-from pdhocbf_drake.studies.push.rig import PushRig, Trial
+from pdhocbf_drake.studies.shared.endings import DID_NOT_WALK_ON, SURVIVED
+from pdhocbf_drake.studies.shared.pushing import PushedWalk, Trial
 from pdhocbf_drake.systems import state_estimator
 
 Lie = Callable[[int, np.ndarray], np.ndarray]
@@ -37,25 +37,25 @@ class Liar(state_estimator._StateEstimator):
 
 
 @pytest.fixture(scope="module")
-def rig() -> Iterator[PushRig]:
+def pushed() -> Iterator[PushedWalk]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(state_estimator, "_StateEstimator", Liar)
-        yield PushRig(load_scenario("walking"), [10])
+        yield PushedWalk(load_scenario("walking"), [10])
 
 
 @pytest.fixture(scope="module")
-def undisturbed(rig: PushRig) -> Trial:
-    return rig.trial(10, NOBODY, watch=WATCHED)
+def undisturbed(pushed: PushedWalk) -> Trial:
+    return pushed.trial(10, NOBODY, watch=WATCHED)
 
 
 @pytest.fixture
-def told(rig: PushRig, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch) -> Callable[[Lie], Trial]:
+def told(pushed: PushedWalk, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch) -> Callable[[Lie], Trial]:
     """Walks a controller that is told `lie(tick from the start, true state)`."""
     start = undisturbed.log.time[0]
 
     def walk(lie: Lie) -> Trial:
         monkeypatch.setattr(Liar, "lie", staticmethod(lambda time, state: lie(round((time - start) / 0.01), state)))
-        return rig.trial(10, NOBODY, watch=WATCHED)
+        return pushed.trial(10, NOBODY, watch=WATCHED)
 
     return walk
 
@@ -101,7 +101,7 @@ def test_a_frozen_measurement_is_noticed_and_walked_through(told: Callable[[Lie]
 def test_a_measurement_that_stays_away_ends_in_a_stand(told: Callable[[Lie], Trial], undisturbed: Trial) -> None:
     trial = told(lambda tick, state: np.full(6, np.nan) if 20 <= tick < 45 else state)
     log = trial.log
-    assert trial.ending == ASTRAY and reasons(log)[-1] == Reason.STOPPING  # stopped, which is not walking on
+    assert trial.ending == DID_NOT_WALK_ON and reasons(log)[-1] == Reason.STOPPING  # stopped, which is not walking on
     assert log.element("com_z", "z").min() > 0.55
     # The CoM's height goes on as in (24); nothing else moves.
     assert np.abs(log["lip_state"][-10:, [1, 4]]).max() < 0.02
@@ -112,7 +112,7 @@ def test_a_measurement_that_stays_away_ends_in_a_stand(told: Callable[[Lie], Tri
 
 @pytest.mark.parametrize("second", [True, False], ids=["second solver answers", "none answers"])
 def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
-    rig: PushRig, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch, second: bool
+    pushed: PushedWalk, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch, second: bool
 ) -> None:
     class Fails:
         def __init__(self, inner: QpSolver) -> None:
@@ -121,12 +121,12 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
         def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
             return self.inner.solve(theta, guess)._replace(ok=False, infeasible=False)
 
-    mpc = rig._diagram.GetSubsystemByName("mpc_controller").mpc
+    mpc = pushed.controller.mpc
     failing = [[Fails(solver) if phase % 5 == 0 else solver for phase, solver in enumerate(a)] for a in mpc._solvers]
     monkeypatch.setattr(mpc, "_solvers", failing)
     if not second:
         monkeypatch.setattr(mpc, "_rungs", [])
-    trial = rig.trial(10, NOBODY, watch=WATCHED)
+    trial = pushed.trial(10, NOBODY, watch=WATCHED)
     assert trial.ending == SURVIVED
     wanted = Reason.CROSS_SOLVED if second else Reason.NOT_OPTIMAL
     assert [k for k, reason in enumerate(reasons(trial.log)) if reason != Reason.SOLVED] == list(range(1, 201, 5))

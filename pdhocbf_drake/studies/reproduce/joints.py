@@ -36,9 +36,9 @@ def figure_6(runs: Runs) -> Section:
     time = log.time[_SHOWN]
     effort, fastest = np.column_stack([-limits.effort, limits.effort]), np.column_stack([-limits.speed, limits.speed])
     pictures = [
-        _legs("fig6", "Fig. 6: joint angles of both legs", time, angle, np.degrees(limits.position), "angle", "deg"),
-        _legs("fig6_velocities", "Beyond Fig. 6: joint velocities", time, speed, fastest, "velocity", "rad/s"),
-        _legs("fig6_torques", "Beyond Fig. 6: torques", time, torque, effort, "torque", "N m"),
+        both_legs("fig6", "Fig. 6: joint angles", time, angle, np.degrees(limits.position), "angle", "deg"),
+        both_legs("fig6_velocities", "Beyond Fig. 6: joint velocities", time, speed, fastest, "velocity", "rad/s"),
+        both_legs("fig6_torques", "Beyond Fig. 6: torques", time, torque, effort, "torque", "N m"),
     ]
     rows = []
     for i, joint in enumerate(JOINTS):
@@ -71,7 +71,7 @@ def figure_6(runs: Runs) -> Section:
     )
 
 
-def _legs(name: str, what: str, time: Array, values: Array, limits: Array, quantity: str, unit: str) -> Picture:
+def both_legs(name: str, what: str, time: Array, values: Array, limits: Array, quantity: str, unit: str) -> Picture:
     """Each leg over time, and beside it what each joint may do and what it does in the whole run."""
     figure = Figure(figsize=(8.5, 5.6))
     axes = figure.subplots(2, 2, sharex="col", sharey="col", width_ratios=[4.0, 1.0])

@@ -109,11 +109,11 @@ def count(flags: Iterable[object]) -> int:
 
 
 def finding(kicks: Kicks, pushes: Events, orders: Events) -> str:
-    """Who sees the kicks, who acts before its own h < 0, and what a wrong command is allowed."""
+    """Which barrier notices the kicks, which acts before its own h < 0, and what a wrong command does under each."""
     noticed, excess = _noticed(kicks), _excess(orders)
     ahead = {case: count(acts_first(cases[case]) for cases in pushes.values()) for case in BARRIERS}
     return (
-        f"The periodic barrier sees {noticed[PERIODIC]} of {_total(kicks)} kicks at once, the constant one "
+        f"The periodic barrier notices {noticed[PERIODIC]} of {_total(kicks)} kicks at once, the constant one "
         f"{noticed[DCBF]}. Of {len(pushes)} sustained pushes the periodic one acts before its bound is crossed in "
         f"{ahead[PERIODIC]}, the constant one in {ahead[DCBF]}. A wrong command takes the velocity "
         f"{excess[PERIODIC]:.1f} mm/s over the periodic bound under the periodic barrier, "
@@ -131,8 +131,8 @@ def conclusions(kicks: Kicks, orders: Events, nominal: np.ndarray) -> list[str]:
     slower = count(c.recovers > f.recovers for c, f in zip(large[DCBF], large[NONE], strict=True))
     limit, peak = float(bound(large[PERIODIC][0])[: len(nominal)].mean()), float(nominal.max())
     return [
-        f"As an alarm: the periodic barrier sees {noticed[PERIODIC]} of these {total} kicks at once, the constant one "
-        f"{noticed[DCBF]}, since a kick may stay under its bound. The walk comes back after "
+        f"As an alarm: the periodic barrier notices {noticed[PERIODIC]} of these {total} kicks at once, the constant "
+        f"one {noticed[DCBF]}, since a kick may stay under its bound. The walk comes back after "
         + ", ".join(
             f"{mean[PERIODIC][i]:.0f} ticks against {mean[DCBF][i]:.0f} (DCBF) and {mean[NONE][i]:.0f} "
             f"(none) at {1e3 * size:g} mm/s"

@@ -108,7 +108,7 @@ class SafeOrbit:
         return Outcome(
             record,
             first_tick((record.h < 0.0).any(axis=1)),
-            first_tick(record.action - undisturbed.action.max() > ACTS),
+            first_tick(np.asarray(record.action > undisturbed.action.max() + ACTS)),
             float(beyond.max()),
             back if back < len(beyond) else np.nan,
         )

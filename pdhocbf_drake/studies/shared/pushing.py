@@ -66,6 +66,7 @@ class PushedWalk:
     Attributes:
         scenario: the scenario; its own pushes are left out.
         phases: ticks of the gait at which pushes may begin; 0 is the first tick of a step on the first stance foot.
+        controller: the block of its controller.
 
     Raises:
         InputError: the scenario is no walk without an end, a phase is no tick of the gait, or the robot falls without
@@ -91,7 +92,7 @@ class PushedWalk:
         self._diagram = self._logged.diagram
         self._schedule = self._diagram.GetSubsystemByName("push_schedule")
         self._legs = LegContact(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None
-        self._controller = leaf_of(self._diagram.GetSubsystemByName("mpc_controller"))
+        self.controller = leaf_of(self._diagram.GetSubsystemByName("mpc_controller"))
         compared = with_action and scenario.barriers
         self._free = build_walk(in_case(scenario, NONE)).mpc if compared else None
         self._first = gait.start_steps * gait.ticks_per_step + _SETTLING_GAITS * gait.ticks_per_gait
@@ -147,7 +148,7 @@ class PushedWalk:
 
     def _action(self, free: WithoutBarriers, context: Context) -> float:
         """The action of the barriers at the tick of a context of the diagram, before the controller's update."""
-        block = self._controller
+        block = self.controller
         own = block.GetMyContextFromRoot(context)
         memory, measurement = block.memory(own), block.measurement(own)
         _, plan = control(block.mpc, memory, measurement, block.latency)
