@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.reproduce.lemma_2 import FIXED, FREE
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.stability import (
@@ -16,10 +17,10 @@ from pdhocbf_drake.studies.reproduce.stability import (
     matching_terminal,
 )
 from pdhocbf_drake.studies.reproduce.theorem import counterexample, least_of_lemma, least_of_theorem, refusal
-from pdhocbf_drake.studies.reproduce.unsafe import Laboratory
+from pdhocbf_drake.studies.reproduce.unsafe import SCENARIO
 from pdhocbf_drake.studies.reproduce.unsafe_findings import bound, speed
 from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC
-from pdhocbf_drake.studies.shared.template import settled
+from pdhocbf_drake.studies.shared.template import Laboratory, settled
 
 
 @pytest.fixture(scope="module")
@@ -28,8 +29,8 @@ def runs():
 
 
 @pytest.fixture(scope="module")
-def laboratory(runs):
-    return Laboratory(runs)
+def laboratory():
+    return Laboratory(load_scenario(*SCENARIO))
 
 
 def test_lemma_1_fails_for_twice_s_and_says_so():
@@ -71,20 +72,20 @@ def test_printed_together_they_contradict_each_other_where_the_footholds_are_fix
 
 def test_without_an_event_nothing_is_noticed_and_nothing_done(laboratory):
     for case in CASES:
-        outcome = laboratory.outcome(case, 7, np.zeros(1), 45)
+        outcome = laboratory.kicked(case, 7, np.zeros((1, 2)), 45)
         assert np.isnan(outcome.notices), case
         assert np.isnan(outcome.acts), case
         assert outcome.recovers == 0.0, case
 
 
 def test_an_event_leaves_the_settled_walk_as_it_was(laboratory):
-    first, second = (laboratory.outcome(NONE, 3, np.array([0.02]), 5).record for _ in range(2))
+    first, second = (laboratory.kicked(NONE, 3, np.array([[0.02, 0.0]]), 5).record for _ in range(2))
     np.testing.assert_array_equal(first.states, second.states)
 
 
 def test_the_periodic_barrier_notices_a_kick_in_mid_step_that_the_constant_one_misses(laboratory):
-    kick = np.array([0.02])
-    constant, periodic, free = (laboratory.outcome(case, 15, kick, 60) for case in (DCBF, PERIODIC, NONE))
+    kick = np.array([[0.02, 0.0]])
+    constant, periodic, free = (laboratory.kicked(case, 15, kick, 60) for case in (DCBF, PERIODIC, NONE))
     assert periodic.notices == 0.0
     assert np.isnan(constant.notices)
     assert periodic.recovers < constant.recovers <= free.recovers
@@ -92,6 +93,6 @@ def test_the_periodic_barrier_notices_a_kick_in_mid_step_that_the_constant_one_m
 
 
 def test_a_wrong_speed_command_is_held_at_the_periodic_bound(laboratory):
-    held = laboratory.commanded(PERIODIC, 0.17, 120)
+    held = laboratory.commanded(PERIODIC, 0.17, 1, 120)
     assert (bound(held) - speed(held)).min() > -1e-6
-    assert laboratory.commanded(DCBF, 0.17, 120).excess > held.excess + 0.005
+    assert laboratory.commanded(DCBF, 0.17, 1, 120).excess > held.excess + 0.005

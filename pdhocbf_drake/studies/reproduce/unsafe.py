@@ -27,15 +27,11 @@ from pdhocbf_drake.studies.reproduce.unsafe_findings import (
     speed,
 )
 from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC
-from pdhocbf_drake.studies.shared.measures import ACTS, Array, Outcome, SafeOrbit
-from pdhocbf_drake.studies.shared.template import SettledWalk
+from pdhocbf_drake.studies.shared.measures import ACTS, Array, Outcome
+from pdhocbf_drake.studies.shared.template import Laboratory
+from pdhocbf_drake.walking import GaitConfig
 
-_GAMMA = "barriers: {forward_speed: {gamma: [0.5, 0.5]}}"
-REQUESTS: dict[str, Request] = {
-    NONE: ("paper_vhip", "barriers: {forward_speed: null}"),
-    DCBF: ("paper_vhip_dcbf", _GAMMA),
-    PERIODIC: ("paper_vhip", _GAMMA),
-}
+SCENARIO: Request = ("paper_vhip", "barriers: {forward_speed: {gamma: [0.5, 0.5]}}")
 KICKS = (0.01, 0.02, 0.03, 0.05)  # [m/s]
 SHOWN_KICK, SHOWN_PHASE = 0.02, 15  # where the constant bound is far away
 PUSHES = (0.05, 0.1, 0.2, 0.4)  # [m/s²], for one step
@@ -46,54 +42,22 @@ _MARKERS = {"acts": ("^", 13, "first acts"), "notices": ("X", 8, "first h < 0")}
 _COMMAND = "pdhocbf reproduce --only fig7"
 
 
-class Laboratory:
-    """The three settled walks, from which the same event begins in each case.
-
-    Attributes:
-        walks: by case.
-        nominal: forward velocity of the undisturbed walk without barriers over one step, (N,) [m/s].
-    """
-
-    def __init__(self, runs: Runs) -> None:
-        free = runs.walk(*REQUESTS[NONE]).mpc
-        self.walks = {
-            case: SettledWalk(runs.walk(*request), None if case == NONE else free) for case, request in REQUESTS.items()
-        }
-        self.gait = free.gait.config
-        undisturbed = self.walks[NONE].undisturbed
-        self._orbit = SafeOrbit(load_scenario(*REQUESTS[PERIODIC]), undisturbed)
-        self.nominal: Array = undisturbed.states[: self.gait.ticks_per_step, 0, 1]
-
-    def outcome(self, case: str, phase: int, gains: Array, ticks: int) -> Outcome:
-        """What the event `gains` (forward velocity added before each tick [m/s]) at a phase of the gait does."""
-        walk = self.walks[case]
-        kicks = np.column_stack([gains, np.zeros(len(gains))])
-        return self._orbit.outcome(walk.after(phase, kicks, ticks), walk.undisturbed)
-
-    def kicked(self, size: float, ticks: int) -> dict[str, list[Outcome]]:
-        """What a sudden gain of velocity [m/s] at each phase of a step does, by case."""
-        gain, phases = np.array([size]), range(self.gait.ticks_per_step)
-        return {case: [self.outcome(case, phase, gain, ticks) for phase in phases] for case in CASES}
-
-    def commanded(self, case: str, stride: float, ticks: int) -> Outcome:
-        """What a wrong speed command does: steps of another length [m] from the second one on."""
-        walk = self.walks[case]
-        other = walk.commanded(stride, walk.first // self.gait.ticks_per_step + 1)
-        return self._orbit.outcome(other.after(0, np.zeros((0, 2)), ticks), walk.undisturbed)
-
-
 def figure_7(runs: Runs) -> Section:
     """What each barrier notices, when it acts, and what that changes."""
-    laboratory = Laboratory(runs)
-    period, tick, stride = laboratory.gait.ticks_per_step, laboratory.gait.tick, laboratory.gait.stride
+    scenario = load_scenario(*SCENARIO)
+    laboratory, gait = Laboratory(scenario), scenario.gait
+    period, tick, stride = gait.ticks_per_step, gait.tick, gait.stride
+    nominal = laboratory.walks[NONE].undisturbed.states[:period, 0, 1]
     step = f"{period * tick:g} s"
     by_size: dict[float, dict[str, list[Outcome]]] = {}
     for size in KICKS:
         runs.report(f"velocity kicks of {1e3 * size:g} mm/s at {period} phases, three cases")
-        by_size[size] = laboratory.kicked(size, _TICKS)
+        kick = np.array([[size, 0.0]])
+        by_size[size] = {c: [laboratory.kicked(c, q, kick, _TICKS) for q in range(period)] for c in CASES}
     runs.report("sustained pushes and wrong speed commands")
-    pushes = {a: {c: laboratory.outcome(c, 0, np.full(period, a * tick), _TICKS) for c in CASES} for a in PUSHES}
-    orders = {length: {c: laboratory.commanded(c, length, _COMMANDED_TICKS) for c in CASES} for length in COMMANDS}
+    push = np.tile([tick, 0.0], (period, 1))  # of 1 m/s²
+    pushes = {a: {c: laboratory.kicked(c, 0, a * push, _TICKS) for c in CASES} for a in PUSHES}
+    orders = {length: {c: laboratory.commanded(c, length, 1, _COMMANDED_TICKS) for c in CASES} for length in COMMANDS}
     shown = {case: by_size[SHOWN_KICK][case][SHOWN_PHASE] for case in CASES}
     wrong = f"steps of {_SHOWN_COMMAND:g} m commanded instead of {stride:g} m"
     events = [
@@ -101,12 +65,12 @@ def figure_7(runs: Runs) -> Section:
         ("fig7_push", f"a push of {_SHOWN_PUSH:g} m/s² for {step}", pushes[_SHOWN_PUSH], 100),
         ("fig7_command", wrong, orders[_SHOWN_COMMAND], 200),
     ]
-    pictures = [_trajectories(laboratory, *event) for event in events]
+    pictures = [_trajectories(gait, nominal, *event) for event in events]
     pictures.append(_phases(by_size))
     noticed = {case: [count(o.notices == 0 for o in by_size[s][case]) for s in KICKS] for case in BARRIERS}
     return Section(
         "Fig. 7: unsafe events, as an experiment",
-        [_definitions(), *conclusions(by_size, orders, laboratory.nominal)],
+        [_definitions(), *conclusions(by_size, orders, nominal)],
         pictures,
         [kick_table(by_size), push_table(pushes, step), command_table(orders, stride)],
         [
@@ -127,12 +91,12 @@ def figure_7(runs: Runs) -> Section:
 
 
 def _trajectories(
-    laboratory: Laboratory, name: str, event: str, outcomes: Mapping[str, Outcome], ticks: int
+    gait: GaitConfig, orbit: Array, name: str, event: str, outcomes: Mapping[str, Outcome], ticks: int
 ) -> Picture:
     figure, (axes,) = panels(1, height=3.6)
-    time = laboratory.gait.tick * np.arange(ticks)
-    phases = (outcomes[NONE].record.first + np.arange(ticks)) % laboratory.gait.ticks_per_step
-    nominal = laboratory.nominal[phases]
+    time = gait.tick * np.arange(ticks)
+    phases = (outcomes[NONE].record.first + np.arange(ticks)) % gait.ticks_per_step
+    nominal = orbit[phases]
     low = min(float(speed(o)[:ticks].min()) for o in outcomes.values())
     floor = min(low, float(nominal.min())) - 0.01
     for case in BARRIERS:

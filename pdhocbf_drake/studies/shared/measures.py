@@ -107,8 +107,8 @@ class SafeOrbit:
         back = float(late[-1] + 1) if len(late) else 0.0
         return Outcome(
             record,
-            first_tick((record.h < 0.0).any(axis=1)),
-            first_tick(np.asarray(record.action > undisturbed.action.max() + ACTS)),
+            first_tick(np.asarray((record.h < 0.0).any(axis=1))),
+            first_tick(record.action > undisturbed.action.max() + ACTS),
             float(beyond.max()),
             back if back < len(beyond) else np.nan,
         )

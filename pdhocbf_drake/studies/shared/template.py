@@ -9,8 +9,10 @@ import numpy as np
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, walk_template
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.studies.shared.measures import Array, Record, WithoutBarriers, values
+from pdhocbf_drake.simulation.build import Walk, build_walk
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.studies.shared.cases import CASES, NONE, in_case
+from pdhocbf_drake.studies.shared.measures import Array, Outcome, Record, SafeOrbit, WithoutBarriers, values
 from pdhocbf_drake.walking import Gait
 
 SETTLING_GAITS = 15  # after which a walk from a stand repeats to a thousandth of a margin
@@ -64,6 +66,32 @@ class SettledWalk:
             if free is not None:
                 action[i] = free.action(row.before, Measurement(row.tick, row.state), row.plan)
         return Record(first, states, values(self.walk, first, states), action, planned)
+
+
+class Laboratory:
+    """The three cases of a scenario in steady state, from which the same event begins in each.
+
+    Attributes:
+        walks: by case.
+        orbit: judges what an event did.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        walks = {case: build_walk(in_case(scenario, case)) for case in CASES}
+        free = walks[NONE].mpc
+        self.walks = {case: SettledWalk(walk, None if case == NONE else free) for case, walk in walks.items()}
+        self.orbit = SafeOrbit(scenario, self.walks[NONE].undisturbed)
+
+    def kicked(self, case: str, phase: int, kicks: Array, ticks: int) -> Outcome:
+        """What kicks do from a phase of the gait on; as `SettledWalk.after`."""
+        walk = self.walks[case]
+        return self.orbit.outcome(walk.after(phase, kicks, ticks), walk.undisturbed)
+
+    def commanded(self, case: str, stride: float, ahead: int, ticks: int) -> Outcome:
+        """What a wrong speed command does from phase 0 on: steps of another length [m], the first one `ahead` steps on."""
+        walk = self.walks[case]
+        step = walk.first // walk.walk.gait.period + ahead
+        return self.orbit.outcome(walk.commanded(stride, step).after(0, np.zeros((0, 2)), ticks), walk.undisturbed)
 
 
 def settled(mpc: PeriodicMpc, ticks: int) -> Memory:
