@@ -14,7 +14,7 @@ from pdhocbf_drake.analysis.metrics import base_yaw, compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.analysis.summary import summary_rows
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 
 LIMITS = RobotLimits(

@@ -9,7 +9,7 @@ from test_analysis_metrics import LIMITS
 
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.summary import summary_rows
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 
 
 def summary(system: str = "biped", **kwargs) -> dict[str, str]:

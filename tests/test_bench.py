@@ -13,7 +13,7 @@ import pytest
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario

@@ -10,7 +10,6 @@ import pytest
 
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.axis_program import axis_program
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, load_terminal_sets, save_terminal_sets
 from pdhocbf_drake.simulation.build import build_walk
@@ -119,11 +118,8 @@ def test_the_rows_hold_on_the_nominal_orbit_and_name_themselves(found, terminal)
             com, velocity = found.orbit[axis, phase, :2]
             assert rows.violation(phase, com, velocity, found.axes[axis].template.held[phase]) < 0.0
     walk = found.walk
-    programs = [
-        axis_program(walk.gait, walk.vhip, walk.mpc.divergent, [], found.scenario.mpc, 3, rows)
-        for rows in (None, terminal[0])
-    ]
-    names = [{b.evaluator().get_description() for b in p.prog.GetAllConstraints()} for p in programs]
+    mpcs = [PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, ([], []), sets) for sets in (None, terminal)]
+    names = [{b.evaluator().get_description() for b in m.problems[0].write(3).prog.GetAllConstraints()} for m in mpcs]
     assert "terminal set" not in names[0] and "stability" in names[0]
     assert "terminal set" in names[1] and "stability" not in names[1]
 

@@ -8,7 +8,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 
 from pdhocbf_drake.mpc.loop import Measurement, WalkController, control, walk_template
 from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import BasicVector, Context
 
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.qp.result import QpResult
 from pdhocbf_drake.qp.solvers import QpSolver
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
@@ -122,10 +122,10 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
             return self.inner.solve(theta, guess)._replace(ok=False, infeasible=False)
 
     mpc = pushed.controller.mpc
-    failing = [[Fails(solver) if phase % 5 == 0 else solver for phase, solver in enumerate(a)] for a in mpc._solvers]
-    monkeypatch.setattr(mpc, "_solvers", failing)
+    failing = [[Fails(solver) if phase % 5 == 0 else solver for phase, solver in enumerate(a)] for a in mpc.solvers]
+    monkeypatch.setattr(mpc, "solvers", failing)
     if not second:
-        monkeypatch.setattr(mpc, "_rungs", [])
+        monkeypatch.setattr(mpc, "rungs", [])
     trial = pushed.trial(10, NOBODY, watch=WATCHED)
     assert trial.ending == SURVIVED
     wanted = Reason.CROSS_SOLVED if second else Reason.NOT_OPTIMAL

@@ -12,7 +12,7 @@ from pdhocbf_drake.analysis.gave_way import gave_way, gave_way_rows
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.cli import main
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.run_folder import Run, new_run_folder, read_run, write_run
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario

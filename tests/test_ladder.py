@@ -5,11 +5,15 @@ import pytest
 from walks import make_mpc, predicted, repacked, speed_limit, start, walk
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, constant
+from pdhocbf_drake.mpc.commanded import Commanded
 from pdhocbf_drake.mpc.config import RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control, walk_template
 from pdhocbf_drake.mpc.memory import MemoryLayout
-from pdhocbf_drake.mpc.solution import CONSTRAINTS, Reason
+from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.mpc.terms import TERMS
+from pdhocbf_drake.mpc.terms.step_limits import StepLimits
+from pdhocbf_drake.mpc.terms.zmp_box import ZmpBox
 from pdhocbf_drake.qp.result import QpResult
 
 BLIND = np.full((2, 3), np.nan)
@@ -104,30 +108,30 @@ def test_a_hard_barrier_is_softened_before_the_walk_counts_as_disturbed() -> Non
 
 
 @pytest.mark.parametrize(("constraint", "axis"), [("zmp_box", 0), ("step", 1)])
-def test_limits_that_contradict_each_other_are_named_with_their_axis(
-    constraint: str, axis: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_limits_that_contradict_each_other_are_named_with_their_axis(constraint: str, axis: int) -> None:
     mpc = make_mpc()
     memory = start(mpc)
     last = list(walk(mpc, 220, memory))[-1][3]
-    right = mpc.theta
 
-    class Wrong:
-        preview = right.preview
+    class WrongBox(ZmpBox):
+        def fill_step(self, step: int, ahead: Commanded, theta: np.ndarray) -> None:
+            super().fill_step(step, ahead, theta)
+            if self.axis == axis:
+                theta[self.places["half"]] = -0.01
 
-        def __call__(self, at: int, *args: object) -> np.ndarray:
-            theta, place = right(at, *args), right.layouts[at].places
-            if at == axis and constraint == "step":
-                theta[place["step_lower"]] = theta[place["step_upper"]] + 0.03
-            if at == axis and constraint == "zmp_box":
-                theta[place["half"]] = -0.01
-            return theta
+    class WrongSteps(StepLimits):
+        def fill_step(self, step: int, ahead: Commanded, theta: np.ndarray) -> None:
+            super().fill_step(step, ahead, theta)
+            if self.axis == axis:
+                theta[self.places["step_lower"]] = theta[self.places["step_upper"]] + 0.03
 
-    monkeypatch.setattr(mpc, "theta", Wrong())
+    right, wrong = {"zmp_box": (ZmpBox, WrongBox), "step": (StepLimits, WrongSteps)}[constraint]
+    kinds = [wrong if kind is right else kind for kind in TERMS]
+    mpc = PeriodicMpc(mpc.gait, mpc.vhip, mpc.config, mpc.barriers, kinds=kinds)
     plan = mpc.solve(220, memory.state, memory.stance, {}, None, last)
     assert plan.reason == Reason.INFEASIBLE and plan.fallbacks == 1
     told = np.zeros((2, 3))
-    told[axis, CONSTRAINTS.index(constraint)] = 0.03 if constraint == "step" else 0.02
+    told[axis, list(mpc.constraints).index(constraint)] = 0.03 if constraint == "step" else 0.02
     np.testing.assert_allclose(plan.unmet, told, atol=1e-9)
 
 
@@ -150,8 +154,8 @@ def test_without_any_solution_the_last_plan_is_shifted_within_the_box(monkeypatc
     memory = start(mpc)
     last = list(walk(mpc, 220, memory))[-1][3]
     never = failing(10**9)
-    monkeypatch.setattr(mpc, "_solvers", [[never(s) for s in axis] for axis in mpc._solvers])
-    monkeypatch.setattr(mpc, "_rungs", [])
+    monkeypatch.setattr(mpc, "solvers", [[never(s) for s in axis] for axis in mpc.solvers])
+    monkeypatch.setattr(mpc, "rungs", [])
     plan = mpc.solve(220, memory.state, memory.stance, {}, None, last)
     assert plan.reason == Reason.NOT_OPTIMAL and plan.fallbacks == 1
     np.testing.assert_allclose(plan.inputs[:, :-1], last.inputs[:, 1:], atol=1e-9)
@@ -171,8 +175,8 @@ def test_footholds_without_any_solution_are_as_planned_then_as_commanded(monkeyp
     memory = start(mpc)
     last = list(walk(mpc, 240, memory))[-1][3]
     never = failing(10**9)
-    monkeypatch.setattr(mpc, "_solvers", [[never(s) for s in axis] for axis in mpc._solvers])
-    monkeypatch.setattr(mpc, "_rungs", [])
+    monkeypatch.setattr(mpc, "solvers", [[never(s) for s in axis] for axis in mpc.solvers])
+    monkeypatch.setattr(mpc, "rungs", [])
     plan = mpc.solve(240, memory.state, memory.stance, {}, None, last)  # the first tick of a step
     np.testing.assert_array_equal(plan.footholds[:, 0], last.footholds[:, 1])
     commanded = mpc.gait.foothold(240 // 40 + 2) - mpc.gait.foothold(240 // 40 + 1)
@@ -187,7 +191,7 @@ def test_a_solver_that_gives_up_is_replaced_by_the_independent_one() -> None:
     honest = [plan.inputs for *_, plan in walk(mpc, 100)]
     mpc = make_mpc()
     sometimes = failing(5)
-    mpc._solvers = [[sometimes(s) for s in axis] for axis in mpc._solvers]
+    mpc.solvers = [[sometimes(s) for s in axis] for axis in mpc.solvers]
     plans = [plan for *_, plan in walk(mpc, 100)]
     assert {plan.reason for plan in plans} == {Reason.CROSS_SOLVED}
     np.testing.assert_allclose([plan.inputs for plan in plans], honest, atol=1e-3)

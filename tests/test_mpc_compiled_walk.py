@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 from pydrake.solvers import ClarabelSolver, SolverOptions
 
-from pdhocbf_drake.mpc.axis_program import axis_program
-from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.mpc.warm_start import guess_rows
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.qp.daqp_solver import DaqpQp
 from pdhocbf_drake.qp.drake_solver import DrakeQp
 from pdhocbf_drake.simulation.build import Walk, build_walk
@@ -38,7 +36,7 @@ def test_compiled_and_uncompiled_agree_at_every_phase(walk: Walk, axis: int) -> 
         options.SetOption(ClarabelSolver.id(), name, 1e-10)
     for given in record(walk, walk.gait.period, perturbed=True, seed=5).ticks:
         phase, parameters = given.tick % walk.gait.period, theta(mpc, given, axis)
-        written = axis_program(walk.gait, walk.vhip, mpc.divergent, mpc.barriers[axis], mpc.config, phase)
+        written = mpc.problems[axis].write(phase)
         written.prog.AddBoundingBoxConstraint(parameters, parameters, written.parameters)
         result = ClarabelSolver().Solve(written.prog, None, options)
         ours = DaqpQp(mpc.qps[axis][phase]).solve(parameters)
@@ -52,7 +50,10 @@ def test_compiled_and_uncompiled_agree_at_every_phase(walk: Walk, axis: int) -> 
 def test_last_ticks_active_set_moved_by_a_tick_changes_no_plan_and_saves_iterations(short_walk: Walk) -> None:
     mpc = short_walk.mpc
     period = short_walk.gait.period
-    moved = [[DaqpQp(qp, (), guess_rows(axis, i)) for i, qp in enumerate(axis)] for axis in mpc.qps]
+    moved = [
+        [DaqpQp(qp, (), problem.guess_rows(qps, i)) for i, qp in enumerate(qps)]
+        for qps, problem in zip(mpc.qps, mpc.problems, strict=True)
+    ]
     iterations = {"moved": 0, "nothing": 0}
     last: list[np.ndarray | None] = [None, None]
     for given in record(short_walk, 2 * period, perturbed=True).ticks:

@@ -7,9 +7,11 @@ from walks import make_mpc, predicted, repacked, speed_limit, start, walk
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc import orbit
-from pdhocbf_drake.mpc.axis_program import axis_program, box_weights
+from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.mpc.terms.program import box_weights
+from pdhocbf_drake.mpc.terms.stability import Stability
 from pdhocbf_drake.simulation.build import orbit_of
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 
@@ -26,12 +28,12 @@ def test_the_horizon_must_hold_whole_gaits() -> None:
 
 def test_every_constraint_and_cost_has_a_name() -> None:
     mpc = make_mpc(barriers=(speed_limit(0.5),))
-    program = axis_program(mpc.gait, mpc.vhip, mpc.divergent, mpc.barriers[0], mpc.config, 3)
+    program = mpc.problems[0].write(3)
     bindings = [*program.prog.GetAllConstraints(), *program.prog.GetAllCosts()]
     names = {binding.evaluator().get_description() for binding in bindings}
     assert names == {
-        "zmp_velocity", "foothold", "slack", "zmp_box_lower", "zmp_box_upper", "step_lower", "step_upper",
-        "stability", "barrier limit",
+        "effort", "foothold", "slack", "zmp_box_lower", "zmp_box_upper", "step_lower", "step_upper",
+        "stability", "barrier limit", "slack limit",
     }  # fmt: skip
 
 
@@ -44,9 +46,9 @@ def test_the_program_solved_by_drake_is_what_the_controller_plans(axis: int, tic
         if k == tick:
             break
         last = plan
-    program = axis_program(mpc.gait, mpc.vhip, mpc.divergent, mpc.barriers[axis], mpc.config, tick % 40)
+    program = mpc.problems[axis].write(tick % 40)
     bounds = {"limit": np.full(81, 0.385)}
-    theta = mpc.theta(axis, tick, state[axis], stance[axis], bounds, np.zeros(80), last if tick else None)
+    theta = mpc.problems[axis].theta(mpc.given(tick, state, stance, bounds, None, last if tick else None))
     program.prog.AddBoundingBoxConstraint(theta, theta, program.parameters)
     result = Solve(program.prog) if axis == 1 else ClarabelSolver().Solve(program.prog)
     assert result.is_success()
@@ -62,7 +64,7 @@ def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() 
         future = predicted(mpc, state, plan)
         low, high = mpc.zmp_box(tick + 1, stance, plan.footholds).T
         assert np.all(future[:, 1, 2] >= low - 1e-9) and np.all(future[:, 1, 2] <= high + 1e-9)
-        if not mpc.preview.repeats(tick // 40):
+        if not mpc.commanded.repeats(tick // 40):
             continue
         for axis in (0, 1):
             first = mpc.divergent.offset_row(tick) @ future[axis, 0]
@@ -92,13 +94,13 @@ def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: floa
 def test_the_zmp_is_priced_by_its_squared_distance_from_the_middle_of_its_box() -> None:
     """The ZMP of all links, offset included, for any inputs, feet and state."""
     horizon, phase, price = 80, 13, 30.0
-    config = PLAIN.config.model_copy(update={"zmp_centre_weight": price})
-    program = axis_program(PLAIN.gait, PLAIN.vhip, PLAIN.divergent, [], config, phase)
+    problem = make_mpc(mpc={"zmp_centre_weight": price}).problems[0]
+    program = problem.write(phase)
     costs = {cost.evaluator().get_description(): cost for cost in program.prog.GetAllCosts()}
     values = np.random.default_rng(2).normal(size=program.prog.num_vars())
     u, f, theta = np.split(values, [horizon, horizon + 2])
-    part = {name: theta[place] for name, place in PLAIN.layouts[0].places.items()}
-    zmp = part["state"][2] + PLAIN.vhip.tick * np.cumsum(u) + part["offset"]
+    part = {name: theta[place] for name, place in problem.places.items()}
+    zmp = part["state"][2] + PLAIN.vhip.tick * np.cumsum(u) + part["zmp_offset"]
     middle = box_weights(PLAIN.gait, phase, horizon, 2) @ np.concatenate([part["stance"], f])
     told = program.prog.EvalBinding(costs["zmp_centre"], values)
     np.testing.assert_allclose(told, price * np.sum((zmp - middle) ** 2))
@@ -115,13 +117,17 @@ def test_a_landing_is_held_in_the_last_ticks_of_a_step(phase: int, held: bool) -
     assert np.all(moved < 1e-9) if held else np.all(moved > 1e-4)
 
 
+def stability(mpc: PeriodicMpc, axis: int) -> Stability:
+    return next(term for term in mpc.problems[axis].terms if isinstance(term, Stability))
+
+
 @pytest.mark.parametrize("tail", ["truncated", "anticipative"])
 def test_other_tails_end_where_they_say(tail: str) -> None:
     mpc = make_mpc(mpc={"tail": tail})
     for tick, state, _, plan in walk(mpc, 200):
         end = mpc.divergent.offset_row(tick + 80) @ predicted(mpc, state, plan)[0, -1]
         discount = mpc.divergent.discounts(tick, 80)[-1]
-        wanted = 0.0 if tail == "truncated" else mpc.preview.anticipative_tail(tick)[0] / discount
+        wanted = 0.0 if tail == "truncated" else stability(mpc, 0).anticipative_tail(tick) / discount
         assert end == pytest.approx(wanted, abs=1e-8)
 
 
@@ -136,7 +142,8 @@ def test_anticipative_tail_is_brute_force_summation_of_the_commanded_zmp() -> No
 
     velocity = [(centre(k + 1) - centre(k)) / 0.01 for k in range(tick, tick + 2000)]
     brute = mpc.divergent.input_weights(tick, 2000)[80:] @ np.array(velocity)[80:]
-    np.testing.assert_allclose(mpc.preview.anticipative_tail(tick), brute, atol=1e-7)
+    ours = [stability(mpc, axis).anticipative_tail(tick) for axis in (0, 1)]
+    np.testing.assert_allclose(ours, brute, atol=1e-7)
 
 
 def test_the_walk_settles_into_an_orbit_with_the_commanded_speed() -> None:
@@ -242,7 +249,7 @@ def test_the_stances_shown_at_a_new_step_are_those_planned_and_then_as_commanded
 )
 def test_what_has_another_shape_is_refused_before_machine_code_sees_it(name: str, shape: tuple[int, int]) -> None:
     given = {"state": np.zeros((2, 3)), "stance": np.zeros((2, 2)), "offset": np.zeros((2, 80)), name: np.zeros(shape)}
-    with pytest.raises(ValueError, match=r"must have shapes \(\(3,\), \(2,\), \(80,\)\), given"):
+    with pytest.raises(ValueError, match=r"must have shapes \(\(2, 3\), \(2, 2\), \(2, 80\)\), given"):
         PLAIN.solve(40, given["state"], given["stance"], {}, given["offset"])
 
 

@@ -8,13 +8,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from walks import make_mpc, repacked, start
 
+from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.config import RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control
 from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
-from pdhocbf_drake.mpc.programs import Programs
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance
-from pdhocbf_drake.mpc.solution import CONSTRAINTS, Reason
 from pdhocbf_drake.walking.forecast import SwingForecast
 from pdhocbf_drake.walking.swing import swing_point
 
@@ -110,7 +110,7 @@ def test_a_landing_moves_no_farther_than_its_swing_foot_can(mpc: PeriodicMpc, se
 
 def test_prediction_errors_add_up_and_are_forgotten() -> None:
     state, small = CALM, np.array([0.0005, 0.0])
-    np.testing.assert_array_equal(state.after(RECOVERY, 40, small, 0.0).astray, small)
+    np.testing.assert_array_equal(state.after(RECOVERY, 40, small, 0.0).error_sum, small)
     for _ in range(200):
         state = state.after(RECOVERY, 40, small, 0.0)
     assert not state.active  # a steady error of half a millimetre a tick is not a disturbance
@@ -163,7 +163,7 @@ def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory)
     # It steps farther than a steady walk may: that limit is named, of that axis alone, by as much as it is exceeded.
     step = plan.footholds[0, 0] - settled.stance[0, 1]
     beyond = step - (0.1 + mpc.config.step_tolerance[0])
-    assert beyond > 0.01 and plan.unmet[0, CONSTRAINTS.index("step")] == pytest.approx(beyond, abs=1e-9)
+    assert beyond > 0.01 and plan.unmet[0, list(mpc.constraints).index("step")] == pytest.approx(beyond, abs=1e-9)
     assert not plan.unmet[1].any()
 
 
@@ -176,14 +176,14 @@ def test_what_recovers_is_compiled_when_it_is_needed_and_plans_the_same(
     settled: Memory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiled: list[int] = []
-    inner = Programs.compile
+    inner = AxisProblem.compile
 
-    def counted(programs: Programs, axis: int, phase: int):  # type: ignore[no-untyped-def]
-        if programs.config.stability == "paid":
+    def counted(problem: AxisProblem, phase: int):  # type: ignore[no-untyped-def]
+        if problem.setting.config.stability == "paid":
             compiled.append(phase)
-        return inner(programs, axis, phase)
+        return inner(problem, phase)
 
-    monkeypatch.setattr(Programs, "compile", counted)
+    monkeypatch.setattr(AxisProblem, "compile", counted)
     plans = []
     for prepared in (False, True):
         mpc = make_mpc({"stride": 0.1}, {"recovery": RECOVERY})

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.robot import Biped, WholeBodyIk, row_weights, sole_pose, swing_lever
 from pdhocbf_drake.robot.posture import Posture, PostureRates
 from pdhocbf_drake.simulation.scenario_file import load_scenario

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.reproduce.lemma_2 import FIXED, FREE
 from pdhocbf_drake.studies.reproduce.runs import Runs
@@ -57,16 +58,16 @@ def _angle(first, second):
 
 
 def test_the_two_rows_of_lemma_2_are_one_when_discretised_to_match_and_two_as_printed(runs):
-    mpc = runs.walk(*FREE).mpc
+    setting = runs.walk(*FREE).mpc.problems[0].setting
     for phase in (0, 13, 39):
-        assert _angle(matching(mpc, phase)[0], matching_terminal(mpc, phase)[0]) < 1e-7
-        assert _angle(literal(mpc, phase)[0], literal_terminal(mpc, phase)[0]) > 1e-3
+        assert _angle(matching(setting, phase)[0], matching_terminal(setting, phase)[0]) < 1e-7
+        assert _angle(literal(setting, phase)[0], literal_terminal(setting, phase)[0]) > 1e-3
 
 
 def test_printed_together_they_contradict_each_other_where_the_footholds_are_fixed(runs):
     mpc = runs.walk(*FIXED).mpc
     memory = settled(mpc, 400)
-    assert attempt(mpc, memory, 400, 5, VARIANTS["(33) and (34), matching"]).status == "solved"
+    assert attempt(mpc, memory, 400, 5, VARIANTS["(33) and (34), matching"]).reason == Reason.SOLVED
     assert attempt(mpc, memory, 400, 5, VARIANTS["(33) and (34), literal"]).planned < 5
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.studies.reproduce import lemma_2, literal
 from pdhocbf_drake.studies.reproduce.stability import VARIANTS, Attempt
 from pdhocbf_drake.studies.reproduce.unsafe_findings import acts_first, conclusions, finding
@@ -57,9 +58,9 @@ def test_how_tight_a_constant_bound_can_be_is_read_off_the_walk():
 
 
 def test_lemma_2_says_what_the_rows_did():
-    walks = Attempt(3, "solved", np.zeros(3), np.zeros(3))
-    other = Attempt(3, "solved", np.full(3, 0.004), np.zeros(3))
-    stuck = Attempt(1, "infeasible (x)", np.zeros(1), np.zeros(1))
+    walks = Attempt(3, Reason.SOLVED, np.zeros(3))
+    other = Attempt(3, Reason.SOLVED, np.full(3, 0.004))
+    stuck = Attempt(1, Reason.INFEASIBLE, np.zeros(1))
     same = {name: walks for name in VARIANTS}
     assert "walks, with a velocity that differs by 0 mm/s" in lemma_2.finding({"fixed": same, "adaptive": same})
     changed = same | {"(33) and (34), matching": other}

@@ -9,7 +9,7 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 from walks import make_mpc, speed_limit, start
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, harmonic
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule

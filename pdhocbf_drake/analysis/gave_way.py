@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis.barrier_margins import barriers_of
-from pdhocbf_drake.mpc.solution import CONSTRAINTS, NOTICED, Reason
+from pdhocbf_drake.mpc.plan import NOTICED, Reason
+from pdhocbf_drake.mpc.terms import constraints_of
 from pdhocbf_drake.simulation.run_folder import Run
 
 _MOST = 5  # kinds of ticks that are told one by one
@@ -62,17 +63,14 @@ def gave_way(run: Run) -> GaveWay:
     barely = (reasons == Reason.SOFTENED) & ~told.any(axis=1)
     told |= barely[:, None] & (amounts > 0.0) & (amounts == amounts.max(axis=1, initial=0.0)[:, None])
     if "unmet" in log:
-        names += [f"{constraint} {axis}" for axis in "xy" for constraint in _constraints(run)]
-        units += ["m"] * log["unmet"].shape[1]
+        constraints = constraints_of(scenario.mpc)
+        ends = {"stability": "terminal set"} if scenario.mpc.terminal_set is not None else {}
+        names += [f"{ends.get(constraint, constraint)} {axis}" for axis in "xy" for constraint in constraints]
+        units += [*constraints.values(), *constraints.values()]
         amounts = np.hstack([amounts, log["unmet"]])
         told = np.hstack([told, log["unmet"] > NOTICED])
     ticks = np.round(log.time / scenario.tick).astype(int) - 1
     return GaveWay(ticks, reasons, names, units, amounts, told)
-
-
-def _constraints(run: Run) -> list[str]:
-    names = {"stability": "terminal set"} if run.scenario.mpc.terminal_set is not None else {}
-    return [names.get(name, name) for name in CONSTRAINTS]
 
 
 def gave_way_rows(run: Run) -> list[tuple[str, str]]:

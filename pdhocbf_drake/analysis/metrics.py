@@ -9,7 +9,7 @@ from pdhocbf_drake.analysis.barrier_margins import barriers_of, record_of
 from pdhocbf_drake.analysis.feet import slip_max, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
-from pdhocbf_drake.mpc.solution import NOTICED, Reason
+from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 

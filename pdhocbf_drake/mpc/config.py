@@ -10,6 +10,7 @@ from pdhocbf_drake.config import Config, Length, within
 
 Tail = Literal["periodic", "truncated", "anticipative"]
 Price = Annotated[float, within(0.0, 1e12, "", above=True)]
+Speed = Annotated[float, within(0.0, 1e3, "m/s", above=True)]
 Shift = Annotated[float, within(0.0, 10.0, "m")]
 
 
@@ -65,6 +66,7 @@ class MpcConfig(Config):
         slack_weight: price of each barrier row's slack: linear [m/s] and quadratic [1]. A linear price above the
             row's multiplier is exact: slack is used only where the barrier can't be kept.
         zmp_margin: how far inside the ZMP box of the gait the ZMP is planned to stay [m].
+        zmp_velocity_max: largest speed of the ZMP in x and y; null leaves it free. The moving box demands some [m/s].
         freeze_ticks: a coming foothold no longer moves this long before it is reached [ticks].
         stop_ticks: ticks in a row without a solution or a measurement after which the walk comes to a stand.
         zmp_state: "planned" takes the ZMP of the last plan as the ZMP now; "measured" is Remark 8 to the letter.
@@ -90,6 +92,7 @@ class MpcConfig(Config):
     barrier: Literal["soft", "hard"] = "soft"
     slack_weight: tuple[Price, Price] = (1e5, 1e6)
     zmp_margin: Shift = 0.0
+    zmp_velocity_max: tuple[Speed, Speed] | None = None
     freeze_ticks: int = Field(8, ge=0)
     stop_ticks: int = Field(20, ge=1)
     zmp_state: Literal["planned", "measured"] = "planned"

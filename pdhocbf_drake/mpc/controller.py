@@ -1,4 +1,4 @@
-"""The periodic MPC as a function: measured state and last plan in, new plan out. It never raises in the loop."""
+"""The periodic MPC as a function: state and last plan in, new plan out. It never raises in the loop."""
 
 from __future__ import annotations
 
@@ -10,17 +10,15 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.jit import compiled
-from pdhocbf_drake.mpc.axis_program import Parameters
+from pdhocbf_drake.mpc.axis_problem import AxisProblem
+from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.mpc.plan import Plan
-from pdhocbf_drake.mpc.program_cache import ProgramCache
-from pdhocbf_drake.mpc.programs import Programs
+from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
+from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
-from pdhocbf_drake.mpc.solution import CONSTRAINTS, NOTICED, Reason
-from pdhocbf_drake.mpc.steps import StepPreview
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
-from pdhocbf_drake.mpc.theta import Theta
-from pdhocbf_drake.mpc.unmet import slack_by_barrier, slack_starts, unmet
+from pdhocbf_drake.mpc.terms import TERMS, constraints_of
+from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp.compiled import ParametricQp
 from pdhocbf_drake.qp.result import QpResult
 from pdhocbf_drake.qp.solvers import QpSolver
@@ -28,16 +26,22 @@ from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.vhip import Vhip
 
+Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
+
 
 class PeriodicMpc:
     """Problem (36) for every phase of the step, compiled at start (that of a disturbed walk, when first needed).
 
     Attributes:
+        gait, vhip, divergent: the walk, its template and the divergent component of that.
         barriers: the barriers of the axes x and y.
         terminal: the terminal sets (20f) of the axes, by axis; none where the tail is demanded instead.
-        vhip, divergent: the template and its divergent component.
-        qps: `qps[axis][phase]`, the compiled programs.
-        theta: their parameters, `theta(axis, tick, …)`.
+        commanded: the steps that the gait commands.
+        problems: problem (36) of both axes, which fill θ.
+        qps, solvers: `qps[axis][phase]`, the compiled programs, and what solves them.
+        rungs: what is solved where these have no solution, see `mpc.programs`.
+        constraints: what a plan may miss on each axis, with its unit, in the order of `Plan.unmet`.
+        recovery: the same for a disturbed walk, if the scenario has one.
 
     Raises:
         InputError: the horizon is not a multiple of the gait (Lemma 2), or a barrier is of another kind.
@@ -48,10 +52,12 @@ class PeriodicMpc:
         gait: Gait,
         vhip: Vhip,
         config: MpcConfig,
-        barriers: tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]],
+        barriers: Barriers,
         terminal: Mapping[int, TerminalSet] | None = None,
         cache: ProgramCache | None = None,
         on_demand: bool = False,
+        turn: float = 0.0,
+        kinds: Sequence[type[Term]] = TERMS,
     ) -> None:
         """Compiles every phase, except for what the cache has from other controllers.
 
@@ -59,7 +65,10 @@ class PeriodicMpc:
         never need it: some 10 ms at each of the first N disturbed ticks. Where ticks must be on time, call `prepare`.
 
         Args:
-            cache: what other controllers have compiled. on_demand: compile each phase when it is first needed.
+            cache: what other controllers have compiled.
+            on_demand: compile each phase when it is first needed.
+            turn: angle by which the periodic tail is turned over a horizon, see `terms.coupled_tail` [rad].
+            kinds: the kinds of terms that make up the problem, in place of `terms.TERMS`.
         """
         cache = cache or ProgramCache()
         gait_ticks = gait.config.ticks_per_gait
@@ -72,22 +81,22 @@ class PeriodicMpc:
         self.divergent = DivergentComponent(vhip)
         self.footholds = config.horizon // gait.period
         self.terminal = dict(terminal or {})
-        names = ([b.name for b in barriers[0]], [b.name for b in barriers[1]])
-        ends = [self.terminal[axis].period // gait.period if axis in self.terminal else 0 for axis in (0, 1)]
-        self.theta = Theta(gait, config, self.divergent, names, (ends[0], ends[1]))
-        self.recovery: PeriodicMpc | None = None
-        self.programs = Programs(gait, vhip, self.divergent, config, barriers, self.terminal)
-        compiled = [self.programs.compiled(axis, cache) for axis in (0, 1)]
+        self.constraints = constraints_of(config, kinds)
+        self._turn, self._kinds = turn, kinds
+        self._shapes = (2, 3), (2, 2), (2, config.horizon)
+        self._read(gait)
+        compiled = [cache.compiled(problem) for problem in self.problems]
         self.qps: list[Sequence[ParametricQp]] = [axis.qps for axis in compiled]
-        self._solvers: list[Sequence[QpSolver]] = [axis.solvers for axis in compiled]
+        self.solvers: list[Sequence[QpSolver]] = [axis.solvers for axis in compiled]
+        self.recovery: PeriodicMpc | None = None
         if not on_demand:
             self.prepare()
         # A terminal set has more facets at some phases than at others; without one all phases have the same rows.
         self.rows = [len(qps[0].A) if on_demand else max(len(qp.A) for qp in qps) for qps in self.qps]
-        self._rungs = self.programs.rungs(self.qps)
-        self._slack_starts = [slack_starts(barriers[axis], vhip, config.horizon) for axis in (0, 1)]
+        self.rungs = rungs_of(self.problems)
+        self._slack_starts = [problem.slack_starts() for problem in self.problems]
         if config.recovery is not None:
-            self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, on_demand=True)
+            self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, True, turn, kinds)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
         self._endings: dict[int, PeriodicMpc] = {}
@@ -97,27 +106,25 @@ class PeriodicMpc:
             for b in (*barriers[0], *barriers[1])
         ]
 
-    @property
-    def preview(self) -> StepPreview:
-        """What the gait commands over the horizon."""
-        return self.theta.preview
+    def _read(self, gait: Gait) -> None:
+        """Reads commanded steps from a gait, as the problems of both axes do."""
+        config = self.config
+        self.gait = gait
+        self.commanded = CommandedSteps(gait, config.horizon, config.zmp_margin)
+        self.problems = [AxisProblem(self._setting(axis), self._kinds) for axis in (0, 1)]
 
-    @property
-    def layouts(self) -> list[Parameters]:
-        """Where each part of θ lies, by axis."""
-        return self.theta.layouts
+    def _setting(self, axis: int) -> Setting:
+        barriers, terminal = tuple(self.barriers[axis]), self.terminal.get(axis)
+        return Setting(
+            axis, self.gait, self.vhip, self.divergent, self.config, barriers, terminal, self.commanded, self._turn
+        )
 
     def prepare(self) -> None:
         """Compiles whatever is not compiled yet, the programs of a disturbed walk included."""
         self.qps = [list(axis) for axis in self.qps]
-        self._solvers = [list(axis) for axis in self._solvers]
+        self.solvers = [list(axis) for axis in self.solvers]
         if self.recovery is not None:
             self.recovery.prepare()
-
-    @property
-    def constraints(self) -> tuple[str, ...]:
-        """What a plan may miss on each axis, in the order of `Plan.unmet`."""
-        return CONSTRAINTS
 
     def bounds(self, tick: int) -> dict[str, np.ndarray]:
         """V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,) [unit of h]."""
@@ -132,10 +139,20 @@ class PeriodicMpc:
         """The same problem for a walk whose last swing is that of step j."""
         if step not in self._endings:
             other = self._endings[step] = copy(self)
-            other.gait = self.gait.ending_at(step)
-            other.theta = self.theta.ending_at(step)
+            other._read(self.gait.ending_at(step))
             other.recovery = None if self.recovery is None else self.recovery.ending_at(step)
         return self._endings[step]
+
+    def given(
+        self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
+        offset: np.ndarray | None = None, last: Plan | None = None,
+    ) -> Tick:  # fmt: skip
+        """What θ of both axes is filled from; arguments as in `solve`."""
+        shapes = state.shape, stance.shape, self._shapes[2] if offset is None else offset.shape
+        if shapes != self._shapes:
+            raise ValueError(f"state, stance and offset must have shapes {self._shapes}, given {shapes}")
+        step, phase = self.gait.phase(tick)
+        return Tick(tick, step, phase, state, stance, self.commanded.steps(step), bounds, offset, last)
 
     def solve(
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
@@ -147,22 +164,25 @@ class PeriodicMpc:
             tick: k.
             state: [c, v, p] per axis, shape (2, 3) [m, m/s, m].
             stance: centres of the last and of this step's box per axis, shape (2, 2) [m].
-            bounds: V̄(k) … V̄(k + H) of each barrier, shape (H + 1,) [m/s].
+            bounds: V̄(k) … V̄(k + H) of each barrier, shape (H + 1,) [unit of h].
             offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m].
             last: the plan of the tick before, for warm start and fallback.
+            recovering: whether the walk is disturbed.
+
+        Raises:
+            ValueError: an array of another shape.
         """
         if recovering and self.recovery is not None:
             return self.recovery.solve(tick, state, stance, bounds, offset, last).of_disturbed(Reason.RECOVERING)
-        phase = tick % self.gait.period
+        given, phase = self.given(tick, state, stance, bounds, offset, last), tick % self.gait.period
         same = last is not None and last.recovering == (self.config.stability == "paid")
         thetas: list[np.ndarray] = []
         results: list[QpResult] = []
         reasons: list[Reason] = []
         for axis in (0, 1):
-            shift = None if offset is None else offset[axis]
-            theta = self.theta(axis, tick, state[axis], stance[axis], bounds, shift, last)
+            theta = self.problems[axis].theta(given)
             guess = last.active[axis] if last is not None and same else None
-            result, why = self._solvers[axis][phase].solve(theta, guess), Reason.SOLVED
+            result, why = self.solvers[axis][phase].solve(theta, guess), Reason.SOLVED
             if not result.ok:
                 result, why = self._descend(axis, phase, theta, result)
             thetas.append(theta)
@@ -177,19 +197,20 @@ class PeriodicMpc:
             plan = self._plan(tick, results, reason)
         if reason <= Reason.CROSS_SOLVED:
             return plan
-        return plan._replace(unmet=unmet(plan, [axis[phase] for axis in self.qps], thetas, reasons))
+        return plan._replace(unmet=self._unmet(plan, thetas, reasons))
 
     def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason) -> Plan:
         """What the solvers of both axes found."""
         horizon, n_f = self.config.horizon, self.footholds
         own = zip(results, self._slack_starts, strict=True)
-        slacks = np.concatenate([slack_by_barrier(r.decisions[horizon + n_f :], starts) for r, starts in own])
+        slacks = np.concatenate([_largest_slacks(r.decisions[horizon + n_f :], starts) for r, starts in own])
         if reason == Reason.SOLVED and slacks.max(initial=0.0) > NOTICED:
             reason = Reason.SOFTENED
         plans = np.array([r.decisions[: horizon + n_f] for r in results])
         active = (self._padded(0, results[0].active), self._padded(1, results[1].active))
         cost = sum(r.cost for r in results)
-        return Plan(tick, plans[:, :horizon], plans[:, horizon:], active, slacks, cost, reason, 0)
+        met = np.zeros((2, len(self.constraints)))
+        return Plan(tick, plans[:, :horizon], plans[:, horizon:], active, slacks, cost, reason, 0, unmet=met)
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
         """Flags for the longest program of this axis: rows that this phase, or a lower rung, lacks are inactive."""
@@ -199,8 +220,8 @@ class PeriodicMpc:
         return np.concatenate([active, np.zeros(missing)]) if missing else active
 
     def _descend(self, axis: int, phase: int, theta: np.ndarray, result: QpResult) -> tuple[QpResult, Reason]:
-        """The first rung below the scenario's own problem that has a solution, and what to say of it."""
-        for rung in self._rungs:
+        """The first rung below the scenario's own problem that has a solution, and the reason to log for it."""
+        for rung in self.rungs:
             if rung.reason == Reason.CROSS_SOLVED and result.infeasible:
                 continue  # it has been proved that there is no solution
             if rung.reason == Reason.RELAXED and result.infeasible and self.recovery is not None:
@@ -210,14 +231,27 @@ class PeriodicMpc:
                 return result, rung.reason
         return result, Reason.INFEASIBLE if result.infeasible else Reason.NOT_OPTIMAL
 
+    def _unmet(self, plan: Plan, thetas: Sequence[np.ndarray], reasons: Sequence[Reason]) -> np.ndarray:
+        """`Plan.unmet`: what each axis' own program demands and the plan misses, besides what it misses already."""
+        unmet, phase = plan.unmet.copy(), plan.tick % self.gait.period
+        for axis, why in enumerate(reasons):
+            decisions = None
+            if why in (Reason.RELAXED, Reason.NO_STEADY_PLAN):
+                decisions = np.concatenate([plan.inputs[axis], plan.footholds[axis]])
+            elif why != Reason.INFEASIBLE:
+                continue
+            missed = self.problems[axis].missed(self.qps[axis][phase], thetas[axis], decisions)
+            unmet[axis] = np.maximum(unmet[axis], missed)
+        return unmet
+
     def _fallback(self, tick: int, state: np.ndarray, stance: np.ndarray, last: Plan | None, reason: Reason) -> Plan:
         """The last plan shifted by a tick, its first input repeated at the end as in (32), its next ZMP in the box."""
         step = tick // self.gait.period
-        ahead = self.preview.steps(step)
+        ahead = self.commanded.steps(step)
         targets = stance[:, 1:] + np.cumsum(ahead.moves, axis=1)
         if last is None:
             inputs, footholds, count = np.zeros((2, self.config.horizon)), targets, 1
-            active = tuple(np.zeros(rows) for rows in self.rows)
+            active = (np.zeros(self.rows[0]), np.zeros(self.rows[1]))
         else:
             inputs, count, active = np.roll(last.inputs, -1, axis=1), last.fallbacks + 1, last.active
             footholds = last.footholds
@@ -226,8 +260,8 @@ class PeriodicMpc:
         low, high = self.zmp_box(tick + 1, stance, footholds).T
         delta = self.gait.config.tick
         inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
-        slacks = np.zeros(sum(map(len, self.barriers)))
-        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count)  # type: ignore[arg-type]
+        slacks, met = np.zeros(sum(map(len, self.barriers))), np.zeros((2, len(self.constraints)))
+        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count, unmet=met)
 
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """The box (27), without the margin, at a tick: x_min, x_max, then y, shape (2, 2) [m].
@@ -240,10 +274,15 @@ class PeriodicMpc:
         before = self.gait.phase(tick - 1)[0]
         step, phase = self.gait.phase(tick)
         weight = self.gait.box_weight[phase]
-        half = self.preview.steps(before).half
+        half = self.commanded.steps(before).half
         box = np.empty((2, 2))
         _write_box(step - before, weight, stance, footholds, half, self.config.zmp_margin, box)
         return box
+
+
+def _largest_slacks(slacks: np.ndarray, starts: np.ndarray) -> np.ndarray:
+    """The largest slack of each barrier [unit of h]; a hard program has no slacks, so 0."""
+    return np.maximum.reduceat(slacks, starts) if len(slacks) and slacks.any() else np.zeros(len(starts))
 
 
 @compiled

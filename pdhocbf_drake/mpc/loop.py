@@ -5,17 +5,15 @@ The block of the diagram, the nominal orbit, the studies and the tests all run `
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.kernels import believe
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.mpc.plan import Plan
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Plan, Reason
 
 _MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
 
@@ -60,12 +58,12 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     if measurement.feet is not None:
         memory.land(mpc, tick, measurement.feet)
     bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
-    state, seen = _believed_state(mpc, memory, measurement.state, tick, latency)
-    if seen == Reason.SOLVED:
+    state, fault = _believed_state(mpc, memory, measurement.state, tick, latency)
+    if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
     recovering = memory.disturbance.active
     plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, recovering)
-    reason = _supervise(mpc, memory, plan, seen)
+    reason = _supervise(mpc, memory, plan, fault)
     memory.advance(mpc, state, plan)
     solved = float(plan.reason.planned)
     cost = plan.cost if solved else 0.0
@@ -160,34 +158,13 @@ def _believed_state(
     zmp_measured = mpc.config.zmp_state == "measured"
     eta = mpc.vhip.eta[tick % mpc.vhip.period]
     state, com = np.empty((2, 3)), np.empty(4)
-    finite, repeats, moves = _believe(memory.state, measured, memory.measured, zmp_measured, latency, eta, state, com)
+    finite, repeats, moves = believe(memory.state, measured, memory.measured, zmp_measured, latency, eta, state, com)
     if not finite:
         return memory.state, Reason.BAD_MEASUREMENT
     memory.measured = com
     if repeats and moves > _MOVED:
         return memory.state, Reason.STALE_MEASUREMENT
     return state, Reason.SOLVED
-
-
-@compiled
-def _believe(
-    planned: np.ndarray, measured: np.ndarray, before: np.ndarray, zmp_measured: bool, latency: float, eta: float,
-    state: np.ndarray, com: np.ndarray,
-) -> tuple[bool, bool, float]:  # fmt: skip
-    """Fills in the state `latency` after the measurement, and the measured c and v of both axes.
-
-    Gives whether all is finite, whether c and v equal those of `before`, and by how much they differ from the plan.
-    """
-    finite, repeats, moves = True, True, 0.0
-    for axis in range(2):
-        c, v = measured[axis, 0], measured[axis, 1]
-        p = measured[axis, 2] if zmp_measured else planned[axis, 2]
-        finite = finite and math.isfinite(c) and math.isfinite(v) and math.isfinite(p)
-        repeats = repeats and c == before[2 * axis] and v == before[2 * axis + 1]
-        moves = max(moves, abs(planned[axis, 0] - c), abs(planned[axis, 1] - v))
-        com[2 * axis], com[2 * axis + 1] = c, v
-        state[axis, 0], state[axis, 1], state[axis, 2] = c + latency * v, v + latency * eta * (c - p), p
-    return finite, repeats, moves
 
 
 def _supervise(mpc: PeriodicMpc, memory: Memory, plan: Plan, measurement: Reason) -> Reason:

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pdhocbf_drake.jit import compiled
-from pdhocbf_drake.mpc.axis_program import layout
+from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.plan import Plan
+from pdhocbf_drake.mpc.kernels import write_references
+from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
-from pdhocbf_drake.mpc.solution import Reason
 from pdhocbf_drake.walking.gait import BOTH, LEFT
 
 OUTPUTS = (
@@ -80,7 +79,7 @@ class Memory:
             np.zeros(sum(map(len, mpc.barriers))), np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
             np.array(feet, dtype=float), stance, -1.0, 0.0, np.full(4, np.nan), None,
         )  # fmt: skip
-        footholds = stance[:, 1:] + np.cumsum(mpc.preview.steps(0).moves, axis=1)
+        footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).moves, axis=1)
         memory._write_feet(mpc, 0, footholds)
         memory.zmp_box = mpc.zmp_box(1, stance, footholds).ravel()
         return memory
@@ -118,7 +117,7 @@ class Memory:
             step = tick // mpc.gait.period
             coming = step - self.plan.tick // mpc.gait.period  # the plan's first foothold is taken at a new step
             (_, x), (_, y) = self.stance.tolist()
-            along, aside = mpc.preview.steps(step).moves[:, 0].tolist()
+            along, aside = mpc.commanded.steps(step).moves[:, 0].tolist()
             foot_x, foot_y = self.plan.footholds[:, coming].tolist()
             moved = max(abs(foot_x - x - along), abs(foot_y - y - aside))
         error = divergent_error(mpc.divergent, tick, state, self.state)
@@ -131,7 +130,7 @@ class Memory:
         self.state = mpc.vhip.step_axes(tick, state, plan.inputs[:, 0])
         self.com_reference, self.zmp_reference = np.empty(6), np.empty(4)
         eta = mpc.vhip.eta[(tick + 1) % mpc.vhip.period]
-        _write_references(eta, self.state, plan.inputs, self.com_reference, self.zmp_reference)
+        write_references(eta, self.state, plan.inputs, self.com_reference, self.zmp_reference)
         footholds = plan.footholds
         boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
         self.zmp_box = boxes.zmp_box(tick + 1, self.stance, footholds).ravel()
@@ -142,7 +141,7 @@ class Memory:
                 self.feet = self.feet.copy()
                 self.feet[_ROWS[-support]] = _landing(gait.support(step), self.stance[:, 1], footholds[:, 0])
             self.stance = np.stack([self.stance[:, 1], _centre(gait.support(step), self.feet)], axis=1)
-            moves = mpc.preview.steps(step).moves
+            moves = mpc.commanded.steps(step).moves
             footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + moves[:, -1:]])
         self._write_feet(mpc, tick + 1, footholds)
 
@@ -190,7 +189,7 @@ class MemoryLayout:
         numbers = (
             memory.last_step,
             memory.degraded,
-            *disturbance.astray,
+            *disturbance.error_sum,
             disturbance.active,
             disturbance.quiet,
             *marks,
@@ -230,15 +229,6 @@ class MemoryLayout:
             state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), float(last_step[0]), float(degraded[0]),
             measured, plan, Disturbance((x, y), bool(disturbed), round(quiet)),
         )  # fmt: skip
-
-
-@compiled
-def _write_references(eta: float, state: np.ndarray, inputs: np.ndarray, com: np.ndarray, zmp: np.ndarray) -> None:
-    """`com_reference` and `zmp_reference` from [c, v, p] of both axes and the input that led there."""
-    for axis in range(2):
-        c, v, p = state[axis, 0], state[axis, 1], state[axis, 2]
-        com[3 * axis], com[3 * axis + 1], com[3 * axis + 2] = c, v, eta * (c - p)
-        zmp[2 * axis], zmp[2 * axis + 1] = p, inputs[axis, 0]
 
 
 def _centre(support: int, feet: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import islice
 
 import numpy as np
@@ -21,7 +22,7 @@ def nominal_orbit(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     """CoM velocity over one gait in the steady state of the walk, x and y, shape (2, 2N) [m/s].
 
     Raises:
-        InputError: as `nominal_walk`.
+        InputError: as `settled_gait`.
     """
     return np.asarray(nominal_walk(gait, mpc)[:, :, 1])
 
@@ -29,8 +30,16 @@ def nominal_orbit(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
 def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     """c, v, p over one gait in the steady state of the walk, c and p from the stance foot, shape (2, 2N, 3).
 
-    Walks the template from its standing start until a gait repeats the one before. Axes x and y come first, and
-    the gait begins with an even step.
+    Raises:
+        InputError: as `settled_gait`.
+    """
+    return _from_stance(settled_gait(gait, mpc))
+
+
+def settled_gait(gait: Gait, mpc: PeriodicMpc) -> list[TemplateTick]:
+    """The ticks of one gait of the undisturbed template in its steady state, from an even step on.
+
+    Walks the template from its standing start until a gait repeats the one before.
 
     Raises:
         InputError: the walk has barriers or an end, or doesn't settle.
@@ -45,22 +54,28 @@ def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
         _check_planned(mpc, tick)
     before, last = np.full((2, cycle, 3), np.inf), np.inf
     for _ in range(_GAITS):
-        states = np.empty((2, cycle, 3))
-        for i, tick in enumerate(islice(walk, cycle)):
-            states[:, i] = tick.state - tick.before.stance[:, 1:] * [1.0, 0.0, 1.0]
+        ticks = []
+        for tick in islice(walk, cycle):
             _check_planned(mpc, tick)
+            ticks.append(tick)
+        states = _from_stance(ticks)
         change = np.abs(states - before)[:, :, 1].max()
         # A change that shrinks by the factor r from gait to gait leaves r/(1 − r) of itself to come. A solver that is
         # less exact comes to its own noise, from which nothing shrinks any more.
         to_come = change**2 / (last - change) if change < last < np.inf else change
         if to_come < _RECURRENCE or last <= change < _NOISE:
-            return states
+            return ticks
         before, last = states, change
     raise InputError(
         f"gait: the walk does not settle into a periodic orbit: after {_GAITS} gaits of {cycle * gait.config.tick:g} s "
         f"its velocity still changes by {change:.2g} m/s; what settles sooner are longer steps (gait.ticks_per_step "
         f"{gait.period}, gait.tick {gait.config.tick:g} s) or less mpc.freeze_ticks ({mpc.config.freeze_ticks})"
     )
+
+
+def _from_stance(ticks: Sequence[TemplateTick]) -> np.ndarray:
+    """c, v, p of each tick, c and p from the stance foot, shape (2, T, 3)."""
+    return np.stack([tick.state - tick.before.stance[:, 1:] * [1.0, 0.0, 1.0] for tick in ticks], axis=1)
 
 
 def _check_planned(mpc: PeriodicMpc, tick: TemplateTick) -> None:

@@ -1,15 +1,38 @@
-"""What the periodic MPC answers at one tick."""
+"""What the periodic MPC answers at one tick, and why it may be less than an optimum."""
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.mpc.solution import Reason
+NOTICED = 1e-6  # [m/s] or [m]: a constraint that is missed by less counts as met
 
-_ALL_MET = np.zeros((2, 3))
-_ALL_MET.flags.writeable = False
+
+class Reason(IntEnum):
+    """Why a tick's plan is what it is; logged as the last entry of `solver_status`."""
+
+    SOLVED = 0
+    SOFTENED = 1  # a barrier row can't be met: its slack is paid for
+    CROSS_SOLVED = 2  # the first solver stopped without an answer, the second one gave it
+    RELAXED = 3  # "stability" can't be met: the tail is missed by as little as possible, and gamma is 1
+    INFEASIBLE = 4  # limits of "zmp_box" or "step" contradict each other: the last plan, shifted by a tick
+    NOT_OPTIMAL = 5  # no solver gave an answer: the last plan, shifted by a tick
+    BAD_MEASUREMENT = 6  # the measured state is not finite: planned from the predicted one
+    STALE_MEASUREMENT = 7  # the measured state repeats while the robot should move: likewise
+    STOPPING = 8  # degraded for too long: the walk comes to a stand
+    RECOVERING = 9  # a disturbance was noticed: planned with the footholds, box and tail of `RecoveryConfig`
+    NO_STEADY_PLAN = 10  # nothing was noticed, but the steady walk's program has no solution: planned likewise
+
+    @property
+    def planned(self) -> bool:
+        """Whether the tick's plan is the answer of a solver."""
+        return self not in (Reason.INFEASIBLE, Reason.NOT_OPTIMAL)
+
+
+_NOTHING = np.zeros((2, 0))
+_NOTHING.flags.writeable = False
 
 
 class Plan(NamedTuple):
@@ -25,8 +48,8 @@ class Plan(NamedTuple):
         reason: why the plan is what it is.
         fallbacks: ticks in a row without a solution, this one included.
         recovering: whether it was planned as a disturbed walk.
-        unmet: of an axis whose program has no solution, by how much the plan misses each of
-            `solution.CONSTRAINTS`; else 0, shape (2, 3) [m].
+        unmet: of an axis whose program has no solution, by how much the plan misses each of `terms.constraints_of`;
+            else 0, shape (2, n_c) [m, or as that says].
     """
 
     tick: int
@@ -38,7 +61,7 @@ class Plan(NamedTuple):
     reason: Reason
     fallbacks: int
     recovering: bool = False
-    unmet: np.ndarray = _ALL_MET
+    unmet: np.ndarray = _NOTHING
 
     @property
     def slack(self) -> float:

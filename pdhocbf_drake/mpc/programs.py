@@ -1,70 +1,110 @@
-"""The programs of problem (36) for every phase of the step, compiled, each with its solver."""
+"""The programs of problem (36) for every phase of the step, compiled, each with its solver; and the ladder below them.
+
+1. own        what the scenario asks for; solved once more by the independent solver where the first one gives up.
+2. softened   only below a hard barrier: its rows get slacks with an exact price.
+3. relaxed    stability row (or terminal set) paid for instead of demanded, barriers soft and without decay (γ = 1), no
+              bound on the ZMP's velocity. Only ZMP boxes and step limits are left; where these contradict each other,
+              no rung has a solution (`Reason.INFEASIBLE`). With `mpc.recovery` the walk is planned as a disturbed one
+              instead (`Reason.NO_STEADY_PLAN`).
+
+Below them the controller shifts its last plan; and a walk that stays degraded comes to a stand.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Callable, Hashable, Sequence
+from typing import Generic, NamedTuple, TypeVar
 
-from pdhocbf_drake.barriers import AffineBarrier
-from pdhocbf_drake.mpc.axis_program import BOUND_ROWS, axis_program
-from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.mpc.program_cache import Compiled, OnDemand, ProgramCache
-from pdhocbf_drake.mpc.rungs import Rung, without_decay
-from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.mpc.terminal_set import TerminalSet
-from pdhocbf_drake.mpc.warm_start import guess_rows
-from pdhocbf_drake.qp.compiled import ParametricQp, compile_program
-from pdhocbf_drake.qp.solvers import make_solver
-from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.divergent import DivergentComponent
-from pdhocbf_drake.walking.vhip import Vhip
+from pdhocbf_drake.mpc.axis_problem import AxisProblem
+from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.mpc.terms.term import Term
+from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.qp.solvers import QpSolver, make_solver
+
+T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class Programs:
-    """What the programs are made from; `axis_program` writes them.
+class OnDemand(Sequence[T], Generic[T]):
+    """A sequence whose entries are made when they are first asked for, and then kept."""
 
-    Attributes:
-        barriers: of the axes x and y.
-        terminal: terminal sets (20f) by axis.
+    def __init__(self, count: int, make: Callable[[int], T]) -> None:
+        self._make, self._kept = make, dict[int, T]()
+        self._count = count
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __getitem__(self, index: int) -> T:  # type: ignore[override]
+        if not -self._count <= index < self._count:
+            raise IndexError(index)
+        place = index % self._count
+        if place not in self._kept:
+            self._kept[place] = self._make(place)
+        return self._kept[place]
+
+
+class Compiled(NamedTuple):
+    """One axis: a program and its solver for each phase of the step."""
+
+    qps: Sequence[ParametricQp]
+    solvers: Sequence[QpSolver]
+
+
+class ProgramCache:
+    """Compiled programs that several controllers have in common, by what they were made from (`AxisProblem.key`).
+
+    Without a barrier the axes x and y differ in their parameters alone, and so do a walk and its nominal orbit: they
+    share programs and solvers, which carry nothing from one solve to the next that would change an answer.
     """
 
-    gait: Gait
-    vhip: Vhip
-    divergent: DivergentComponent
-    config: MpcConfig
-    barriers: tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
-    terminal: Mapping[int, TerminalSet]
+    def __init__(self) -> None:
+        self._kept: dict[Hashable, Compiled] = {}
 
-    def rungs(self, qps: Sequence[Sequence[ParametricQp]]) -> list[Rung]:
-        """What is solved where the scenario's own problem (`qps`) has no solution, see `mpc.rungs`."""
-        own = Rung(Reason.CROSS_SOLVED, lambda axis, phase: qps[axis][phase], "clarabel")
-        soft = self.config.model_copy(update={"barrier": "soft"})
-        hard = self.config.barrier == "hard" and any(self.barriers)
-        softened = [Rung(Reason.SOFTENED, partial(self.compile, config=soft), self.config.solver)] if hard else []
-        relaxed = Rung(Reason.RELAXED, partial(self.compile, config=soft, elastic=True), self.config.solver)
-        return [own, *softened, relaxed]
+    def compiled(self, problem: AxisProblem) -> Compiled:
+        """The programs of one axis, each compiled when it is first asked for."""
+        key = problem.key
+        if key not in self._kept:
+            self._kept[key] = _compiled(problem)
+        return self._kept[key]
 
-    def compiled(self, axis: int, cache: ProgramCache) -> Compiled:
-        """The programs of one axis; they depend on the axis by its barriers and terminal set alone."""
-        barriers, terminal = self.barriers[axis], self.terminal.get(axis)
-        written = self.config.model_dump_json(exclude={"recovery"})
-        matrices = (self.gait.box_weight.tobytes(), self.vhip.A.tobytes(), self.vhip.B.tobytes())
-        key = (written, matrices, tuple(map(id, barriers)), id(terminal))
-        return cache.get(key, (tuple(barriers), terminal), lambda: self._make(axis))
 
-    def _make(self, axis: int) -> Compiled:
-        count, solver = self.gait.period, self.config.solver
-        qps = OnDemand(count, lambda phase: self.compile(axis, phase))
-        solvers = OnDemand(count, lambda phase: make_solver(solver, qps[phase], BOUND_ROWS, guess_rows(qps, phase)))
-        return Compiled(qps, solvers)
+def _compiled(problem: AxisProblem) -> Compiled:
+    count, solver = problem.setting.gait.period, problem.setting.config.solver
+    qps = OnDemand(count, problem.compile)
+    solvers = OnDemand(
+        count, lambda phase: make_solver(solver, qps[phase], problem.bound_rows, problem.guess_rows(qps, phase))
+    )
+    return Compiled(qps, solvers)
 
-    def compile(self, axis: int, phase: int, config: MpcConfig | None = None, elastic: bool = False) -> ParametricQp:
-        """One phase, of this problem or of one with another config; an elastic one demands no particular end."""
-        barriers = without_decay(self.barriers[axis]) if elastic else self.barriers[axis]
-        program = axis_program(
-            self.gait, self.vhip, self.divergent, barriers, config or self.config, phase,
-            self.terminal.get(axis), elastic,
-        )  # fmt: skip
-        return compile_program(program.prog, program.decisions, program.parameters)
+
+class Rung:
+    """One variant of the problem on both axes, compiled per phase when it is first needed.
+
+    Attributes:
+        reason: what a plan from this rung is logged with.
+    """
+
+    def __init__(self, reason: Reason, problems: Sequence[AxisProblem], solver: str) -> None:
+        self.reason = reason
+        self._problems, self._solver = problems, solver
+        self._solvers: dict[tuple[int, int], QpSolver] = {}
+
+    def solver(self, axis: int, phase: int) -> QpSolver:
+        """The solver of this problem."""
+        if (axis, phase) not in self._solvers:
+            problem = self._problems[axis]
+            self._solvers[axis, phase] = make_solver(self._solver, problem.compile(phase), problem.bound_rows)
+        return self._solvers[axis, phase]
+
+
+def rungs_of(problems: Sequence[AxisProblem]) -> list[Rung]:
+    """What is solved where the scenario's own problem has no solution."""
+    config = problems[0].setting.config
+    own = Rung(Reason.CROSS_SOLVED, problems, "clarabel")
+    hard = config.barrier == "hard" and any(problem.setting.barriers for problem in problems)
+    softened = [Rung(Reason.SOFTENED, _changed(problems, Term.softened), config.solver)] if hard else []
+    return [own, *softened, Rung(Reason.RELAXED, _changed(problems, Term.relaxed), config.solver)]
+
+
+def _changed(problems: Sequence[AxisProblem], change: Callable[[Term], Term]) -> list[AxisProblem]:
+    return [problem.changed(lambda term: getattr(term, change.__name__)()) for problem in problems]

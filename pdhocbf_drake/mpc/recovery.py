@@ -35,15 +35,15 @@ def recovery_of(gait: Gait, vhip: Vhip, config: MpcConfig) -> tuple[Gait, Vhip, 
 
 
 class Disturbance(NamedTuple):
-    """Whether a walk is disturbed, and what that is told by.
+    """Whether a walk is disturbed, and the evidence for it.
 
     Attributes:
-        astray: sum of the divergent component's prediction errors in x and y, forgotten within about a step [m].
+        error_sum: sum of the divergent component's prediction errors in x and y, forgotten within about a step [m].
         active: whether the walk is being recovered.
         quiet: ticks since the last sign of trouble.
     """
 
-    astray: tuple[float, float]
+    error_sum: tuple[float, float]
     active: bool
     quiet: int
 
@@ -51,17 +51,18 @@ class Disturbance(NamedTuple):
         """One tick later.
 
         Args:
-            config: what is noticed. period: N [ticks].
+            config: what counts as a disturbance.
+            period: N [ticks].
             error: measured minus predicted divergent component in x and y [m].
             moved: how far the last plan's next foothold is from the commanded one [m].
         """
         kept = 1.0 - 2.0 / period
-        astray = (kept * self.astray[0] + error[0], kept * self.astray[1] + error[1])
-        trouble = max(map(abs, astray)) > config.noticed
+        error_sum = (kept * self.error_sum[0] + error[0], kept * self.error_sum[1] + error[1])
+        trouble = max(map(abs, error_sum)) > config.noticed
         if not self.active:
-            return Disturbance(astray, trouble, 0)
+            return Disturbance(error_sum, trouble, 0)
         quiet = 0 if trouble or moved > config.calm else self.quiet + 1
-        return Disturbance(astray, quiet < config.calm_ticks, quiet)
+        return Disturbance(error_sum, quiet < config.calm_ticks, quiet)
 
 
 CALM = Disturbance((0.0, 0.0), False, 0)

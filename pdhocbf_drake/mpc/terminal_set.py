@@ -15,9 +15,6 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.walking.config import GaitConfig
 
-RELAXED = 1e3
-"""What a terminal row is relaxed by where it is not in force [m]: far more than any state of a walk."""
-
 
 @dataclass(frozen=True)
 class TerminalSet:

@@ -20,9 +20,10 @@ from pdhocbf_drake.barriers import (
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.orbit import nominal_orbit
-from pdhocbf_drake.mpc.program_cache import ProgramCache
+from pdhocbf_drake.mpc.orbit import nominal_orbit, settled_gait
+from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
+from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.vhip import Vhip
@@ -88,6 +89,8 @@ def build_walk(scenario: Scenario) -> Walk:
             raise InputError(f"{error}{_about_rest(config.side, bound)}") from None
         axes.append(axis)
         barriers.append(barrier)
+    if scenario.mpc.zmp_velocity_max is not None:
+        _check_zmp_velocity(scenario, cache)
     groups = tuple([b for a, b in zip(axes, barriers, strict=True) if a == axis] for axis in (0, 1))
     terminal = None
     if scenario.mpc.terminal_set is not None:
@@ -124,7 +127,21 @@ def gait_of(scenario: Scenario, stride: float) -> Gait:
 
 def orbit_of(scenario: Scenario, stride: float, cache: ProgramCache | None = None) -> np.ndarray:
     """The nominal CoM velocity of the scenario's walk at a stride, shape (2, 2N) [m/s]."""
+    mpc = _nominal_mpc(scenario, stride, cache)
+    return nominal_orbit(mpc.gait, mpc)
+
+
+def _nominal_mpc(scenario: Scenario, stride: float, cache: ProgramCache | None) -> PeriodicMpc:
+    """The scenario's MPC for a walk that nothing disturbs, without barriers and without an end."""
     gait = gait_of(scenario, stride)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    config = scenario.mpc.model_copy(update={"recovery": None})  # nothing disturbs it
-    return nominal_orbit(gait, PeriodicMpc(gait, vhip, config, ([], []), None, cache))
+    config = scenario.mpc.model_copy(update={"recovery": None})
+    return PeriodicMpc(gait, vhip, config, ([], []), None, cache)
+
+
+def _check_zmp_velocity(scenario: Scenario, cache: ProgramCache) -> None:
+    """Refuses a bound on the ZMP's velocity that the walk without it, once settled, would not keep; `InputError`."""
+    unlimited = scenario.model_copy(update={"mpc": scenario.mpc.model_copy(update={"zmp_velocity_max": None})})
+    mpc = _nominal_mpc(unlimited, scenario.gait.stride, cache)
+    boxes = np.array([tick.memory.zmp_box.reshape(2, 2) for tick in settled_gait(mpc.gait, mpc)])
+    check_zmp_velocity(scenario.mpc, boxes, scenario.gait.tick)

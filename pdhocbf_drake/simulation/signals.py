@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from pdhocbf_drake.mpc.solution import CONSTRAINTS
+from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.terms import constraints_of
 
 
 class Signal(NamedTuple):
@@ -101,7 +102,7 @@ SIGNALS: tuple[Signal, ...] = (
         6,
         "m",
         "by how much the plan misses what its axis could not meet: stability (or terminal set), ZMP box, step limits",
-        tuple(f"{constraint}_{axis}" for axis in "xy" for constraint in CONSTRAINTS),
+        tuple(f"{constraint}_{axis}" for axis in "xy" for constraint in constraints_of(MpcConfig())),
     ),
     Signal(
         "oscillator_state", "oscillator", 2, "1, 1/s", "state of the Van der Pol oscillator", ("x1", "x2"), "oscillator"

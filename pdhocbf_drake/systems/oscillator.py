@@ -7,7 +7,7 @@ import time
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 
 _REASONS = {"solved": Reason.SOLVED, "softened": Reason.SOFTENED, "failed": Reason.NOT_OPTIMAL}

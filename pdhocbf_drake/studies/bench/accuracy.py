@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
-from pdhocbf_drake.mpc.solution import Reason
-from pdhocbf_drake.mpc.warm_start import guess_rows
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.qp.solvers import QpSolver, make_solver
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.recording import Tick, theta
@@ -28,8 +26,9 @@ def gaps(walk: Walk, ticks: Sequence[Tick], others: Sequence[Route]) -> dict[str
         for axis in AXES:
             qp, parameters = mpc.qps[axis][phase], theta(mpc, given, axis)
             if (axis, phase) not in solvers:
-                rows = guess_rows(mpc.qps[axis], phase)
-                solvers[axis, phase] = make_solver(mpc.config.solver, qp, BOUND_ROWS, rows)
+                problem = mpc.problems[axis]
+                rows = problem.guess_rows(mpc.qps[axis], phase)
+                solvers[axis, phase] = make_solver(mpc.config.solver, qp, problem.bound_rows, rows)
             guess = None if given.last is None else given.last.active[axis]
             ours = solvers[axis, phase].solve(parameters, guess).decisions
             start = answers[first.name][axis][: len(qp.P)]

@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
-from pdhocbf_drake.mpc.warm_start import guess_rows
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.clock import now
 from pdhocbf_drake.studies.bench.recording import Tick, solve, theta
@@ -28,7 +26,10 @@ def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
     from pdhocbf_drake.qp.daqp_solver import DaqpQp
 
     mpc = walk.mpc
-    solvers = [[DaqpQp(qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)] for axis in mpc.qps]
+    solvers = [
+        [DaqpQp(qp, problem.bound_rows, problem.guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
+        for qps, problem in zip(mpc.qps, mpc.problems, strict=True)
+    ]
     rows = np.empty((passes, len(ticks), 8))
     for number in range(passes):
         for i, given in enumerate(ticks):

@@ -28,7 +28,7 @@ class Tick(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """The ticks of one run, and the reason of each plan (`mpc.solution.Reason`)."""
+    """The ticks of one run, and the reason of each plan (`mpc.plan.Reason`)."""
 
     ticks: list[Tick]
     reasons: np.ndarray
@@ -62,4 +62,5 @@ def solve(mpc: PeriodicMpc, given: Tick) -> Plan:
 
 def theta(mpc: PeriodicMpc, given: Tick, axis: int) -> np.ndarray:
     """The parameters of one axis at that tick."""
-    return mpc.theta(axis, given.tick, given.state[axis], given.stance[axis], given.bounds, None, given.last)
+    tick = mpc.given(given.tick, given.state, given.stance, given.bounds, None, given.last)
+    return mpc.problems[axis].theta(tick)

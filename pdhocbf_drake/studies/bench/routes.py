@@ -9,8 +9,6 @@ import numpy as np
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 from scipy.sparse import csc_matrix
 
-from pdhocbf_drake.mpc.axis_program import BOUND_ROWS
-from pdhocbf_drake.mpc.warm_start import guess_rows
 from pdhocbf_drake.qp.compiled import ParametricQp
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.clock import now
@@ -70,7 +68,8 @@ class Core(Route):
         from pdhocbf_drake.qp.daqp_solver import DaqpQp
 
         self._solvers = [
-            [DaqpQp(qp, BOUND_ROWS, guess_rows(axis, phase)) for phase, qp in enumerate(axis)] for axis in self.mpc.qps
+            [DaqpQp(qp, problem.bound_rows, problem.guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
+            for qps, problem in zip(self.mpc.qps, self.mpc.problems, strict=True)
         ]
 
     def seconds(self, given: Tick) -> float:

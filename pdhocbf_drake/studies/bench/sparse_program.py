@@ -1,12 +1,13 @@
-"""The program of `mpc.axis_program` as interior-point solvers like it: the states are variables, the rows are short."""
+"""The program of `mpc.axis_problem` as interior-point solvers like it: the states are variables, the rows are short."""
 
 from __future__ import annotations
 
 import numpy as np
 from pydrake.solvers import MathematicalProgram
 
+from pdhocbf_drake.barriers import affine_rows
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
-from pdhocbf_drake.mpc.axis_program import Parameters, box_weights
+from pdhocbf_drake.mpc.terms.program import box_weights
 from pdhocbf_drake.qp.compiled import ParametricQp, compile_program
 from pdhocbf_drake.simulation.build import Walk
 
@@ -15,16 +16,16 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
     """The compiled program of one axis and phase in [u, f, slacks, s_1 … s_H], with the same θ and the same optimum.
 
     Where no barrier looks at the CoM, the states are the ZMP alone, and the stability row is the one in u. The first
-    decisions are those of `axis_program`, so that answers can be compared entry by entry.
+    decisions are those of `AxisProblem`, so that answers can be compared entry by entry.
     """
     mpc, gait, vhip = walk.mpc, walk.gait, walk.vhip
     config, horizon, n_f = mpc.config, mpc.config.horizon, mpc.footholds
     barriers = mpc.barriers[axis]
     soft = bool(barriers) and config.barrier == "soft"
-    layout = Parameters(n_f, horizon, [barrier.name for barrier in barriers])
+    problem = mpc.problems[axis]
     prog = MathematicalProgram()
-    theta = prog.NewContinuousVariables(layout.size, "theta")
-    part = {name: theta[place] for name, place in layout.places.items()}
+    theta = prog.NewContinuousVariables(problem.size, "theta")
+    part = {name: theta[place] for name, place in problem.places.items()}
     u, f = prog.NewContinuousVariables(horizon, "u"), prog.NewContinuousVariables(n_f, "f")
     states = prog.NewContinuousVariables(3 * horizon if barriers else horizon, "s")
     path = np.full((horizon + 1, 3), None)
@@ -47,7 +48,7 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
     weights = box_weights(gait, phase, horizon, n_f)
     for sign, step in ((1.0, "step_lower"), (-1.0, "step_upper")):
         rows = np.hstack([sign * np.eye(horizon), -sign * weights, weights, sign * np.eye(horizon)])
-        variables = np.concatenate([path[1:, 2], feet, part["half"], part["offset"]])
+        variables = np.concatenate([path[1:, 2], feet, part["half"], part["zmp_offset"]])
         prog.AddLinearConstraint(rows, np.zeros(horizon), np.full(horizon, np.inf), variables)
         moves = sign * np.hstack([np.eye(n_f, n_f + 2, 2) - np.eye(n_f, n_f + 2, 1), -eye])
         prog.AddLinearConstraint(moves, np.zeros(n_f), np.full(n_f, np.inf), np.concatenate([feet, part[step]]))
@@ -63,7 +64,8 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
     slacks = []
     for barrier in barriers:
         coefficients = barrier.sign * psi_coefficients(linear_rates(barrier))
-        first = _first_reachable(walk, axis, phase, barrier.name, len(coefficients))
+        # Rows at the start that no input shows in are left out, as our program does.
+        first = int(np.argmax(affine_rows(barrier, vhip.system, phase, horizon).reachable))
         count = horizon + 2 - len(coefficients) - first
         slack = prog.NewContinuousVariables(count if soft else 0, "slack")
         slacks.append(slack)
@@ -78,9 +80,3 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
             prog.AddQuadraticCost(2.0 * quadratic * np.eye(count), np.full(count, linear), slack)
             prog.AddBoundingBoxConstraint(0.0, np.inf, slack)
     return compile_program(prog, np.concatenate([u, f, *slacks, states]), theta)
-
-
-def _first_reachable(walk: Walk, axis: int, phase: int, name: str, window: int) -> int:
-    """How many rows at the start no input shows in; our program leaves them out too."""
-    rows = sum(row == f"barrier {name}" for row in walk.mpc.qps[axis][phase].names)
-    return walk.mpc.config.horizon + 2 - window - rows

@@ -9,11 +9,11 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.mpc.steps import StepPreview
+from pdhocbf_drake.mpc.terms.step_limits import step_ranges
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.walking import Gait, GaitConfig
-from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.vhip import Vhip
 
 FASTEST = 5.0
@@ -116,11 +116,11 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     n, delta = gait.period, gait_config.tick
     parities = 1 if axis == 0 else 2
     period, commit = parities * n, min(mpc.freeze_ticks, n - 1 - gait_config.double_support_ticks)
-    preview = StepPreview(gait, mpc, DivergentComponent(vhip))
+    commanded = CommandedSteps(gait, mpc.horizon, mpc.zmp_margin)
     # Even steps come first, so that a phase here is a tick modulo the period.
     first = gait_config.start_steps + gait_config.start_steps % 2
-    ahead = [preview.steps(first + parity) for parity in range(parities)]
-    ranges = np.array([[s.lower[axis, 0], s.upper[axis, 0]] for s in ahead])
+    ahead = [commanded.steps(first + parity) for parity in range(parities)]
+    ranges = np.array([[limit[axis, 0] for limit in step_ranges(mpc, s)] for s in ahead])
     moves = np.array([s.moves[axis, 0] for s in ahead])
     if np.abs(moves).max() / 2 >= reach:
         raise InputError(f"the CoM's reach of {reach:g} m does not cover a step of {np.abs(moves).max():g} m")

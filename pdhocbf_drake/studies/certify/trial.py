@@ -11,8 +11,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.mpc.plan import Plan
-from pdhocbf_drake.mpc.solution import Reason
+from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.sets.polytope import Array
 from pdhocbf_drake.studies.certify.psi_rows import zmp_of_psi
 from pdhocbf_drake.studies.certify.rescue import SAVED, Rescue
@@ -164,8 +163,8 @@ def _start(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float]) -> 
     first = gait.config.start_steps + 2 + gait.config.start_steps % 2
     tick = first * n + max(start.phase for start in starts)
     step, phase = gait.phase(tick)
-    here = mpc.preview.steps(step).centre
-    commanded = mpc.preview.steps(step - 1).moves[:, 0]
+    here = mpc.commanded.steps(step).centre
+    commanded = mpc.commanded.steps(step - 1).moves[:, 0]
     coming = n - phase <= mpc.config.freeze_ticks
     chosen = np.array([start.state[2] if len(start.state) == 3 else np.nan for start in starts])
     last = np.where(coming | np.isnan(chosen), commanded, chosen)
@@ -178,7 +177,7 @@ def _start(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float]) -> 
     memory = Memory.at_start(mpc, state, feet)
     memory.stance = stance
     if coming:
-        moves = mpc.preview.steps(step).moves.copy()
+        moves = mpc.commanded.steps(step).moves.copy()
         moves[:, 0] = np.where(np.isnan(chosen), moves[:, 0], chosen)
         footholds = here[:, None] + np.cumsum(moves, axis=1)
         nothing = (np.zeros(mpc.rows[0]), np.zeros(mpc.rows[1]))

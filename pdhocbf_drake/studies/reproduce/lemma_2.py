@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Request, Runs
 from pdhocbf_drake.studies.reproduce.stability import VARIANTS, Attempt, attempt
@@ -147,7 +148,7 @@ def difference(tried: Attempt, base: Attempt) -> float:
 
 def in_words(tried: Attempt) -> str:
     """How far an attempt walked, in words."""
-    if tried.status == "solved":
+    if tried.reason == Reason.SOLVED:
         return "walks"
     if tried.planned == 0:
         return "no solution at the first tick"
@@ -163,7 +164,7 @@ def _figure(found: dict[str, Attempt]) -> Picture:
         speed[: found[name].planned] = found[name].speed
         axes.plot(speed, color=colour, ls=style, label=name)
         data[f"CoM velocity, {name} [m/s]"] = speed
-        if found[name].status != "solved":
+        if found[name].reason != Reason.SOLVED:
             last = max(0, found[name].planned - 1)
             speed[0] = found[_ONE].speed[0]  # where it begins
             axes.plot(last, speed[last], "X", color=colour, ms=9)

@@ -9,6 +9,7 @@ import numpy as np
 from pdhocbf_drake.analysis.feet import steps_taken
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.loop import walk_template
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -79,8 +80,8 @@ def literal_against_corrected(runs: Runs) -> Section:
             Number("the same, soft with gamma 0.5", None, soft, "phases", None, False, command),
         ],
         finding({
-            "the letter η": eta.status != "solved",
-            "the two rows at once": both.status != "solved",
+            "the letter η": eta.reason != Reason.SOLVED,
+            "the two rows at once": both.reason != Reason.SOLVED,
             "γ = 1 made hard": hard > 0,
         }),
     )  # fmt: skip

@@ -1,0 +1,38 @@
+"""The footholds' distance from the commanded ones, eq. (36)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pdhocbf_drake.mpc.commanded import Commanded
+from pdhocbf_drake.mpc.terms.program import AxisProgram
+from pdhocbf_drake.mpc.terms.term import Term, Tick
+
+
+class Footholds(Term):
+    """min ε Σ_j (f_j − f*_j)², the second sum of eq. (36), with ε = `mpc.foothold_weight` [1/s²].
+
+    The targets f* are the commanded moves from where the stance foot is, and from there at most `mpc.path_correction`
+    towards the commanded path.
+
+    Parameters: target (n_f,) [m].
+    """
+
+    axes_alike = True
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        return {"target": self.setting.config.horizon // self.setting.gait.period}
+
+    def write(self, program: AxisProgram) -> None:
+        eye = np.eye(len(program.f))
+        missed = np.hstack([eye, -eye])
+        hessian = 2.0 * self.setting.config.foothold_weight * missed.T @ missed
+        program.price(hessian, np.concatenate([program.f, program.part["target"]]), "foothold")
+
+    def fill_step(self, step: int, ahead: Commanded, theta: np.ndarray) -> None:
+        theta[self.places["target"]] = np.cumsum(ahead.moves[self.axis])
+
+    def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
+        here, most = float(tick.stance[self.axis, 1]), self.setting.config.path_correction[self.axis]
+        theta[self.places["target"]] += here + min(max(float(tick.ahead.centre[self.axis]) - here, -most), most)

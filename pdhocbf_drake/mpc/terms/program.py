@@ -1,0 +1,75 @@
+"""The `MathematicalProgram` of one axis at one phase of the step, while its terms are written into it."""
+
+from __future__ import annotations
+
+import numpy as np
+from pydrake.solvers import Constraint, LinearConstraint, LinearEqualityConstraint, MathematicalProgram
+
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.vhip import Vhip
+
+
+class AxisProgram:
+    """The QP of one axis at one phase of the step, eq. (36), with θ as variables.
+
+    Decisions w = [u_0 … u_{H−1} (ZMP velocities [m/s]), f_1 … (centres of the coming stance feet [m]), slacks].
+
+    Attributes:
+        prog: what is written.
+        phase: tick of the step at which the plan begins.
+        horizon: H [ticks].
+        u, f: ZMP velocities and footholds.
+        part: the parameters by name, as variables.
+        feet: [last, this, coming stance centres].
+        phi, gamma: Φ, Γ with [c, v, p](k + i) = Φ_i [c, v, p](k) + Γ_i u, see `Vhip.prediction`.
+    """
+
+    def __init__(self, gait: Gait, vhip: Vhip, phase: int, horizon: int, places: dict[str, slice]) -> None:
+        self.phase, self.horizon = phase, horizon
+        self.prog = MathematicalProgram()
+        self.u = self.prog.NewContinuousVariables(horizon, "u")
+        self.f = self.prog.NewContinuousVariables(horizon // gait.period, "f")
+        self.parameters = self.prog.NewContinuousVariables(max(place.stop for place in places.values()), "theta")
+        self.part = {name: self.parameters[place] for name, place in places.items()}
+        self.feet = np.concatenate([self.part["stance"], self.f])
+        self.phi, self.gamma = vhip.prediction(phase, horizon)
+        self.weights = box_weights(gait, phase, horizon, len(self.f))
+        self._slacks: list[np.ndarray] = []
+
+    @property
+    def decisions(self) -> np.ndarray:
+        """w, slacks in the order in which they were added."""
+        return np.concatenate([self.u, self.f, *self._slacks])
+
+    def new_slacks(self, count: int, name: str) -> np.ndarray:
+        """More decisions."""
+        self._slacks.append(self.prog.NewContinuousVariables(count, name))
+        return self._slacks[-1]
+
+    def price(self, hessian: np.ndarray, variables: np.ndarray, name: str, linear: np.ndarray | None = None) -> None:
+        """Adds the cost ½ xᵀ hessian x + linearᵀ x, convex as it is written, which Drake need not find out."""
+        slope = np.zeros(len(hessian)) if linear is None else linear
+        self.prog.AddQuadraticCost(hessian, slope, variables, True).evaluator().set_description(name)
+
+    def at_least(self, rows: np.ndarray, variables: np.ndarray, name: str, lower: np.ndarray | None = None) -> None:
+        """Adds rows · variables ≥ lower, or ≥ 0."""
+        least = np.zeros(len(rows)) if lower is None else lower
+        self._constrain(LinearConstraint(rows, least, np.full(len(rows), np.inf)), variables, name)
+
+    def equal_zero(self, rows: np.ndarray, variables: np.ndarray, name: str) -> None:
+        """Adds rows · variables = 0."""
+        self._constrain(LinearEqualityConstraint(rows, np.zeros(len(rows))), variables, name)
+
+    def _constrain(self, constraint: Constraint, variables: np.ndarray, name: str) -> None:
+        """`prog.AddLinearConstraint` would do the same, but loads scipy to see whether its matrix is sparse."""
+        constraint.set_description(name)
+        self.prog.AddConstraint(constraint, variables)
+
+
+def box_weights(gait: Gait, phase: int, horizon: int, footholds: int) -> np.ndarray:
+    """S with box centre at k + i = S_i · [last, this, coming stance centres], i = 1 … H, shape (H, footholds + 2)."""
+    weights, samples = np.zeros((horizon, footholds + 2)), np.arange(horizon)
+    ahead, tick = np.divmod(phase + 1 + samples, gait.period)
+    weights[samples, ahead] = 1.0 - gait.box_weight[tick]
+    weights[samples, ahead + 1] = gait.box_weight[tick]
+    return weights

@@ -1,0 +1,41 @@
+"""The moving ZMP box, eq. (27)."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from pdhocbf_drake.mpc.commanded import Commanded
+from pdhocbf_drake.mpc.terms.program import AxisProgram
+from pdhocbf_drake.mpc.terms.term import RowKind, Term
+
+
+class ZmpBox(Term):
+    """|p(k+i) + offset_i − S_i feet| ≤ S_i half, i = 1 … H, eq. (27).
+
+    S_i feet is the centre of the box at k + i, which moves from foot to foot in double support, and S_i half its half
+    side. The offset is by how much the real ZMP is expected to differ from the template's.
+
+    Parameters: half (n_f + 2,), half sides in the last, this and the coming steps, less `mpc.zmp_margin` [m].
+    """
+
+    rows: ClassVar = {
+        "zmp_box_lower": RowKind("tick", is_bound=True, missed_as="zmp_box"),
+        "zmp_box_upper": RowKind("tick", is_bound=True, missed_as="zmp_box"),
+    }
+    axes_alike = True
+
+    @property
+    def sizes(self) -> dict[str, int]:
+        return {"half": self.setting.config.horizon // self.setting.gait.period + 2}
+
+    def write(self, program: AxisProgram) -> None:
+        part, weights, eye = program.part, program.weights, np.eye(program.horizon)
+        variables = np.concatenate([program.u, part["state"], program.feet, part["half"], part["zmp_offset"]])
+        for name, sign in zip(self.rows, (1.0, -1.0), strict=True):
+            zmp = np.hstack([sign * program.gamma[1:, 2], sign * program.phi[1:, 2]])
+            program.at_least(np.hstack([zmp, -sign * weights, weights, sign * eye]), variables, name)
+
+    def fill_step(self, step: int, ahead: Commanded, theta: np.ndarray) -> None:
+        theta[self.places["half"]] = ahead.half[self.axis]

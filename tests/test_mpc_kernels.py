@@ -1,0 +1,45 @@
+"""The machine code of the controller's tick against plain numpy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake.mpc.kernels import believe, write_references
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("zmp_measured", [False, True])
+@pytest.mark.parametrize("broken", [None, (0, 0), (1, 1), (0, 2)])
+def test_the_believed_state(seed: int, zmp_measured: bool, broken: tuple[int, int] | None) -> None:
+    random = np.random.default_rng(seed)
+    planned, measured, before = random.normal(size=(2, 3)), random.normal(size=(2, 3)), random.normal(size=4)
+    if seed == 0:
+        before = measured[:, :2].ravel().copy()
+    if broken is not None:
+        measured[broken] = np.nan if seed % 2 else np.inf
+    latency, eta, state, com = 0.004, 17.0, np.empty((2, 3)), np.empty(4)
+    finite, repeats, moves = believe(planned, measured, before, zmp_measured, latency, eta, state, com)
+    c, v = measured[:, 0], measured[:, 1]
+    p = measured[:, 2] if zmp_measured else planned[:, 2]
+    assert finite == bool(np.isfinite([c, v, p]).all())
+    assert repeats == np.array_equal(measured[:, :2].ravel(), before)
+    if finite:
+        np.testing.assert_allclose(state, np.column_stack([c + latency * v, v + latency * eta * (c - p), p]))
+        np.testing.assert_allclose(moves, np.abs(planned - measured)[:, :2].max())
+        np.testing.assert_array_equal(com, measured[:, :2].ravel())
+
+
+def test_the_references_of_the_coming_tick() -> None:
+    random = np.random.default_rng(7)
+    eta, state, inputs, com, zmp = (
+        17.0,
+        random.normal(size=(2, 3)),
+        random.normal(size=(2, 80)),
+        np.empty(6),
+        np.empty(4),
+    )
+    write_references(eta, state, inputs, com, zmp)
+    c, v, p = state.T
+    np.testing.assert_allclose(com.reshape(2, 3), np.column_stack([c, v, eta * (c - p)]))
+    np.testing.assert_allclose(zmp.reshape(2, 2), np.column_stack([p, inputs[:, 0]]))
