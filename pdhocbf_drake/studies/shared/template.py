@@ -88,7 +88,7 @@ class Laboratory:
         return self.orbit.outcome(walk.after(phase, kicks, ticks), walk.undisturbed)
 
     def commanded(self, case: str, stride: float, ahead: int, ticks: int) -> Outcome:
-        """What a wrong speed command from phase 0 on does: another stride [m], first at the foothold after `ahead` steps."""
+        """What a wrong speed command does from phase 0 on: after `ahead` more steps, steps of another length [m]."""
         walk = self.walks[case]
         step = walk.first // walk.walk.gait.period + ahead
         return self.orbit.outcome(walk.commanded(stride, step).after(0, np.zeros((0, 2)), ticks), walk.undisturbed)
