@@ -112,10 +112,7 @@ def _outside(found: ScenarioCertificate, count: int, random: np.random.Generator
 
 
 # A soft barrier's slack is part of the plan; a hard one that had to be softened left none.
-_PLANNED = {
-    "soft": (Reason.SOLVED, Reason.SOFTENED, Reason.CROSS_SOLVED),
-    "hard": (Reason.SOLVED, Reason.CROSS_SOLVED),
-}
+_PLANNED = {"soft": (Reason.SOLVED, Reason.SOFTENED, Reason.CROSS_SOLVED), "hard": (Reason.SOLVED, Reason.CROSS_SOLVED)}
 _SIDES = {1: 0, -1: 1}  # rows of Memory.feet
 
 

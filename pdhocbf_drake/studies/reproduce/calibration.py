@@ -102,9 +102,9 @@ def statement(fit: Calibration) -> str:
     """What was chosen and what was fitted, in words."""
     gait, mpc = CHOSEN["gait"], CHOSEN["mpc"]
     return (
-        f"Calibrated, since the paper does not give it: chosen stride {gait['stride']} m, "
-        f"epsilon {mpc['foothold_weight']:g} 1/s^2 per foothold, no double support, no standing start, gamma 1, one "
-        f"margin for both bounds; fitted in {fit.walks} walks to the two margins of (38): Delta_z = "
+        f"Calibrated, since the paper does not give it: chosen stride {gait['stride']} m, epsilon "
+        f"{mpc['foothold_weight']:g} 1/s^2 per foothold, no double support, no standing start, gamma 1, one margin "
+        f"for both bounds; fitted in {fit.walks} walks to the two margins of (38): Delta_z = "
         f"{1e3 * fit.amplitude:.2f} mm and margin = {1e3 * fit.margin:.2f} mm/s. The velocity then rises "
         f"{1e3 * fit.ripple:.2f} mm/s over its mean."
     )

@@ -66,7 +66,7 @@ def figure_6(runs: Runs) -> Section:
         ],
         pictures,
         [Table("What the walk asks of the joints, over the whole run", header, rows)],
-        [Number("degrees of freedom of the robot", 12, len(JOINTS), "1", 0.0, False, "pdhocbf reproduce --only fig6")],
+        [Number("degrees of freedom of the robot", 12, len(JOINTS), "1", "pdhocbf reproduce --only fig6", 0.0)],
         f"From {log.time[_STEADY]:g} s on every angle repeats after a gait to {repeats:.2f} deg.",
     )
 

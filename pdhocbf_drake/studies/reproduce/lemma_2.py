@@ -53,18 +53,14 @@ def lemma_2(runs: Runs) -> Section:
     return Section(
         "Lemma 2: (33) and (34) are one statement",
         [
-            "With the divergent component of the discretised template, e_{k+1} = λ_k e_k − δu_k, both rows say e_{k+H} "
-            "= e_k. "
-            "Alone or together they ask for the same walk. As printed, (33) uses the exponentials of continuous "
-            "time and "
-            "(34) the Euler model (23): two rows that are almost, but not quite, parallel. Where the footholds may "
-            "give "
-            "way the QP can pay for the difference; where they are fixed it cannot.",
-            f"The letter η stands for (z̈+g)/z ≈ {eta:.1f} 1/s² in (22) and for a rate in (28)–(34), which must be ω = "
-            f"√η ≈ "
-            f"{omega:.1f} 1/s. Over the horizon the divergent component grows by e^(ωHδ) = "
-            f"{math.exp(omega * time):.0f} (Euler: "
-            f"{(1 + omega * tick) ** horizon:.1f}); taken to the letter, e^(ηHδ) = {math.exp(eta * time):.1e}.",
+            "With the divergent component of the discretised template, e_{k+1} = λ_k e_k − δu_k, both rows say "
+            "e_{k+H} = e_k. Alone or together they ask for the same walk. As printed, (33) uses the exponentials of "
+            "continuous time and (34) the Euler model (23): two rows that are almost, but not quite, parallel. Where "
+            "the footholds may give way the QP can pay for the difference; where they are fixed it cannot.",
+            f"The letter η stands for (z̈+g)/z ≈ {eta:.1f} 1/s² in (22) and for a rate in (28)–(34), which must be ω "
+            f"= √η ≈ {omega:.1f} 1/s. Over the horizon the divergent component grows by e^(ωHδ) = "
+            f"{math.exp(omega * time):.0f} (Euler: {(1 + omega * tick) ** horizon:.1f}); taken to the letter, e^(ηHδ) "
+            f"= {math.exp(eta * time):.1e}.",
         ],
         [_figure(found["adaptive"])],
         [
@@ -80,17 +76,14 @@ def lemma_2(runs: Runs) -> Section:
                 0.0,
                 matching,
                 "m/s",
-                1e-5,
-                False,
                 command,
+                1e-5,
             ),
             Number(
                 "(33) with (34), literal, footholds fixed: ticks until infeasible",
                 None,
                 found["fixed"][_BOTH].planned,
                 "ticks",
-                None,
-                False,
                 command,
             ),
             Number(
@@ -98,8 +91,6 @@ def lemma_2(runs: Runs) -> Section:
                 None,
                 found["adaptive"][_ETA].planned,
                 "ticks",
-                None,
-                False,
                 command,
             ),
         ],

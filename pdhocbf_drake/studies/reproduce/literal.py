@@ -61,23 +61,14 @@ def literal_against_corrected(runs: Runs) -> Section:
         "Literal against corrected",
         [
             "Each row keeps everything else as it is and takes one thing to the letter. What the letter says cannot "
-            "always be "
-            "run: then the library refuses it, and says why."
+            "always be run: then the library refuses it, and says why."
         ],
         [],
         [Table("What each slip does", ("slip", "to the letter", "corrected"), rows)],
         [
-            Number(
-                f"hard, gamma 1: phases of {len(_PHASES)} at which the QP has no solution after a kick of "
-                f"{1e3 * _KICK:g} mm/s",
-                None,
-                hard,
-                "phases",
-                None,
-                False,
-                command,
-            ),
-            Number("the same, soft with gamma 0.5", None, soft, "phases", None, False, command),
+            Number(f"hard, gamma 1: phases of {len(_PHASES)} at which the QP has no solution after a kick of "
+                f"{1e3 * _KICK:g} mm/s", None, hard, "phases", command),
+            Number("the same, soft with gamma 0.5", None, soft, "phases", command),
         ],
         finding({
             "the letter η": eta.reason != Reason.SOLVED,
@@ -114,8 +105,8 @@ def _robot_walk(run: Run) -> str:
     h = log["h"][rows, 0].min()
     return (
         f"robot: {log.ending} at {log.time[-1]:.1f} s, {steps_taken(log)} steps; ZMP outside its box "
-        f"{100 * outside:.0f} % "
-        f"of the time, planned jumps up to {1e3 * jump:.0f} mm a tick, least h {1e3 * h:.0f} mm/s"
+        f"{100 * outside:.0f} % of the time, planned jumps up to {1e3 * jump:.0f} mm a tick, least h {1e3 * h:.0f} "
+        "mm/s"
     )
 
 

@@ -72,25 +72,19 @@ def figure_1(runs: Runs) -> Section:
     return Section(
         "Fig. 1: the Van der Pol oscillator",
         [
-            f"Equation (17) does not hold for the discretisation (16): Euler multiplies the amplitude by √(1+δ²) a "
-            f"tick, "
-            f"{exact:.2f} % a revolution, and 2π/δ = 628.3 is no whole number. Left alone, the oscillation leaves any "
-            f"tube; "
-            "the barriers hold it in one whose period is a whole number of ticks.",
+            "Equation (17) does not hold for the discretisation (16): Euler multiplies the amplitude by √(1+δ²) a "
+            f"tick, {exact:.2f} % a revolution, and 2π/δ = 628.3 is no whole number. Left alone, the oscillation "
+            "leaves any tube; the barriers hold it in one whose period is a whole number of ticks.",
             "The x₁ barriers have relative degree 2 and the x₂ barriers 1, computed from the dynamics, as the paper "
-            "says. All "
-            "four share one input. That they can be kept together is not automatic: it is a linear program per "
-            "phase over "
-            "the whole safe set, and here some room is left everywhere (“least room in the tube”).",
+            "says. All four share one input. That they can be kept together is not automatic: it is a linear program "
+            "per phase over the whole safe set, and here some room is left everywhere (“least room in the tube”).",
         ],
         pictures,
         [Table("Four barriers, one input", header, rows)],
         [
-            Number(
-                "growth of (16) per revolution with beta = 0, (17) says", 0.0, float(growth), "%", None, False, command
-            ),
-            Number("relative degree of the x1 barriers, (18)", 2, degrees[0], "1", 0.0, False, command),
-            Number("relative degree of the x2 barriers, (18)", 1, degrees[2], "1", 0.0, False, command),
+            Number("growth of (16) per revolution with beta = 0, (17) says", 0.0, float(growth), "%", command),
+            Number("relative degree of the x1 barriers, (18)", 2, degrees[0], "1", command, 0.0),
+            Number("relative degree of the x2 barriers, (18)", 1, degrees[2], "1", command, 0.0),
         ],
         "The barriers do what Fig. 1 shows; what they fight is the drift of the paper's own discretisation.",
     )

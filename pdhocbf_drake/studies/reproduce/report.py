@@ -39,18 +39,18 @@ class Number(NamedTuple):
         paper: the paper's value; None where the paper has none.
         ours: our value, in the same unit.
         unit: of both.
+        command: the command that prints it.
         tolerance: largest |ours − paper| that counts as reproduced [unit]; None where no agreement is claimed.
         calibrated: True where a value that the paper leaves out was fitted to this number.
-        command: the command that prints it.
     """
 
     name: str
     paper: float | None
     ours: float
     unit: str
-    tolerance: float | None
-    calibrated: bool
     command: str
+    tolerance: float | None = None
+    calibrated: bool = False
 
     @property
     def agrees(self) -> bool | None:
@@ -133,13 +133,7 @@ def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) 
             header, rows = picture.table()
             with (folder / FIGURES / f"{picture.name}.csv").open("w", newline="", encoding="utf-8") as file:
                 csv.writer(file).writerows([header, *rows])
-            pictures.append(
-                {
-                    "caption": picture.caption,
-                    "name": picture.name,
-                    "source": data_url(image),
-                }
-            )
+            pictures.append({"caption": picture.caption, "name": picture.name, "source": data_url(image)})
         shown.append({"key": key, "section": section, "pictures": pictures, "numbers": section.numbers})
     numbers = results(sections)
     (folder / RESULTS).write_text(

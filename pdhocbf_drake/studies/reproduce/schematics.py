@@ -29,10 +29,10 @@ def figures_2_and_3(runs: Runs) -> Section:
         ["Both are drawn from the log of the template's walk: what is shown is the model, not a sketch of it."],
         [_side(run.log, rows), _above(run.log, rows)],
         numbers=[
-            Number("nominal CoM height Z_com, (24)", 0.58, config.com_height, "m", 0.0, False, command),
-            Number("side of the ZMP box, (27)", 0.1, config.zmp_box[0], "m", 0.0, False, command),
-            Number("sampling interval", 0.01, config.tick, "s", 0.0, False, command),
-            Number("horizon H, Lemma 2", 80, run.scenario.mpc.horizon, "ticks", 0.0, False, command),
+            Number("nominal CoM height Z_com, (24)", 0.58, config.com_height, "m", command, 0.0),
+            Number("side of the ZMP box, (27)", 0.1, config.zmp_box[0], "m", command, 0.0),
+            Number("sampling interval", 0.01, config.tick, "s", command, 0.0),
+            Number("horizon H, Lemma 2", 80, run.scenario.mpc.horizon, "ticks", command, 0.0),
         ],
         finding="With no double support the ZMP crosses from box to box within a tick; these boxes do not overlap.",
     )

@@ -56,43 +56,30 @@ def sensitivity(runs: Runs) -> Section:
     return Section(
         "What M measures",
         [
-            "Both cases walk the same, so M = (mean of V̄_P − v̄)/(V̄_DCBF − v̄): a property of where the two "
-            "bounds were "
-            "drawn. A constant bound has to clear the peak of the velocity; if both clear the velocity by the same "
-            "least "
-            "distance m, M = m/(m + r), with r the ripple: peak less mean. The lines are that formula, the points are "
-            "walks.",
+            "Both cases walk the same, so M = (mean of V̄_P − v̄)/(V̄_DCBF − v̄): a property of where the two bounds "
+            "were drawn. A constant bound has to clear the peak of the velocity; if both clear the velocity by the "
+            "same least distance m, M = m/(m + r), with r the ripple: peak less mean. The lines are that formula, "
+            "the points are walks.",
             f"With the gait fixed, the choice of the margin alone moves M from {spread.min():.0f} % to "
-            f"{spread.max():.0f} %; "
-            f"with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % to {gaits.max():.0f} %. "
-            f"γ leaves it at {slow[-1]:.0f} % unless it is so small that the constant barrier forbids the ripple "
-            f"itself: "
-            f"at γ = {VARIED['gamma'][1][0]:g} the walk slows down and M is {slow[0]:.0f} %. Any M between 0 and "
-            f"100 % can "
-            "be had, and M = 32.3 % "
-            "is met by a whole family of gaits, so it identifies none of them.",
+            f"{spread.max():.0f} %; with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % "
+            f"to {gaits.max():.0f} %. γ leaves it at {slow[-1]:.0f} % unless it is so small that the constant barrier "
+            f"forbids the ripple itself: at γ = {VARIED['gamma'][1][0]:g} the walk slows down and M is {slow[0]:.0f} "
+            "%. Any M between 0 and 100 % can be had, and M = 32.3 % is met by a whole family of gaits, so it "
+            "identifies none of them.",
         ],
         [_figure(found), _law(found)],
         [],
         [
-            Number(
-                "least M over margins of 1 to 60 mm/s, the same walk",
-                None,
-                float(spread.min()),
-                "%",
-                None,
-                False,
-                command,
-            ),
-            Number("largest M over the same margins", None, float(spread.max()), "%", None, False, command),
+            Number("least M over margins of 1 to 60 mm/s, the same walk", None, float(spread.min()), "%", command),
+            Number("largest M over the same margins", None, float(spread.max()), "%", command),
             Number(
                 "ripple of the velocity that (38) implies, one margin for both",
                 PAPER_DCBF - PAPER_PERIODIC,
                 float(found["com_height_amplitude"][3, 0]),
                 "m/s",
+                command,
                 0.0006,
                 True,
-                command,
             ),
         ],
         "M says how closely the two bounds were drawn around one trajectory, not how two controllers differ.",

@@ -30,15 +30,12 @@ def theorem_1(runs: Runs) -> Section:
     return Section(
         "Lemma 1 and Theorem 1",
         [
-            "Lemma 1 as printed allows any class-K function. It is false: α(s) = 2s is one, and b(1) = b(0) − 2b(0) = "
-            "−b(0) "
-            "satisfies b(1) − b(0) ≥ −α(b(0)). What is needed is α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ 1. Then "
-            "ψ_{i−1}(k+1) = ψ_i(k) + (id − α_i)(ψ_{i−1}(k)) ≥ 0, and induction runs from ψ_m down to h.",
+            "Lemma 1 as printed allows any class-K function. It is false: α(s) = 2s is one, and b(1) = b(0) − 2b(0) "
+            "= −b(0) satisfies b(1) − b(0) ≥ −α(b(0)). What is needed is α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ "
+            "1. Then ψ_{i−1}(k+1) = ψ_i(k) + (id − α_i)(ψ_{i−1}(k)) ≥ 0, and induction runs from ψ_m down to h.",
             "Corrected Theorem 1: if ψ_i(0) ≥ 0 for all i < m, ψ_m(k) ≥ 0 for all k, and every α_i(s) ≤ s on s ≥ 0, "
-            "then h(k) "
-            "≥ 0 for all k. Neither a periodic trajectory (7) nor a periodic controller is used; (7) would even "
-            "exclude the "
-            "paper's own transient of 0–2 s. Only the functions h(k, ·) are periodic.",
+            "then h(k) ≥ 0 for all k. Neither a periodic trajectory (7) nor a periodic controller is used; (7) would "
+            "even exclude the paper's own transient of 0–2 s. Only the functions h(k, ·) are periodic.",
             f"This library refuses such a function when a barrier is made: “{refusal()}”.",
         ],
         [_figure()],
@@ -50,23 +47,14 @@ def theorem_1(runs: Runs) -> Section:
             )
         ],
         [
-            Number(
-                "Lemma 1 with alpha(s) = 2s: b(1)/b(0), claimed at least",
-                0.0,
-                counterexample()[1],
-                "1",
-                None,
-                False,
-                command,
-            ),
+            Number("Lemma 1 with alpha(s) = 2s: b(1)/b(0), claimed at least", 0.0, counterexample()[1], "1", command),
             Number(
                 "largest violation of h >= 0 under the corrected Lemma 1 and Theorem 1 (gamma <= 1)",
                 0.0,
                 max(0.0, -min(min(v) for g, v in least.items() if g <= 1)),
                 "1",
-                1e-12,
-                False,
                 command,
+                1e-12,
             ),
         ],
         "True after one more hypothesis, α(s) ≤ s, and with one fewer: no periodicity of the trajectory.",

@@ -79,8 +79,6 @@ def figure_7(runs: Runs) -> Section:
                 None,
                 noticed[case][i],
                 "phases",
-                None,
-                False,
                 _COMMAND,
             )
             for i, size in enumerate(KICKS)
@@ -165,8 +163,7 @@ def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
     legend(axes[0], 3)
     caption = (
         f"Fig. 7, kicks at all {period} phases: ticks until the velocity stays within {1e3 * PAPER_PERIODIC:g} mm/s "
-        "above the nominal one. "
-        "Squares below: phases at which the barrier's own h < 0 at once."
+        "above the nominal one. Squares below: phases at which the barrier's own h < 0 at once."
     )
     return Picture("fig7_phases", caption, figure, data)
 
@@ -176,6 +173,6 @@ def _definitions() -> str:
         "The same event meets the same settled walk under Case 1, Case 2 and no barrier (γ = 0.5, soft). A barrier "
         "notices when its own h < 0 on the measured state; it acts when the controller's ZMP velocity differs from "
         f"what the same program without the barrier would do from the same state, by {1e3 * ACTS:g} mm/s more than it "
-        f"ever does in an undisturbed gait; the walk has recovered once the velocity stays within "
+        "ever does in an undisturbed gait; the walk has recovered once the velocity stays within "
         f"{1e3 * PAPER_PERIODIC:g} mm/s above the nominal one."
     )

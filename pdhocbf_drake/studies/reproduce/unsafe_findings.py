@@ -116,8 +116,8 @@ def finding(kicks: Kicks, pushes: Events, orders: Events) -> str:
         f"The periodic barrier notices {noticed[PERIODIC]} of {_total(kicks)} kicks at once, the constant one "
         f"{noticed[DCBF]}. Of {len(pushes)} sustained pushes the periodic one acts before its bound is crossed in "
         f"{ahead[PERIODIC]}, the constant one in {ahead[DCBF]}. A wrong command takes the velocity "
-        f"{excess[PERIODIC]:.1f} mm/s over the periodic bound under the periodic barrier, "
-        f"{excess[DCBF]:.1f} mm/s under the constant one."
+        f"{excess[PERIODIC]:.1f} mm/s over the periodic bound under the periodic barrier, {excess[DCBF]:.1f} mm/s "
+        "under the constant one."
     )
 
 
@@ -134,18 +134,18 @@ def conclusions(kicks: Kicks, orders: Events, nominal: np.ndarray) -> list[str]:
         f"As an alarm: the periodic barrier notices {noticed[PERIODIC]} of these {total} kicks at once, the constant "
         f"one {noticed[DCBF]}, since a kick may stay under its bound. The walk comes back after "
         + ", ".join(
-            f"{mean[PERIODIC][i]:.0f} ticks against {mean[DCBF][i]:.0f} (DCBF) and {mean[NONE][i]:.0f} "
-            f"(none) at {1e3 * size:g} mm/s"
+            f"{mean[PERIODIC][i]:.0f} ticks against {mean[DCBF][i]:.0f} (DCBF) and {mean[NONE][i]:.0f} (none) at "
+            f"{1e3 * size:g} mm/s"
             for i, size in enumerate(kicks)
         )
         + ".",
         "“The DCBF is unable to react”: inside an MPC a barrier constrains the prediction, so it can act before its "
         f"bound is crossed. The constant one acts within a tick in {count(o.acts <= 1 for o in constant)} of {total} "
-        f"kicks, and before its own h < 0 in {count(map(acts_first, constant))}. In {faint[DCBF]} of them it "
-        f"slows the walk by less than 1 mm/s within half a step (periodic: {faint[PERIODIC]}).",
-        "“Such a deviation would not occur under P-DHOCBF”: no barrier undoes a kick, which is there before any input "
-        f"can work. Under the periodic barrier too each takes the velocity at least {_least_excess(kicks):.2f} of its "
-        "size above nominal.",
+        f"kicks, and before its own h < 0 in {count(map(acts_first, constant))}. In {faint[DCBF]} of them it slows "
+        f"the walk by less than 1 mm/s within half a step (periodic: {faint[PERIODIC]}).",
+        "“Such a deviation would not occur under P-DHOCBF”: no barrier undoes a kick, which is there before any "
+        f"input can work. Under the periodic barrier too each takes the velocity at least {_least_excess(kicks):.2f} "
+        "of its size above nominal.",
         f"After kicks of {1e3 * max(kicks):g} mm/s the constant barrier recovers more slowly than no barrier at "
         f"{slower} of {len(large[NONE])} phases"
         + (": it can brake hard and then let the velocity lie above nominal, under its bound." if slower else "."),

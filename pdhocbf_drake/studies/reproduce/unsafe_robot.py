@@ -60,9 +60,8 @@ def figure_7_robot(runs: Runs) -> Section:
     return Section(
         "Fig. 7 on the 12-DOF robot",
         [
-            "The same two kinds of event on the robot, judged on its measured velocity from 2 s on. Its margins are 30 "
-            "mm/s, "
-            "not the template's 7.3 mm/s, so the two bounds lie closer to each other than in the paper."
+            "The same two kinds of event on the robot, judged on its measured velocity from 2 s on. Its margins are "
+            "30 mm/s, not the template's 7.3 mm/s, so the two bounds lie closer to each other than in the paper."
         ],
         [Picture("fig7_robot", "Fig. 7 on the robot: measured CoM velocity under each case.", figure, data)],
         [Table("Unsafe events on the robot", header, rows)],
@@ -79,9 +78,9 @@ def _finding(runs: Runs) -> str:
     right = gait.stride / (gait.ticks_per_step * gait.tick)
     faster = {case: 1e3 * (speed - right) for case, speed in mean.items()}
     return (
-        f"The push takes the robot to {peak[NONE]:.3f} m/s without a barrier, to {peak[DCBF]:.3f} with the "
-        f"constant and to {peak[PERIODIC]:.3f} with the periodic one. Commanded too long steps, it walks "
-        f"{faster[NONE]:+.0f}, {faster[DCBF]:+.0f} and {faster[PERIODIC]:+.0f} mm/s off the right speed."
+        f"The push takes the robot to {peak[NONE]:.3f} m/s without a barrier, to {peak[DCBF]:.3f} with the constant "
+        f"and to {peak[PERIODIC]:.3f} with the periodic one. Commanded too long steps, it walks {faster[NONE]:+.0f}, "
+        f"{faster[DCBF]:+.0f} and {faster[PERIODIC]:+.0f} mm/s off the right speed."
     )
 
 

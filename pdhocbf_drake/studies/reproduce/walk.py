@@ -19,10 +19,7 @@ from pdhocbf_drake.studies.reproduce.runs import Request, Runs
 from pdhocbf_drake.studies.shared.cases import DCBF, PERIODIC
 
 TEMPLATE: dict[str, Request] = {DCBF: ("paper_vhip_dcbf", ""), PERIODIC: ("paper_vhip", "")}
-ROBOT: dict[str, Request] = {
-    DCBF: ("walking_dcbf", "{duration: 6.0}"),
-    PERIODIC: ("walking", "{duration: 6.0}"),
-}
+ROBOT: dict[str, Request] = {DCBF: ("walking_dcbf", "{duration: 6.0}"), PERIODIC: ("walking", "{duration: 6.0}")}
 _SHOWN = slice(0, 401)  # the paper's four seconds
 _WIDTHS = {DCBF: 4.0, PERIODIC: 1.3}  # so that both show where they coincide
 Cases = dict[str, Run]
@@ -96,8 +93,8 @@ def figure_4(runs: Runs) -> Section:
         [
             "In both cases the walk is what the controller would do anyway: over both systems the least h is "
             f"{1e3 * least:.2g} mm/s, the largest slack {1e3 * slack:.2g} mm/s, and the two trajectories differ by at "
-            f"most {1e3 * worst:.2g} mm (template) and {1e3 * robot:.2g} mm (robot). Fig. 4(a) of "
-            "the paper says the same (“almost no difference”). What differs is where the bound was drawn."
+            f"most {1e3 * worst:.2g} mm (template) and {1e3 * robot:.2g} mm (robot). Fig. 4(a) of the paper says the "
+            "same (“almost no difference”). What differs is where the bound was drawn."
         ],
         pictures,
         finding=f"The two cases differ by {1e3 * max(worst, robot):.2g} mm at most: neither barrier makes the walk.",
@@ -121,24 +118,23 @@ def margins(runs: Runs) -> Section:
                     paper,
                     safety_margin(h[case]),
                     "m/s",
+                    command,
                     tolerance,
                     calibrated,
-                    command,
                 )
             )
         ratio = 100 * margin_ratio(h[PERIODIC], h[DCBF])
         both = (f"pdhocbf run {names[case]} --text 'duration: 4.0' --out {case}" for case in (PERIODIC, DCBF))
         command = "; ".join([*both, f"pdhocbf compare {PERIODIC} {DCBF} --from-time 2.01"])
         tolerance = 1.0 if calibrated else None
-        numbers.append(Number(f"M ({place}), eq. (39)", 32.3, ratio, "%", tolerance, calibrated, command))
-        numbers.append(Number(f"100 % - M ({place})", 67.7, 100 - ratio, "%", tolerance, calibrated, command))
+        numbers.append(Number(f"M ({place}), eq. (39)", 32.3, ratio, "%", command, tolerance, calibrated))
+        numbers.append(Number(f"100 % - M ({place})", 67.7, 100 - ratio, "%", command, tolerance, calibrated))
     return Section(
         "Eqs. (38), (39): safety margins and their ratio",
         [
             statement(fit),
             "The robot's figures are not calibrated: its scenarios keep a margin of 30 mm/s, because its measured "
-            "velocity "
-            "strays from the nominal one, in the first steps most, and it walks with four ticks of double "
+            "velocity strays from the nominal one, in the first steps most, and it walks with four ticks of double "
             "support. It is there to show that M depends on such choices, not to meet 32.3 %.",
         ],
         numbers=numbers,
