@@ -21,7 +21,7 @@ CAMPAIGN: Final = "campaign.yaml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """A campaign, where to put it, and who works on it."""
+    """A campaign, its folder, and the workers."""
     parser.add_argument("campaign", metavar="FILE", help="a YAML file, or a campaign that comes with the package")
     parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/campaign-NAME")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler to use, such as tcp://host:8786")
@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs what is missing of a campaign; gives the exit code."""
+    """Runs the missing runs of a campaign; returns the exit code."""
     try:
         from pdhocbf_drake.studies.campaign.store import FAILED, CampaignStore, locked
     except ModuleNotFoundError as error:
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
 def _run_missing(
     options: argparse.Namespace, config: CampaignConfig, name: str, planned: list[PlannedRun], store: Any
 ) -> str:
-    """Runs what has no row yet and writes each row; gives why it stopped early, or nothing."""
+    """Runs the runs without a row and writes each row; returns the reason of an early stop, or nothing."""
     from pdhocbf_drake.studies.campaign.cluster import cores, existing_cluster, local_cluster
     from pdhocbf_drake.studies.campaign.dispatch import dispatch
 

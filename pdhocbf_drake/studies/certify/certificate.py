@@ -1,4 +1,4 @@
-"""What is certified of one axis: the sets without a bound, under each bound, and under all of them."""
+"""The certificate of one axis: the sets without a bound, under each bound, and under all of them."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
 
 @dataclass(frozen=True)
 class BoundCertificate:
-    """What holds of one barrier h on the template.
+    """The certified sets of one barrier h on the template.
 
     Attributes:
         barrier: the barrier.
         kept: the states from which h ≥ 0 can be kept for ever. Where there are some, the bound is enforceable.
-        rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if not asked, or
-            not to be had (class-K functions that are not linear, orders above 2, a gamma so small that all is flat).
+        rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if not computed, or
+            not computable (class-K functions that are not linear, orders above 2, a γ so small that the sets are flat).
         failing: phases at which h ≥ 0 alone is *not* a barrier: some state that could walk on for ever, with h ≥ 0
             now, must break h ≥ 0 or fall at the next tick, whatever its ZMP. There `kept` is smaller than the part
             of the unbounded set with h ≥ 0.
@@ -111,7 +111,7 @@ def _psi_set(template: SteppingTemplate, barrier: AffineBarrier) -> InvariantSet
         return InvariantSet((), problem, 0, np.nan, 0.0)
     try:
         return invariant_set(*problem)
-    except InputError:  # too flat for the geometry (very small gamma): nothing is known
+    except InputError:  # γ so small that the sets are too flat to compute with
         return None
 
 

@@ -1,4 +1,4 @@
-"""`pdhocbf certify`: what can be kept for ever, at which phase not, what it costs, and what a push may do."""
+"""`pdhocbf certify`: whether bounds can be kept for ever, at which phase not, their cost, and the largest push."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(f"--reach must be a length above 0 [m], given {options.reach}")
     if options.starts < 0:
         raise InputError(f"--starts must be 0 or more, given {options.starts}")
-    own = _own_system(options.scenario)
-    return _certify_walk(options) if own is None else _certify_system(own, options)
+    system = _linear_system(options.scenario)
+    return _certify_walk(options) if system is None else _certify_system(system, options)
 
 
-def _own_system(scenario: str) -> LinearSystemConfig | None:
-    """The system in a file that holds one."""
+def _linear_system(scenario: str) -> LinearSystemConfig | None:
+    """The linear system in a file, if it holds one instead of a scenario."""
     path = Path(scenario)
     if path.suffix not in (".yaml", ".yml"):
         return None
@@ -112,7 +112,7 @@ def _certify_walk(options: argparse.Namespace) -> int:
 
 
 def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str]:
-    """The terminal sets, or none and why."""
+    """The terminal sets, or none and the reason."""
     try:
         return terminal_sets(found), ""
     except InputError as error:

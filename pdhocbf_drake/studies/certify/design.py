@@ -15,17 +15,17 @@ from pdhocbf_drake.simulation.run_folder import Run
 Kind = Literal["tabulated", "harmonic"]
 
 _DIGITS = 1e5  # bounds are rounded outwards to 10 µm/s
-_FEWEST = 3  # periods, below which there is no variability to speak of
+_FEWEST = 3  # records of a phase, below which they show no variability
 
 
 class Envelope(NamedTuple):
-    """What a walk's CoM velocity does at each phase.
+    """The CoM velocity of a walk at each phase.
 
     Attributes:
         mean: shape (period,) [m/s].
         outer: the largest velocity for an upper bound, the smallest for a lower one, shape (period,) [m/s].
         spread: the largest distance of outer from mean [m/s].
-        periods: how many were recorded of the phase seen least often.
+        periods: the least number of records of a phase.
     """
 
     mean: Array
@@ -97,5 +97,5 @@ def designed_barrier(
 
 
 def _up(values: Array | np.floating) -> Array:
-    """Rounded upwards to what is written."""
+    """Rounded upwards to 10 µm/s."""
     return np.asarray(np.round(np.ceil(np.asarray(values) * _DIGITS - 1e-6) / _DIGITS, 5))

@@ -1,4 +1,4 @@
-"""`pdhocbf design-bound`: from a recorded walk to a certified bound, as YAML ready for a scenario."""
+"""`pdhocbf design-bound`: a certified bound designed from a recorded walk, as YAML for a scenario."""
 
 from __future__ import annotations
 
@@ -24,19 +24,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("run", type=Path, metavar="RUN", help="the run folder of a walk")
     parser.add_argument("--margin", type=float, required=True, metavar="M", help="above all that was measured [m/s]")
-    parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="tabulated unless told")
-    parser.add_argument("--axis", choices=("x", "y"), default="x", help="x unless told")
-    parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="upper unless told")
-    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="0.5 0.5 unless told")
-    parser.add_argument("--name", default="forward_speed", help="the barrier's name; forward_speed unless told")
+    parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="otherwise tabulated")
+    parser.add_argument("--axis", choices=("x", "y"), default="x", help="otherwise x")
+    parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="otherwise upper")
+    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="otherwise 0.5 0.5")
+    parser.add_argument("--name", default="forward_speed", help="the barrier's name; otherwise forward_speed")
     parser.add_argument(
-        "--from-time", type=float, metavar="S", help="use the walk from here on; else the scenario's [s]"
+        "--from-time",
+        type=float,
+        metavar="S",
+        help="use the walk from this time on [s]; otherwise from the scenario's from_time",
     )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="where to write it; else ./bound-NAME.yaml")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="the file; otherwise ./bound-NAME.yaml")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Designs, certifies, writes and tells; gives the exit code."""
+    """Designs, certifies, writes and prints; returns the exit code."""
     for rate in options.gamma:
         Linear(rate)  # refuses what is no class-K function
     if as_name(options.name) != options.name:
@@ -48,20 +51,20 @@ def run(options: argparse.Namespace) -> int:
         recorded, options.axis, options.side, options.kind, options.margin, tuple(options.gamma), from_time
     )
     found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}))
-    told = _checked(found, options.name, options.margin)
+    verdict = _checked(found, options.name, options.margin)
     place = options.out or Path(f"bound-{options.name}.yaml")
-    text = _yaml(recorded, options, barrier, envelope, told)
+    text = _yaml(recorded, options, barrier, envelope, verdict)
     with replaced_file(place) as path:
         path.write_text(text, encoding="utf-8")
     spread = f"{1000 * envelope.spread:.2f} mm/s above the mean at most" if options.side == "upper" else "as measured"
     print(f"measured  {envelope.periods} times at every phase; {spread}")
-    print(f"certified {told}")
+    print(f"certified {verdict}")
     print(place)
     return 0
 
 
 def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
-    """What the certificate says of the bound; raises `InputError` where it can't be kept."""
+    """The verdict of the certificate; raises `InputError` where the bound can't be kept."""
     certificate = found.axes[found.main_axis]
     bound = certificate.bounds[0]
     if not bound.kept.enforceable:
@@ -78,12 +81,12 @@ def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
     return f"enforceable{rows}; {100 * (left or 0.0):.1f} % of the states that can walk on for ever can also keep it"
 
 
-def _yaml(recorded: Run, options: argparse.Namespace, barrier: BarrierConfig, envelope: Envelope, told: str) -> str:
+def _yaml(recorded: Run, options: argparse.Namespace, barrier: BarrierConfig, envelope: Envelope, verdict: str) -> str:
     scenario = recorded.scenario
     lines = [
         f"# A bound on the CoM velocity in {options.axis}, {options.margin:g} m/s beyond all that was measured in a",
         f"# run of {scenario.name} ({envelope.periods} times at every phase, {recorded.provenance.started}).",
-        f"# Certified for that scenario's template: {told}.",
+        f"# Certified for that scenario's template: {verdict}.",
     ]
     data: dict[str, Any] = {}
     if _is_packaged(scenario):
@@ -95,7 +98,7 @@ def _yaml(recorded: Run, options: argparse.Namespace, barrier: BarrierConfig, en
 
 
 def _is_packaged(scenario: Scenario) -> bool:
-    """Whether the file can extend a scenario of the package, because that one walks in the same way."""
+    """Whether the file can extend a scenario of the package, because that one has the same walk."""
     if scenario.name not in scenario_names():
         return False
     packaged = load_scenario(scenario.name)

@@ -17,9 +17,9 @@ def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | 
     """The template with y(k) = ψ_1(k) in place of the ZMP, so that the rows are plain limits on state and input.
 
     With h(k+1) = y + (1 − γ_1) h(k) the velocity follows from y alone, v(k+1) = V̄(k+1) ∓ h(k+1), and the ZMP box is
-    a limit on the state [c, v, y, s]. ψ_1 ≥ 0 is y ≥ 0; for order 2, y(k+1) = (1 − γ_2) y(k) + ψ_2(k), whose input
-    ψ_2 ≥ 0 is what the controller's rows ask for; for order 1, y(k+1) is free. So the set says from which states,
-    and with which ZMP, the rows can be kept for ever: what γ costs.
+    a limit on the state [c, v, y, s]. ψ_1 ≥ 0 is y ≥ 0; for order 2, y(k+1) = (1 − γ_2) y(k) + ψ_2(k) with the input
+    ψ_2 ≥ 0, the controller's row; for order 1, y(k+1) is free. The set holds the states, with their ZMP, from which
+    the rows can be kept for ever: it shows the cost of γ.
 
     Returns:
         Dynamics, state limits and input limits for `invariant_set`; the first phase at which no state is within the

@@ -1,4 +1,4 @@
-"""What a certificate says, as plain data for `certify.json` and as lines for people."""
+"""A certificate as plain data for `certify.json`, and as lines to print."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PUSH_SECONDS = 0.1  # as in `pdhocbf push`
 
 
 def certificate_data(found: ScenarioCertificate, seconds: float, trial: Trial | None = None) -> dict[str, Any]:
-    """Everything for `certify.json`: the main axis on top, both axes under `axes`."""
+    """The contents of `certify.json`: the main axis on top, both axes under `axes`."""
     axes = {name: _axis(found, axis) for axis, name in enumerate("xy")}
     main = axes["xy"[found.main_axis]]
     failing = [(name, data["first_failing_phase"]) for name, data in axes.items() if not data["enforceable"]]
@@ -64,7 +64,7 @@ def _axis(found: ScenarioCertificate, axis: int) -> dict[str, Any]:
 
 
 def share(certificate: AxisCertificate, sets: InvariantSet) -> float | None:
-    """The mean over the phases of the area that is left of the set without barriers; None where that is empty."""
+    """Mean over the phases of the area of the sets over that of the set without barriers; None where that is empty."""
     phases = range(certificate.template.period)
     whole = [area(certificate.section(phase, certificate.unbounded)) for phase in phases]
     left = [area(certificate.section(phase, sets)) for phase in phases]
@@ -146,7 +146,7 @@ def _number(value: float) -> float | None:
 
 
 def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
-    """The answer for people: name and value."""
+    """The certificate in lines of name and value."""
     lines = []
     for name, axis in data["axes"].items():
         for barrier, bound in axis["barriers"].items():

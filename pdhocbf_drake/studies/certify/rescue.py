@@ -1,4 +1,4 @@
-"""An independent test of savability: a linear program over a long future, which knows nothing of the sets."""
+"""An independent test of whether a state can be saved: a linear program over a long future, without the sets."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Rescue:
         c_{i+1} = c_i + δ v_i,   v_{i+1} = v_i + δ eta_i (c_i − p_i),   |c_i − f| ≤ reach,   h_i ≥ 0,
         |p_i − ((1 − w_i) f₋ + w_i f)| ≤ half,   shortest ≤ f − f₋ ≤ longest,
 
-    all of these limits eased by one t ≥ 0, which is minimised. t > 0 proves that the state can't be saved. That
-    is written down from the walk, in the world, not from the matrices that the sets are computed with, and it knows
-    nothing of the sets. (t = 0 proves the opposite only for T ticks: a state may be lost later.)
+    with all limits eased by one t ≥ 0, which is minimised. t > 0 proves that the state can't be saved; t = 0 proves
+    the opposite only for T ticks, since a state may be lost later. The program is written from the walk in the world,
+    not from the sets or the matrices that they are computed with.
     """
 
     def __init__(

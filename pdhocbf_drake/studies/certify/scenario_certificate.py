@@ -1,4 +1,4 @@
-"""From a scenario to what is certified of it."""
+"""The certificate of a scenario: both axes of its walk, with its barriers and the reach of its robot."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ TEMPLATE_REACH = 0.23
 
 @dataclass(frozen=True)
 class ScenarioCertificate:
-    """What is certified of a scenario's walk.
+    """The certified sets of a scenario's walk.
 
     Attributes:
-        scenario: what was certified.
+        scenario: the scenario, without a terminal set.
         walk: its gait, barriers and controller.
         reach: how far the CoM may be from the stance foot, along either axis [m].
-        mass: turns a change of velocity into an impulse [kg].
+        mass: of the robot or the template [kg]; impulses are this times a change of velocity.
         orbit: c, v, p of the nominal walk without barriers, c and p from the stance foot, shape (2, 2N, 3).
         axes: the certificates along x and y.
     """
@@ -71,7 +71,7 @@ def certify_scenario(
         raise InputError(
             f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"
         )
-    if scenario.mpc.terminal_set is not None:  # certifying is what makes a new one
+    if scenario.mpc.terminal_set is not None:  # certifying makes a new one
         mpc = scenario.mpc.model_copy(update={"terminal_set": None})
         scenario = scenario.model_copy(update={"mpc": mpc})
     report(0, "walk and nominal orbit")

@@ -1,4 +1,4 @@
-"""The stepping template: one axis of (22)–(23) seen from the stance foot, with ZMP and foothold as bounded inputs."""
+"""The stepping template: one axis of (22)–(23) from the stance foot, with ZMP and foothold as bounded inputs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.vhip import Vhip
 
 FASTEST = 5.0
-"""A speed that no state within the CoM's reach can be saved from; it only makes the polytopes bounded [m/s]."""
+"""A speed from which no state within the CoM's reach can be saved; it makes the polytopes bounded [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     """One axis of a walk's template.
 
     Args:
-        gait_config: the walk; its start and end do not matter here.
+        gait_config: the walk; its start and end are ignored.
         mpc: footholds' range, margin and the ticks for which a foothold is frozen.
         axis: 0 (x) or 1 (y).
         reach: how far the CoM may be from the stance foot along this axis [m].

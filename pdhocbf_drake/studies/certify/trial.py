@@ -80,7 +80,7 @@ def _drawn(found: ScenarioCertificate, random: np.random.Generator) -> tuple[lis
 def _drawn_on(
     found: ScenarioCertificate, axis: int, random: np.random.Generator, phase: int | None
 ) -> tuple[Start, float]:
-    """A start on one axis; under a hard barrier from the set of its ψ rows, whose ψ_1 tells the ZMP."""
+    """A start on one axis and its ZMP; under a hard barrier from the set of its ψ rows, where ψ_1 gives the ZMP."""
     certificate = found.axes[axis]
     if found.scenario.mpc.barrier == "hard" and certificate.bounds:
         barrier, rows = hard_rows(certificate.bounds)
@@ -111,16 +111,16 @@ def _outside(found: ScenarioCertificate, count: int, random: np.random.Generator
     return excesses
 
 
-# A soft barrier's slack is part of the plan; a hard one that had to be softened left none.
+# Plans that meet the scenario's constraints: with a soft barrier slacks are part of the problem.
 _PLANNED = {"soft": (Reason.SOLVED, Reason.SOFTENED, Reason.CROSS_SOLVED), "hard": (Reason.SOLVED, Reason.CROSS_SOLVED)}
 _SIDES = {1: 0, -1: 1}  # rows of Memory.feet
 
 
 class Walked(NamedTuple):
-    """One closed loop.
+    """A walk from one start.
 
     Attributes:
-        infeasible_ticks: ticks for which no plan met the scenario's own constraints.
+        infeasible_ticks: ticks without a plan that meets the scenario's constraints.
         ticks: ticks walked.
         h_min: least h of any barrier; inf without barriers [m/s].
         slack: largest slack of any barrier row [m/s].
@@ -155,7 +155,7 @@ def walk_from(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float], 
 
 
 def _start(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float]) -> tuple[int, Memory]:
-    """The controller's memory in the middle of a walk, at an even step or the one after it."""
+    """The tick and the controller's memory in the middle of a walk, at an even step or the one after it."""
     gait, n = mpc.gait, mpc.gait.period
     first = gait.config.start_steps + 2 + gait.config.start_steps % 2
     tick = first * n + max(start.phase for start in starts)

@@ -1,4 +1,4 @@
-"""`pdhocbf push`: how hard the robot of a scenario can be pushed, by direction, phase of the gait and barrier."""
+"""`pdhocbf push`: the largest push that the robot of a scenario survives, by direction, phase and barrier."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Searches, writes and prints; gives the exit code."""
+    """Searches, writes and prints; returns the exit code."""
     scenario = load_scenario(options.scenario, options.text)
     directions = parse_directions(options.directions)
     gait = scenario.gait
@@ -69,7 +69,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _settings(options: argparse.Namespace, gait: float) -> Settings:
-    """What the searches share; raises `InputError`."""
+    """The settings that the searches share; raises `InputError`."""
     for name, least in (("tolerance", 0.01), ("duration", 0.01), ("watch", options.duration + gait)):
         value = getattr(options, name)
         if not least <= value < 1e3:

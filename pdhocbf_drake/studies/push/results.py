@@ -1,4 +1,4 @@
-"""What the robot survived: `push.json`, its medians, a table, and two figures."""
+"""The impulses that the robot survived: `push.json`, their medians, a table and two figures."""
 
 from __future__ import annotations
 

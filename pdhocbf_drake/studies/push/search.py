@@ -14,12 +14,12 @@ from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.pushing import PushedWalk
 
 _LIMIT = 60.0  # [N s]
-# What a robot of this mass is likely to survive, to begin the search from [N s], [kg].
+# Impulses that a robot of this mass is likely to survive, from which the search begins [N s], [kg].
 _LIKELY, _LIKELY_MASS = {"+x": 16.0, "-x": 16.0, "+y": 8.0, "-y": 8.0}, 29.0
 
 
 class Settings(NamedTuple):
-    """What all searches of a command share: resolution [N s], length of a push [s], time simulated from it on [s]."""
+    """Shared by all searches of a command: resolution [N s], length of a push [s], time simulated from it on [s]."""
 
     tolerance: float
     duration: float

@@ -1,4 +1,4 @@
-"""What the paper leaves out, chosen so that (38) comes out; the script states what it fitted.
+"""A calibration of what the paper leaves out to its eq. (38); the script prints what was fitted.
 
 The paper prints two margins and their ratio, and neither stride, Δ_z, ε nor the bounds. Fixed by choice: a stride of
 0.15 m, ε = 1e4 1/s² a foothold, the literal gait (no double support, no standing start), α₁ = 1, and one rule for
@@ -42,7 +42,7 @@ class Calibration(NamedTuple):
         amplitude: Δ_z of eq. (24) [m].
         margin: by which both bounds clear the nominal velocity [m/s].
         ripple: peak less mean of the nominal velocity [m/s].
-        walks: how many walks it took.
+        walks: number of simulated walks.
     """
 
     amplitude: float
@@ -72,7 +72,7 @@ def forward_speed(mpc: PeriodicMpc, ticks: int) -> NDArray[np.float64]:
 
 
 def measure(amplitude: float) -> tuple[float, float]:
-    """(ripple that the two bounds see over the window, offset of the settled orbit from the window's mean) [m/s]."""
+    """(settled peak, settled mean), both less the mean over the window [m/s]."""
     speed = free_walk({**CHOSEN["gait"], "com_height_amplitude": amplitude}, CHOSEN["mpc"])
     orbit = speed[-40:]
     return float(orbit.max() - speed[WINDOW].mean()), float(orbit.mean() - speed[WINDOW].mean())
@@ -99,7 +99,7 @@ def calibrate(low: float = 0.015, high: float = 0.022) -> Calibration:
 
 
 def statement(fit: Calibration) -> str:
-    """What was chosen and what was fitted, in words."""
+    """The chosen and the fitted values, in words."""
     gait, mpc = CHOSEN["gait"], CHOSEN["mpc"]
     return (
         f"Calibrated, since the paper does not give it: chosen stride {gait['stride']} m, epsilon "

@@ -31,7 +31,7 @@ _UNSAFE = tuple(request for requests in EVENTS.values() for request in requests.
 
 
 class Part(NamedTuple):
-    """A section to make, and the runs of the robot that it needs; a worker process makes them ahead."""
+    """The function that makes a section, and its runs of the robot, which a worker process makes ahead."""
 
     make: Callable[[Runs], Section]
     needs: tuple[Request, ...] = ()
@@ -80,8 +80,8 @@ def make_sections(
 
     Args:
         keys: some of `PARTS`.
-        runs: what the parts share.
-        report: called with the number of sections that are made, and what is being made.
+        runs: shared by the parts.
+        report: called with the number of finished sections, and the name of the next step.
     """
     runs.prepare(dict.fromkeys(request for key in _LATE if key in keys for request in PARTS[key].needs))
     made: dict[str, Section] = {}
@@ -100,7 +100,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Makes the sections and writes them; gives the exit code."""
+    """Makes the sections and writes them; returns the exit code."""
     keys = chosen(options.only)
     place: Path = options.out or Path("runs/reproduction")
     started = time.monotonic()

@@ -72,7 +72,7 @@ def figure_6(runs: Runs) -> Section:
 
 
 def both_legs(name: str, what: str, time: Array, values: Array, limits: Array, quantity: str, unit: str) -> Picture:
-    """Each leg over time, and beside it what each joint may do and what it does in the whole run."""
+    """Each leg over time, and beside it the limits of each joint and the part of them that the whole run uses."""
     figure = Figure(figsize=(8.5, 5.6))
     axes = figure.subplots(2, 2, sharex="col", sharey="col", width_ratios=[4.0, 1.0])
     data: dict[str, Sequence[float] | Array] = {"time [s]": time}

@@ -109,17 +109,17 @@ def finding(found: Mapping[str, Mapping[str, Attempt]]) -> str:
 
 
 def attempts(runs: Runs) -> dict[str, dict[str, Attempt]]:
-    """Every variant with adaptive footholds, and those that the fixed ones can tell apart."""
+    """Every variant with adaptive footholds, and those that differ with fixed ones."""
     few = (_ONE, _MATCHING, "(33), literal", _BOTH)
-    return {"fixed": tried_with(runs, FIXED, few), "adaptive": tried_with(runs, FREE, tuple(VARIANTS))}
+    return {"fixed": attempts_of(runs, FIXED, few), "adaptive": attempts_of(runs, FREE, tuple(VARIANTS))}
 
 
 def the_letter(runs: Runs) -> tuple[Attempt, Attempt]:
     """η for ω in (33), and both rows as printed with fixed footholds."""
-    return tried_with(runs, FREE, (_ETA,))[_ETA], tried_with(runs, FIXED, (_BOTH,))[_BOTH]
+    return attempts_of(runs, FREE, (_ETA,))[_ETA], attempts_of(runs, FIXED, (_BOTH,))[_BOTH]
 
 
-def tried_with(runs: Runs, request: Request, names: Sequence[str]) -> dict[str, Attempt]:
+def attempts_of(runs: Runs, request: Request, names: Sequence[str]) -> dict[str, Attempt]:
     """These variants, each from the same settled walk on."""
     walk = runs.walk(*request)
     memory = settled(walk.mpc, _FIRST)

@@ -1,7 +1,6 @@
-"""What a part of the reproduction hands over, and the page that binds all parts.
+"""Sections of the reproduction (numbers beside the paper's, pictures with their data, tables, text) and their page.
 
-A section holds numbers beside the paper's, pictures with their data, tables and sentences. The page loads nothing; the
-PNG and CSV of every figure lie beside it.
+The page loads nothing; the PNG and CSV of every figure lie beside it.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ class Runs:
     Use as a context, which ends the worker.
 
     Attributes:
-        report: called with a few words whenever something long begins.
+        report: called with a few words when a long step begins.
     """
 
     def __init__(self) -> None:
@@ -48,7 +48,7 @@ class Runs:
         self._stack.close()
 
     def prepare(self, requests: Iterable[Request]) -> None:
-        """Lets the worker begin with these, in this order."""
+        """Has the worker process simulate these, in this order."""
         for request in requests:
             if request not in self._ahead and request not in self._done:
                 if self._pool is None:

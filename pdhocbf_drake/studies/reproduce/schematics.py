@@ -68,16 +68,16 @@ def _above(log: RunLog, rows: np.ndarray) -> Picture:
     axes = figure.subplots()
     box = log["zmp_box"][rows]
     support = log.element("gait_phase", "support")[rows]
-    seen = set()
+    labelled = set()
     for corner, side in {tuple(np.round(b, 6)): s for b, s in zip(box, support, strict=True)}.items():
         name = "left" if side > 0 else "right"
         colour = palette.LEFT if side > 0 else palette.RIGHT
         patch = Rectangle(
             (corner[0], corner[2]), corner[1] - corner[0], corner[3] - corner[2], fc=colour, alpha=0.25, ec=colour
         )
-        if name not in seen:
+        if name not in labelled:
             patch.set_label(f"ZMP box (27), {name} foot")
-            seen.add(name)
+            labelled.add(name)
         axes.add_patch(patch)
     zmp = np.stack([log.element("lip_state", f"{a}_zmp")[rows] for a in "xy"])
     com = np.stack([log.element("lip_state", a)[rows] for a in "xy"])

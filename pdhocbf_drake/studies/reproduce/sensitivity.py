@@ -33,23 +33,10 @@ def sensitivity(runs: Runs) -> Section:
     """M measured over five of the choices that the paper does not report."""
     data = load_scenario("paper_vhip").to_dict()
     found: dict[str, np.ndarray] = {}
-    columns: dict[str, list[Any]] = {
-        "varied": [],
-        "value": [],
-        "ripple [m/s]": [],
-        "M [%]": [],
-        "h_DCBF [m/s]": [],
-        "h_P [m/s]": [],
-    }
     orbits: dict[str, np.ndarray] = {}
     for key, (_, values) in VARIED.items():
         runs.report(f"M over {key}")
-        rows = []
-        for value in values:
-            rows.append(measured(data, key, value, orbits))
-            for name, entry in zip(columns, (key, value, *rows[-1]), strict=True):
-                columns[name].append(entry)
-        found[key] = np.array(rows)
+        found[key] = np.array([measured(data, key, value, orbits) for value in values])
     gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])[:, 1]
     command = "pdhocbf reproduce --only sensitivity"
     spread, slow = found["margin"][:, 1], found["gamma"][:, 1]

@@ -60,13 +60,13 @@ def figure_5(runs: Runs) -> Section:
         "Fig. 5: snapshots of the walk",
         ["Rendered by Drake from the recorded joint angles. The replay of the whole run is below."],
         [Picture("fig5", caption, figure, data)],
-        finding="The robot walks with the feet, knees and torso that the log says.",
+        finding="The rendered feet, knees and torso are those of the log.",
         frames={"Replay of the robot under Case 2": replay_html(run)},
     )
 
 
 class Studio:
-    """The robot before a camera that looks at it from a height [m], on a plain floor."""
+    """The robot on a plain floor, and a camera that looks at the middle of its walk at a height [m]."""
 
     def __init__(self, robot: str, poses: NDArray[np.float64], height: float) -> None:
         builder = DiagramBuilder()
@@ -99,8 +99,8 @@ class Studio:
         self._plant.SetPositions(self._plant.GetMyMutableContextFromRoot(self._context), positions)
         query = self._scene_graph.get_query_output_port().Eval(self._scene_graph.GetMyContextFromRoot(self._context))
         place = self._middle + np.array(_VIEWS[view])
-        looks = looking(place, self._middle)
-        image = query.RenderColorImage(self._camera, self._scene_graph.world_frame_id(), looks)
+        pose_of_camera = looking(place, self._middle)
+        image = query.RenderColorImage(self._camera, self._scene_graph.world_frame_id(), pose_of_camera)
         return np.asarray(image.data[:, :, :3], dtype=float) / 255.0
 
 

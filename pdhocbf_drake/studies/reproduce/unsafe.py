@@ -43,7 +43,7 @@ _COMMAND = "pdhocbf reproduce --only fig7"
 
 
 def figure_7(runs: Runs) -> Section:
-    """What each barrier notices, when it acts, and what that changes."""
+    """The section: which kicks each barrier notices, when it acts, and how soon the walk recovers."""
     scenario = load_scenario(*SCENARIO)
     laboratory, gait = Laboratory(scenario), scenario.gait
     period, tick, stride = gait.ticks_per_step, gait.tick, gait.stride
@@ -140,20 +140,20 @@ def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
     for axis, (size, cases) in zip(axes, by_size.items(), strict=True):
         for case, outcomes in cases.items():
             recovers = np.array([o.recovers for o in outcomes])
-            seen = np.array([o.notices == 0 for o in outcomes])
+            at_once = np.array([o.notices == 0 for o in outcomes])
             axis.plot(recovers, color=palette.CASES[case], ls=STYLES[case], label=LABELS[case])
             data[f"{1e3 * size:g} mm/s: recovery, {LABELS[case]} [ticks]"] = recovers
             if case in BARRIERS:
-                height = np.full(seen.sum(), 0.12 if case == DCBF else 0.04)
+                height = np.full(at_once.sum(), 0.12 if case == DCBF else 0.04)
                 axis.plot(
-                    np.flatnonzero(seen),
+                    np.flatnonzero(at_once),
                     height,
                     "s",
                     ms=4,
                     color=palette.CASES[case],
                     transform=axis.get_xaxis_transform(),
                 )
-                data[f"{1e3 * size:g} mm/s: h < 0 at once, {LABELS[case]} [0/1]"] = seen.astype(float)
+                data[f"{1e3 * size:g} mm/s: h < 0 at once, {LABELS[case]} [0/1]"] = at_once.astype(float)
         axis.set_title(f"kick of {1e3 * size:g} mm/s", loc="right")
         top = axis.get_ylim()[1]
         axis.set_ylim(-0.25 * top, top)

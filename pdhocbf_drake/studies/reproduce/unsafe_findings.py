@@ -1,4 +1,4 @@
-"""Fig. 7's unsafe events as tables, and in sentences whose numbers and words the outcomes choose."""
+"""The unsafe events of Fig. 7 as tables, and sentences whose numbers and words depend on the outcomes."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def kick_table(by_size: Kicks) -> Table:
 
 
 def push_table(pushes: Events, step: str) -> Table:
-    """One row a push and case; `step` tells how long a push lasts."""
+    """One row a push and case; `step` is the length of a push, in words."""
     last = ("recovery [ticks]", lambda o: tick(o.recovers))
     return _event_table(f"A sustained push, {step} from the start of a step on", "push [m/s²]", last, pushes)
 
@@ -79,7 +79,7 @@ def _event_table(
     caption: str, event: str, last: tuple[str, Callable[[Outcome], str]],
     outcomes: Events,
 ) -> Table:  # fmt: skip
-    """One row an event and case; the last column has a name and what it says of an outcome."""
+    """One row an event and case; `last` is the header of the last column and its cell from an outcome."""
     header = (event, "case", "h < 0 after [ticks]", "acts after [ticks]", "peak above nominal [mm/s]", last[0])
     rows = [
         (f"{size:g}", LABELS[case], tick(o.notices), tick(o.acts), f"{1e3 * o.excess:.1f}", last[1](o))
@@ -122,7 +122,7 @@ def finding(kicks: Kicks, pushes: Events, orders: Events) -> str:
 
 
 def conclusions(kicks: Kicks, orders: Events, nominal: np.ndarray) -> list[str]:
-    """The paper's claims one by one; `nominal` is the settled walk's velocity over a step (N,) [m/s]."""
+    """The paper's claims one by one; `nominal` is the settled velocity over a step, (N,) [m/s]."""
     noticed, excess, total = _noticed(kicks), _excess(orders), _total(kicks)
     constant = [outcome for cases in kicks.values() for outcome in cases[DCBF]]
     faint = {case: count(b < 1e-3 for cases in kicks.values() for b in braking(cases, case)) for case in BARRIERS}

@@ -1,4 +1,4 @@
-"""How a walk under test ends: the endings by name, and what counts as walking on."""
+"""The endings of a walk under test, and what counts as walking on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""When an experiment's event begins and which way it acts: phases of the gait and directions, read from a command."""
+"""Phases of the gait at which events begin, and directions in which they act, as commands take them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is measured of an event: when barriers notice it, when they act, how far the walk strays and when it is back."""
+"""Measures of an event: when barriers notice it and act, how far the walk strays, and when it has recovered."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ ACTS: Final = 1e-3
 
 The action is the largest difference, in x and y, between the planned ZMP velocity and the one that the same controller
 without barriers plans from the same memory and measurement. No threshold on the action itself fits all barriers, since
-they act in an undisturbed walk too: on `vhip` by 1.8 to 6.2 mm/s for γ from 0.5 to 1, and by 82 mm/s under DCBF with
-γ = 0.1. But that action repeats from gait to gait to 1 µm/s, so 1 mm/s more is an answer to an event.
+they act in an undisturbed walk too: on `vhip` by 1.8 to 4.4 mm/s for γ ≥ 0.5, and by 82 mm/s under DCBF with γ = 0.1.
+But that action repeats from gait to gait to 1 µm/s, so 1 mm/s more is an answer to an event.
 """
 _NEAR = 1.01  # times the margin: the settled walk itself repeats to a hundredth of a margin
 _LEAST_MARGIN = 1e-3  # of a bound that is not drawn from an orbit [unit of h]
@@ -48,7 +48,7 @@ class Record(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What an event did to a walk; ticks are counted from the event, NaN for never.
+    """The effect of an event on a walk; ticks are counted from the event, NaN for never.
 
     Attributes:
         record: the walk from the event on.
@@ -66,11 +66,11 @@ class Outcome(NamedTuple):
 
 
 class SafeOrbit:
-    """The undisturbed walk without barriers as the periodic barriers see it, to judge all three cases by.
+    """The reference by which walks in all three cases are judged: the undisturbed walk without barriers.
 
     A bounded quantity q exceeds its orbit q° by h°(k) − h(k), where h is the value of its periodic barrier (P-DHOCBF)
     and h° that of the undisturbed walk at the same phase of the gait: q − q° under an upper bound, q° − q under a
-    lower one. Its margin is that of its bound; where the bound is not drawn from an orbit, the least h°.
+    lower one. Its margin is `bound.margin`; of a bound that is not drawn from an orbit, the least h°.
 
     Attributes:
         axes: the axes along which something is bounded, 0 (x) and 1 (y).
@@ -127,7 +127,7 @@ def first_tick(mask: NDArray[np.bool_]) -> float:
 
 
 class WithoutBarriers:
-    """The same controller without barriers, asked at each tick of a walk that has them."""
+    """The same controller without barriers, for comparison at each tick of a walk with them."""
 
     def __init__(self, mpc: PeriodicMpc) -> None:
         """
@@ -142,8 +142,8 @@ class WithoutBarriers:
 
         Args:
             memory: of the controller with barriers, before its update.
-            measurement: what it is given.
-            plan: what it plans.
+            measurement: its measurement at this tick.
+            plan: its plan.
             latency: as for `control`.
         """
         memory = memory.copy()

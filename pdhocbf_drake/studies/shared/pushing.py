@@ -53,7 +53,7 @@ class Trial(NamedTuple):
         return self.ending == SURVIVED
 
     def record(self, tick: float) -> Record:
-        """What is measured of it; `tick` is the sampling interval δ [s]."""
+        """The trial as `SafeOrbit` judges it; `tick` is the sampling interval δ [s]."""
         log = self.log
         h = log["h"] if "h" in log else np.empty((len(log), 0))
         planned = log.element("solver_status", "fallbacks") == 0

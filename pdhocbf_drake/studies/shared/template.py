@@ -1,4 +1,4 @@
-"""Events on the template: a walk in steady state, and what kicks and a wrong speed command make of it."""
+"""Events on the template: kicks and wrong speed commands, which begin in the steady state of a walk."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class SettledWalk:
     def __init__(self, walk: Walk, free: PeriodicMpc | None = None) -> None:
         """
         Args:
-            walk: what walks.
-            free: the same program without barriers, to compare with; None where the walk has none.
+            walk: the walk.
+            free: the same problem without barriers, to measure their action with; None where the walk has none.
         """
         self.walk = walk
         self._mpc = walk.mpc
@@ -73,7 +73,7 @@ class Laboratory:
 
     Attributes:
         walks: by case.
-        orbit: judges what an event did.
+        orbit: judges the walks after an event.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -83,12 +83,12 @@ class Laboratory:
         self.orbit = SafeOrbit(scenario, self.walks[NONE].undisturbed)
 
     def kicked(self, case: str, phase: int, kicks: Array, ticks: int) -> Outcome:
-        """What kicks do from a phase of the gait on; as `SettledWalk.after`."""
+        """The effect of kicks from a phase of the gait on; arguments as of `SettledWalk.after`."""
         walk = self.walks[case]
         return self.orbit.outcome(walk.after(phase, kicks, ticks), walk.undisturbed)
 
     def commanded(self, case: str, stride: float, ahead: int, ticks: int) -> Outcome:
-        """What a wrong speed command does from phase 0 on: after `ahead` more steps, steps of another length [m]."""
+        """The effect of a wrong speed command from phase 0 on: another stride [m] after `ahead` more steps."""
         walk = self.walks[case]
         step = walk.first // walk.walk.gait.period + ahead
         return self.orbit.outcome(walk.commanded(stride, step).after(0, np.zeros((0, 2)), ticks), walk.undisturbed)

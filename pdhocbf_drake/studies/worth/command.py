@@ -1,4 +1,4 @@
-"""`pdhocbf worth`: what a barrier buys, measured: events under no, constant and periodic barriers over a range of γ."""
+"""`pdhocbf worth`: the same events under no, constant and periodic barriers, over a range of γ."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Experiments, writes and prints; gives the exit code."""
+    """Runs the experiments, writes and prints; returns the exit code."""
     scenario = load_scenario(options.scenario, options.text)
     if scenario.system not in _SIZES:
         raise InputError(f"scenario.system: 'vhip' or 'biped' is needed (given: {scenario.system!r})")
