@@ -32,6 +32,7 @@ test: lint types pytest
 
 lint: install
 	$(BIN)/ruff check .
+	$(BIN)/lint-imports --no-cache --no-logo
 types: install
 	$(BIN)/mypy
 pytest: install

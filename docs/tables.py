@@ -1,8 +1,10 @@
-"""Writes the README's tables of signals and metrics from the code: `python docs/tables.py`."""
+"""Writes the README's tables of rooms, signals and metrics from the code: `python docs/tables.py`."""
 
 from __future__ import annotations
 
+import ast
 import re
+import sys
 from pathlib import Path
 
 from pydantic import BaseModel
@@ -10,7 +12,38 @@ from pydantic import BaseModel
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.simulation.signals import SIGNALS
 
-README = Path(__file__).parents[1] / "README.md"
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parents[1]
+README, PACKAGE = ROOT / "README.md", ROOT / "pdhocbf_drake"
+
+
+def rooms_table() -> str:
+    """One row a room, from the lowest level of the contract of import-linter to the highest, with the rooms in it."""
+    rows = ["| level | room | what it holds |", "|---|---|---|"]
+    for level, layer in enumerate(layers(), start=1):
+        for room in layer:
+            rows.append(f"| {level} | `{room}/` | {_held(room)} |")
+            inner = sorted(file.parent.name for file in PACKAGE.glob(f"{room}/*/__init__.py"))
+            rows += [f"| | `{room}/{name}/` | {_held(f'{room}/{name}')} |" for name in inner]
+    return "\n".join(rows)
+
+
+def layers() -> list[list[str]]:
+    """The rooms of each layer of the first contract, lowest first; layers of modules alone are left out."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    contract = project["tool"]["importlinter"]["contracts"][0]
+    found = [[name for name in re.findall(r"\w+", layer) if (PACKAGE / name).is_dir()] for layer in contract["layers"]]
+    return [names for names in reversed(found) if names]
+
+
+def _held(room: str) -> str:
+    """The first paragraph of the docstring of a package."""
+    text = (PACKAGE / room / "__init__.py").read_text(encoding="utf-8")
+    return (ast.get_docstring(ast.parse(text)) or "").partition("\n\n")[0].replace("\n", " ")
 
 
 def signals_table() -> str:
@@ -32,8 +65,8 @@ def _fields(model: type[BaseModel]) -> list[tuple[str, str]]:
 
 
 def with_tables(text: str) -> str:
-    """The README's text with both tables renewed between their marks."""
-    for name, table in (("signals", signals_table()), ("metrics", metrics_table())):
+    """The README's text with its tables renewed between their marks."""
+    for name, table in (("rooms", rooms_table()), ("signals", signals_table()), ("metrics", metrics_table())):
         mark = re.compile(f"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
         text = mark.sub(lambda m, table=table: f"{m[1]}\n{table}\n\n{m[2]}", text)  # type: ignore[misc]
     return text

@@ -1,4 +1,4 @@
-"""Compiles the numeric inner loops of a tick, once per machine: numba keeps the machine code beside the source."""
+"""Compiles the numeric inner loops of a tick to machine code, once per machine: numba caches it beside the source."""
 
 from __future__ import annotations
 
@@ -13,34 +13,35 @@ F = TypeVar("F", bound=Callable[..., object])
 
 
 def compiled(function: F) -> F:
-    """The function as machine code, in which arrays are read and written in place; made at its first call.
+    """The function as machine code that reads and writes arrays in place, compiled or loaded at its first call.
 
-    A few arrays of a hundred numbers cost numpy a microsecond for each operation, and a loop over them 0.1.
+    On arrays of a hundred numbers numpy takes a microsecond for each operation, a compiled loop 0.1.
 
-    Machine code checks no index: shapes are the callers' to check. It may call machine code of its own file alone,
-    since what is kept is made anew only when that file changes. Division by zero is inf or NaN, as in numpy.
+    Compiled functions (kernels) check no index: shapes are checked by their callers. Each room has its kernels in one
+    file, `kernels.py`, and a kernel calls none of another file, because numba recompiles it only when its own file
+    changes. A test compares each of them with a few lines of numpy. Division by zero is inf or NaN, as in numpy.
     """
     try:
         machine_code: Any = numba.njit(cache=True, error_model="numpy")(function)
-    except RuntimeError:  # neither the source's folder nor the user's cache can be written
+    except RuntimeError:  # neither the source's folder nor the user's cache is writable
         return cast(F, numba.njit(error_model="numpy")(function))
     cache = machine_code._cache
-    # Numba's own loading first learns all that Python code might call, which takes longer than all the rest of it, and
-    # which what is machine code already has no use for. A numba in which the rest goes by another name does both.
+    # Numba's own loading first registers everything that Python code might call. That takes longer than the rest of the
+    # loading, and cached machine code does not need it. Another version of numba may lack the name: then both are done.
     load, save = getattr(cache, "_load_overload", cache.load_overload), cache.save_overload
 
-    def load_if_whole(signature: object, target: object) -> object:
+    def load_if_intact(signature: object, target: object) -> object:
         try:
             rtsys.initialize(target)
             return load(signature, target)
-        except Exception:  # whatever a file says that was torn by a power cut
+        except Exception:  # a damaged file can raise anything
             with suppress(OSError):
                 cache.flush()
-            return None  # so that it is made anew
+            return None  # compiles it again
 
-    def save_if_possible(*made: object) -> None:
-        with suppress(OSError):  # a full disk, say: then it is made again next time
-            save(*made)
+    def save_if_possible(*overload: object) -> None:
+        with suppress(OSError):  # a full disk, for example: it is compiled again in the next process
+            save(*overload)
 
-    cache.load_overload, cache.save_overload = load_if_whole, save_if_possible
+    cache.load_overload, cache.save_overload = load_if_intact, save_if_possible
     return cast(F, machine_code)

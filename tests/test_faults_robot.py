@@ -9,8 +9,7 @@ import pytest
 from pydrake.systems.framework import BasicVector, Context
 
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.qp.result import QpResult
-from pdhocbf_drake.qp.solvers import QpSolver
+from pdhocbf_drake.qp import QpResult, QpSolver
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate

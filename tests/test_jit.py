@@ -76,7 +76,7 @@ def test_a_disk_that_is_full_costs_nothing_but_the_copy(tmp_path: Path) -> None:
         "def full(*_): raise OSError(28, 'No space left on device')\n"
         "caching.IndexDataCacheFile.save = full\n"
         "import numpy as np\n"
-        "from pdhocbf_drake.qp.affine_map import AffineMap\n"
+        "from pdhocbf_drake.qp import AffineMap\n"
         "print(AffineMap(np.ones(2), np.eye(2))(np.array([1.0, 2.0])))\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
@@ -87,7 +87,7 @@ def test_a_disk_that_is_full_costs_nothing_but_the_copy(tmp_path: Path) -> None:
 def test_what_is_kept_is_loaded_without_what_only_its_making_needs(tmp_path: Path) -> None:
     code = (
         "import sys, numpy as np\n"
-        "from pdhocbf_drake.qp.affine_map import AffineMap\n"
+        "from pdhocbf_drake.qp import AffineMap\n"
         "print(AffineMap(np.ones(2), np.eye(2))(np.array([1.0, 2.0])), 'numba.np.linalg' in sys.modules)\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
@@ -101,7 +101,7 @@ def test_what_is_kept_is_loaded_without_what_only_its_making_needs(tmp_path: Pat
 def test_what_is_kept_and_torn_is_made_anew(tmp_path: Path, torn: str, left: bytes) -> None:
     code = (
         "import numpy as np\n"
-        "from pdhocbf_drake.qp.affine_map import AffineMap\n"
+        "from pdhocbf_drake.qp import AffineMap\n"
         "print(AffineMap(np.ones(2), np.eye(2))(np.array([1.0, 2.0])))\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}

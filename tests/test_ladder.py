@@ -14,7 +14,7 @@ from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.terms import TERMS
 from pdhocbf_drake.mpc.terms.step_limits import StepLimits
 from pdhocbf_drake.mpc.terms.zmp_box import ZmpBox
-from pdhocbf_drake.qp.result import QpResult
+from pdhocbf_drake.qp import QpResult
 
 BLIND = np.full((2, 3), np.nan)
 

@@ -7,8 +7,7 @@ import pytest
 from pydrake.solvers import ClarabelSolver, SolverOptions
 
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.qp.daqp_solver import DaqpQp
-from pdhocbf_drake.qp.drake_solver import DrakeQp
+from pdhocbf_drake.qp import ClarabelQp, DaqpQp
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.bench.recording import record, solve, theta
@@ -73,7 +72,7 @@ def test_the_sparse_program_of_the_benchmark_has_the_same_optimum(short_walk: Wa
     mpc = short_walk.mpc
     for given in record(short_walk, 12, perturbed=True).ticks[::4]:
         phase, parameters = given.tick % short_walk.gait.period, theta(mpc, given, axis)
-        sparse = DrakeQp(sparse_qp(short_walk, axis, phase)).solve(parameters)
+        sparse = ClarabelQp(sparse_qp(short_walk, axis, phase)).solve(parameters)
         ours = DaqpQp(mpc.qps[axis][phase]).solve(parameters)
         assert sparse.ok
         assert sparse.cost == pytest.approx(ours.cost, rel=1e-6, abs=1e-6)

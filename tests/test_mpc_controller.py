@@ -10,7 +10,6 @@ from pdhocbf_drake.mpc import orbit
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.mpc.terms.program import box_weights
 from pdhocbf_drake.mpc.terms.stability import Stability
 from pdhocbf_drake.simulation.build import orbit_of
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -82,7 +81,7 @@ def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: floa
     plan = mpc.solve(tick, memory.state, memory.stance, {}, offset, last)
     assert plan.reason == Reason.SOLVED
     zmp = predicted(mpc, memory.state, plan)[:, 1:, 2] + offset
-    weights, feet = box_weights(mpc.gait, tick % 40, 80, 2), np.hstack([memory.stance, plan.footholds])
+    weights, feet = mpc.gait.region.weights(tick % 40, 80, 2), np.hstack([memory.stance, plan.footholds])
     half = np.array(mpc.gait.config.zmp_box)[:, None] / 2.0 - margin
     beyond = np.abs(zmp - feet @ weights.T) - half
     assert beyond.max() < 1e-9
@@ -101,7 +100,7 @@ def test_the_zmp_is_priced_by_its_squared_distance_from_the_middle_of_its_box() 
     u, f, theta = np.split(values, [horizon, horizon + 2])
     part = {name: theta[place] for name, place in problem.places.items()}
     zmp = part["state"][2] + PLAIN.vhip.tick * np.cumsum(u) + part["zmp_offset"]
-    middle = box_weights(PLAIN.gait, phase, horizon, 2) @ np.concatenate([part["stance"], f])
+    middle = PLAIN.gait.region.weights(phase, horizon, 2) @ np.concatenate([part["stance"], f])
     told = program.prog.EvalBinding(costs["zmp_centre"], values)
     np.testing.assert_allclose(told, price * np.sum((zmp - middle) ** 2))
 
@@ -133,11 +132,11 @@ def test_other_tails_end_where_they_say(tail: str) -> None:
 
 def test_anticipative_tail_is_brute_force_summation_of_the_commanded_zmp() -> None:
     mpc, tick = PLAIN, 207
-    weight, period = mpc.gait.box_weight, mpc.gait.period
+    weight, period = mpc.gait.region.weight, mpc.gait.period
 
     def centre(k: int) -> np.ndarray:
         step, phase = divmod(k, period)
-        before, now = mpc.gait.step(step - 1).centre, mpc.gait.step(step).centre
+        before, now = mpc.gait.foothold(step - 1), mpc.gait.foothold(step)
         return before + weight[phase] * (now - before)
 
     velocity = [(centre(k + 1) - centre(k)) / 0.01 for k in range(tick, tick + 2000)]

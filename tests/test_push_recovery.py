@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 from walks import make_mpc, repacked, start
 
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
-from pdhocbf_drake.mpc.config import RecoveryConfig
+from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control
 from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance
-from pdhocbf_drake.walking.forecast import SwingForecast
-from pdhocbf_drake.walking.swing import swing_point
+from pdhocbf_drake.walking import Gait, GaitConfig
+from pdhocbf_drake.walking.vhip import Vhip
 
 RECOVERY = RecoveryConfig(zmp_box=(0.18, 0.11))
 SETTLED = 480  # [ticks], a multiple of the gait
@@ -131,26 +131,15 @@ def test_a_memory_keeps_its_disturbance(mpc: PeriodicMpc, settled: Memory) -> No
     np.testing.assert_array_equal(layout.pack(again), layout.pack(memory))
 
 
-def test_the_swing_forecast_is_the_second_derivative_of_the_swing(mpc: PeriodicMpc) -> None:
-    gait = mpc.gait
-    forecast = SwingForecast(gait, 80)
-    start_, end, after = np.array([0.0, 0.08]), np.array([0.2, 0.1]), np.array([0.4, -0.05])
-    plan = np.array([[start_, end], [[0.1, -0.08], [0.1, -0.08]]])
-    support = np.where((np.arange(80) + 1) // 40 % 2 == 0, -1, 1)
-    now = np.zeros((2, 3, 3))
-    seen = forecast.accelerations(0, support, now, plan, after)
-    lift_off, duration = gait.config.double_support_ticks, gait.swing_ticks() * 0.01
-    for k in (5, 20, 33):
-        point = swing_point(start_, end, 0.05, duration, (k - lift_off) * 0.01)
-        np.testing.assert_allclose(seen[:, k - 1], point.acceleration[:2], atol=1e-9)
-    later = swing_point(np.array([0.1, -0.08]), after, 0.05, duration, (20 - lift_off) * 0.01)
-    np.testing.assert_allclose(seen[:, 59], later.acceleration[:2], atol=1e-9)
-    # In mid-swing it goes on from where the foot is.
-    mid = swing_point(start_, end, 0.05, duration, (20 - lift_off) * 0.01)
-    now[0] = mid
-    on = forecast.accelerations(20, support[20:].repeat(2)[:80] * 0 - 1, now, plan, after)
-    ahead = swing_point(start_, end, 0.05, duration, (30 - lift_off) * 0.01)
-    np.testing.assert_allclose(on[:, 9], ahead.acceleration[:2], atol=1e-8)
+def test_a_changed_stride_holds_in_recovery_and_in_endings() -> None:
+    gait = Gait(GaitConfig(stride=0.15)).with_stride(0.16, 30)
+    vhip = Vhip(gait.height.eta(), gait.config.tick)
+    mpc = PeriodicMpc(gait, vhip, MpcConfig(recovery=RECOVERY), ([], []), on_demand=True)
+    assert mpc.recovery is not None
+    for walk in (mpc, mpc.recovery, mpc.ending_at(45), mpc.recovery.ending_at(45)):
+        assert walk.gait.foothold(40)[0] == pytest.approx(5.80, abs=1e-12)
+        np.testing.assert_allclose(walk.commanded.steps(40).moves[0], 0.16)
+    np.testing.assert_array_equal(mpc.recovery.gait.region.half(gait.step(40)), np.array(RECOVERY.zmp_box) / 2.0)
 
 
 def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory) -> None:

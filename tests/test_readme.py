@@ -18,6 +18,21 @@ def test_tables_are_those_of_the_code() -> None:
     assert tables["signals_table"]() in README and tables["metrics_table"]() in README
 
 
+def test_the_table_of_rooms_names_every_package() -> None:
+    rooms = README.partition("<!-- rooms -->")[2].partition("<!-- end of rooms -->")[0]
+    package = ROOT / "pdhocbf_drake"
+    folders = {file.parent.relative_to(package).as_posix() for file in package.glob("*/**/__init__.py")}
+    assert set(re.findall(r"^\| \d* ?\| `(\S+)/` \|", rooms, re.MULTILINE)) == folders
+
+
+def test_the_table_of_rooms_follows_the_contract_from_the_lowest_layer_to_the_highest() -> None:
+    layers = runpy.run_path(str(ROOT / "docs" / "tables.py"))["layers"]
+    rows = re.findall(r"^\| (\d+) \| `(\w+)/` \|", README, re.MULTILINE)
+    assert [(int(level), room) for level, room in rows] == [
+        (level, room) for level, layer in enumerate(layers(), start=1) for room in layer
+    ]
+
+
 def test_the_page_of_scenario_keys_is_that_of_the_code() -> None:
     keys = runpy.run_path(str(ROOT / "docs" / "keys.py"))
     page = (ROOT / "docs" / "scenario.md").read_text(encoding="utf-8")

@@ -12,6 +12,7 @@ from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.walking.support import contains
 
 Array = NDArray[np.float64]
 
@@ -96,12 +97,8 @@ def _com_rms_error(log: RunLog) -> list[float | None]:
 
 
 def _zmp_outside(log: RunLog) -> float:
-    inside = np.ones(len(log), dtype=bool)
-    for axis in "xy":
-        zmp = log.element("lip_state", f"{axis}_zmp")
-        inside &= zmp >= log.element("zmp_box", f"{axis}_min") - _ROUNDING
-        inside &= zmp <= log.element("zmp_box", f"{axis}_max") + _ROUNDING
-    return float(1.0 - inside.mean())
+    zmp = np.stack([log.element("lip_state", f"{axis}_zmp") for axis in "xy"], axis=1)
+    return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp, _ROUNDING).mean())
 
 
 def _position_margin(angles: Array, limits: Array) -> float | None:

@@ -11,7 +11,7 @@ from pdhocbf_drake.mpc.plan import NOTICED
 from pdhocbf_drake.mpc.terms import TERMS
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Setting, Term, Tick
-from pdhocbf_drake.qp.compiled import ParametricQp, compile_program
+from pdhocbf_drake.qp import ParametricQp, compile_program
 
 
 class AxisProblem:
@@ -56,7 +56,7 @@ class AxisProblem:
         """What its programs depend on; problems with equal keys have equal programs."""
         setting = self.setting
         config = setting.config.model_dump_json(exclude={"recovery"})
-        matrices = (setting.gait.box_weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
+        matrices = (setting.gait.region.weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
         return config, matrices, tuple(term.key for term in self.terms)
 
     def changed(self, change: Callable[[Term], Term]) -> AxisProblem:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.walking import Gait, Step
+from pdhocbf_drake.walking import Footstep, Gait
 
 
 class Commanded(NamedTuple):
@@ -20,7 +20,7 @@ class Commanded(NamedTuple):
         centre: commanded centre of step j in the world, shape (2,) [m].
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[Footstep, ...]
     moves: np.ndarray
     half: np.ndarray
     centre: np.ndarray
@@ -39,9 +39,9 @@ class CommandedSteps:
 
     def _steps(self, step: int) -> Commanded:
         before, *ahead = (self._gait.step(step + i) for i in range(-1, self._count + 1))
-        moves = np.diff(np.array([s.centre for s in ahead]).T, axis=1)
-        half = np.array([s.half for s in (before, *ahead)]).T - self._margin
-        return Commanded(tuple(ahead), moves, half, ahead[0].centre)
+        centres = np.array([[s.x, s.y] for s in ahead]).T
+        half = np.array([self._gait.region.half(s) for s in (before, *ahead)]).T - self._margin
+        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, centres[:, 0])
 
     def repeats(self, step: int) -> bool:
         """True where this step and the one a horizon later both lie in the walk proper, so that a gait repeats."""

@@ -9,7 +9,6 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
@@ -19,9 +18,7 @@ from pdhocbf_drake.mpc.recovery import recovery_of
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.terms import TERMS, constraints_of
 from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
-from pdhocbf_drake.qp.compiled import ParametricQp
-from pdhocbf_drake.qp.result import QpResult
-from pdhocbf_drake.qp.solvers import QpSolver
+from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.vhip import Vhip
@@ -271,29 +268,11 @@ class PeriodicMpc:
             stance: centres of the last and this step's box at the tick before, shape (2, 2) [m].
             footholds: centres of the coming ones, shape (2, n_f) [m].
         """
-        before = self.gait.phase(tick - 1)[0]
-        step, phase = self.gait.phase(tick)
-        weight = self.gait.box_weight[phase]
-        half = self.commanded.steps(before).half
-        box = np.empty((2, 2))
-        _write_box(step - before, weight, stance, footholds, half, self.config.zmp_margin, box)
-        return box
+        step, phase = self.gait.phase(tick - 1)
+        half = self.commanded.steps(step).half
+        return self.gait.region.box(phase, stance, footholds, half, self.config.zmp_margin)
 
 
 def _largest_slacks(slacks: np.ndarray, starts: np.ndarray) -> np.ndarray:
     """The largest slack of each barrier [unit of h]; a hard program has no slacks, so 0."""
     return np.maximum.reduceat(slacks, starts) if len(slacks) and slacks.any() else np.zeros(len(starts))
-
-
-@compiled
-def _write_box(
-    place: int, weight: float, stance: np.ndarray, footholds: np.ndarray, half: np.ndarray, margin: float,
-    box: np.ndarray,
-) -> None:  # fmt: skip
-    """The box on its way from the stance foot at `place` of [last, this, coming …] to the next one."""
-    for axis in range(2):
-        start = stance[axis, place]
-        end = stance[axis, 1] if place == 0 else footholds[axis, 0]
-        centre = (1.0 - weight) * start + weight * end
-        side = (1.0 - weight) * half[axis, place] + weight * half[axis, place + 1] + margin
-        box[axis, 0], box[axis, 1] = centre - side, centre + side

@@ -12,7 +12,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.kernels import write_references
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
-from pdhocbf_drake.walking.gait import BOTH, LEFT
+from pdhocbf_drake.walking.footsteps import BOTH, LEFT
 
 OUTPUTS = (
     "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack", "unmet",
@@ -87,8 +87,7 @@ class Memory:
     @classmethod
     def standing(cls, mpc: PeriodicMpc) -> Memory:
         """At rest at tick 0, the CoM and ZMP in the middle of feet that stand `gait.stance_width` apart."""
-        half = mpc.gait.config.stance_width / 2.0
-        return cls.at_start(mpc, np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]]))
+        return cls.at_start(mpc, np.zeros((2, 3)), mpc.gait.feet_at_start)
 
     def copy(self) -> Memory:
         """Another memory with the same arrays."""

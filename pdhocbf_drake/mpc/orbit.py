@@ -44,7 +44,7 @@ def settled_gait(gait: Gait, mpc: PeriodicMpc) -> list[TemplateTick]:
     Raises:
         InputError: the walk has barriers or an end, or doesn't settle.
     """
-    if any(mpc.barriers) or gait.config.walk_steps is not None:
+    if any(mpc.barriers) or gait.has_end:
         raise InputError("the nominal orbit is that of a walk without barriers and without an end")
     cycle = gait.config.ticks_per_gait
     start = gait.config.start_steps * gait.period

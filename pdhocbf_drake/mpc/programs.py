@@ -18,8 +18,7 @@ from typing import Generic, NamedTuple, TypeVar
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.terms.term import Term
-from pdhocbf_drake.qp.compiled import ParametricQp
-from pdhocbf_drake.qp.solvers import QpSolver, make_solver
+from pdhocbf_drake.qp import ParametricQp, QpSolver, make_solver
 
 T = TypeVar("T")
 

@@ -31,7 +31,7 @@ def recovery_of(gait: Gait, vhip: Vhip, config: MpcConfig) -> tuple[Gait, Vhip, 
         "path_correction": recovery.path_correction,
         "swing_acceleration": recovery.swing_acceleration,
     }
-    return Gait(gait.config.model_copy(update={"zmp_box": box})), vhip, config.model_copy(update=changed)
+    return gait.with_box(box), vhip, config.model_copy(update=changed)
 
 
 class Disturbance(NamedTuple):

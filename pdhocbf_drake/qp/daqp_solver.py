@@ -1,24 +1,25 @@
-"""The compiled quadratic program behind a persistent DAQP workspace, warm-started by an active set."""
+"""A parametric quadratic program in a persistent DAQP workspace, warm-started by a guessed active set."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-import daqp
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.qp.affine_map import AffineMap, compressed
-from pdhocbf_drake.qp.compiled import ParametricQp
-from pdhocbf_drake.qp.kernels import Sparse, is_finite, write_decisions, write_limits, write_senses
-from pdhocbf_drake.qp.merged_rows import somewhere
-from pdhocbf_drake.qp.result import QpResult
-from pdhocbf_drake.qp.slacks import Slacks, find_slacks
+from pdhocbf_drake.qp.affine_map import check_parameters
+from pdhocbf_drake.qp.daqp_form import DaqpForm
+from pdhocbf_drake.qp.kernels import EQUALITY, is_finite, write_decisions, write_limits, write_senses
+from pdhocbf_drake.qp.parametric_qp import ParametricQp, QpResult
 
-_EQUALITY, _SOFT = 5, 8
+try:
+    import daqp
+except ImportError:
+    daqp = None
+
 _SETTINGS = {"primal_tol": 1e-10, "dual_tol": 1e-10, "iter_limit": 2000}
-_INFEASIBLE, _OPTIMAL, _SOFTENED, _DEPENDENT = -1, 1, 2, -6
-_WORDS = {
+_INFEASIBLE, _SOFTENED, _DEPENDENT = -1, 2, -6
+_MESSAGES = {
     -1: "infeasible",
     -2: "cycling",
     -3: "unbounded",
@@ -26,163 +27,122 @@ _WORDS = {
     -5: "not convex",
     -6: "overdetermined set",
 }
-_NOISE = 1e-13  # entries of M⁻¹ below this part of the largest one are what rounding left of zeros
+
+Outcome = tuple[int, np.ndarray, np.ndarray]
+"""DAQP's exit flag, y and the multipliers; see `DaqpForm`."""
+
+
+def has_daqp() -> bool:
+    """Whether the package `daqp` is installed."""
+    return daqp is not None
 
 
 class DaqpQp:
-    """Solves a `ParametricQp` at many θ.
+    """Solves a `ParametricQp` at many θ in the coordinates of `DaqpForm`.
 
-    Slacks that soften one row each (`find_slacks`) are left to DAQP, which prices a violated row by itself, so that
-    a row that is kept costs nothing. Of the other decisions w the solver sees y = M (w − w°(θ)):
-
-    - M holds the rows named in `bound_rows`, square and invertible, so that they become simple bounds on y, which an
-      active-set method handles at no cost. Without bound rows M = 1.
-    - w° is the optimum without constraints, so that the linear cost vanishes, and with it the work that it would
-      make. It is found at each θ from L Lᵀ = M⁻ᵀ P M⁻¹: over a horizon L is banded where P M⁻¹ is full, and reading
-      what is full takes longer than solving with what is not.
+    `solve` calls `prepare`, `start_from`, `factorize`, `iterate` and `result`, public so that each can be timed.
 
     Attributes:
-        core_seconds, iterations: what DAQP says of its last solve, on its own clock [s].
+        core_seconds, iterations: of DAQP's last solve, the seconds by its own clock.
 
     Raises:
-        InputError: the bound rows don't form an invertible square matrix, or P is singular.
+        InputError: as `DaqpForm`, or DAQP refuses the program.
     """
 
     def __init__(self, qp: ParametricQp, bound_rows: Sequence[str] = (), guess_rows: np.ndarray | None = None) -> None:
         """
         Args:
             qp: the compiled program.
-            bound_rows: names of the rows that are taken as variables.
-            guess_rows: for each row, the row of the last tick's program whose activity is its guess; else the same row.
+            bound_rows: names of rows of A that become simple bounds, as many as there are decisions besides slacks.
+            guess_rows: for each row of A, the index in `guess` of its guessed activity (None: its own index). Serves
+                where consecutive solves are of different programs whose rows correspond, as over a moving horizon.
         """
         self.qp, self.core_seconds, self.iterations = qp, 0.0, 0
-        slacks = find_slacks(qp)
-        hard, left = _without(len(qp.P), slacks.columns), _without(len(qp.A), slacks.bounds)
-        is_bound = np.array([qp.names[row] in bound_rows for row in left], dtype=bool)
-        if bound_rows and is_bound.sum() != len(hard):
-            raise InputError(
-                f"bound rows {list(bound_rows)}: {len(hard)} rows are needed, one a decision (given: {is_bound.sum()})"
-            )
-        order = np.concatenate([left[is_bound], left[~is_bound]])
-        self._guess_from = order if guess_rows is None else guess_rows[order]
-        self._guessed_rows = int(self._guess_from.max(initial=-1)) + 1
-        A, P = qp.A[np.ix_(order, hard)], qp.P[np.ix_(hard, hard)]
-        bounds = int(is_bound.sum())
-        W = _inverse(A[:bounds], bound_rows) if bound_rows else np.eye(len(hard))
-        rows, hessian = A[bounds:] @ W, _cleaned(W.T @ P @ W)
-        hessian = 0.5 * (hessian + hessian.T)
-        gradient = AffineMap(W.T @ qp.linear.offset[hard], _cleaned(W.T @ qp.linear.matrix[hard]))
-        lower, upper = qp.lower.rows(order), qp.upper.rows(order)
-        own = lower.above(upper)
-        root = _root(hessian)
-        self._to_limits = (gradient.arrays, own.arrays, root, compressed(_cleaned(rows.copy())), qp.constant.arrays)
-        self._way_back = (root, compressed(W), hard, order)
-        self._optimum, self._product, self._limits = np.zeros(len(hard)), np.zeros(len(hard)), own.offset.copy()
+        self._form = form = DaqpForm(qp, bound_rows)
+        self._guess_from = form.order if guess_rows is None else guess_rows[form.order]
+        self._guess_length = int(self._guess_from.max(initial=-1)) + 1
+        self._to_limits, self._to_decisions = form.to_limits, form.to_decisions
+        (self._rows, self._decisions), self._parameters = qp.A.shape, qp.linear.parameters
+        n = len(form.hard)
+        self._optimum, self._product, self._limits = np.zeros(n), np.zeros(n), form.bounds.offset.copy()
         self._low, self._high = np.split(self._limits, 2)
+        self._senses, self._guessed = form.senses, form.senses.copy()
+        self._softened_rows = np.vstack([np.eye(len(form.order) - len(form.rows), n), form.rows])[form.softened]
+        self._model = self._set_up()
 
-        point = somewhere(own.parameters)
-        equal = (self._low == self._high) & (lower(point) == upper(point))  # there, and so, but for chance, everywhere
-        self._cold = np.where(equal, _EQUALITY, np.where(np.isin(order, slacks.rows), _SOFT, 0)).astype(np.int32)
-        self._sense = self._cold.copy()
-        self._model = self._set_up(hessian, np.ascontiguousarray(rows))
-        self._soften(slacks, order, rows, bounds)
-
-    def _set_up(self, hessian: np.ndarray, rows: np.ndarray) -> daqp.Model:
+    def _set_up(self) -> daqp.Model:
+        form, slacks = self._form, self._form.slacks
         model = daqp.Model()
         model.settings = _SETTINGS
-        # Bounds at θ = 0 may contradict each other (a step's limits, say), so set up with open ones.
-        wide = np.where(self._cold == _EQUALITY, 0.0, 1e30)
-        flag, _ = model.setup(hessian, None, rows, wide, -wide, self._cold)
+        # The bounds at one θ may contradict each other, so set up with bounds that don't.
+        wide = np.where(form.senses == EQUALITY, 0.0, 1e30)
+        flag, _ = model.setup(form.hessian, None, np.ascontiguousarray(form.rows), wide, -wide, form.senses)
         if flag < 0:
-            raise InputError(f"the compiled program can't be set up in DAQP: {_WORDS.get(flag, f'exit {flag}')}")
+            raise InputError(f"the compiled program can't be set up in DAQP: {_message(flag)}")
+        if len(form.softened):
+            rho, linear = np.zeros(len(form.order)), np.zeros(len(form.order))
+            rho[form.softened], linear[form.softened] = 1.0 / slacks.quadratic, slacks.linear
+            model.soft_weights(rho_l=rho, rho_u=rho, w_l=linear, w_u=linear)
         return model
 
-    def _soften(self, slacks: Slacks, order: np.ndarray, rows: np.ndarray, bounds: int) -> None:
-        self._slacks = slacks
-        at = np.argsort(order)[np.searchsorted(np.sort(order), slacks.rows)]
-        self._soft, self._soft_rows = at, rows[at - bounds]
-        if len(at):
-            rho, linear = np.zeros(len(order)), np.zeros(len(order))
-            rho[at], linear[at] = 1.0 / slacks.quadratic, slacks.linear
-            self._model.soft_weights(rho_l=rho, rho_u=rho, w_l=linear, w_u=linear)
-
     def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
-        """Solves at θ, starting from the active set guessed by the last tick's `QpResult.active`.
+        """Solves at θ, from the active set of an earlier result (`QpResult.active`), which never changes the answer.
 
         Raises:
-            ValueError: θ is of another length than the parameters, or the guess too short for the rows it is about.
+            InputError: θ has another length than the parameters, or the guess is too short for `guess_rows`.
         """
-        if len(theta) != self.qp.linear.parameters or (guess is not None and len(guess) < self._guessed_rows):
-            # machine code would read beyond them
-            raise ValueError(
-                f"θ has {self.qp.linear.parameters} entries and a guess {self._guessed_rows} at least, given "
-                f"{len(theta)} and {None if guess is None else len(guess)}"
-            )
+        check_parameters(theta, self._parameters)
         least = self.prepare(theta)
-        flag, y, multipliers = self._run(self._cold if guess is None else self._guessed(guess))
-        if flag < 0 and guess is not None:  # a guess must never change the answer
-            flag, y, multipliers = self._run(self._cold)
-        return self._answer(least, flag, y, multipliers)
+        self.start_from(guess)
+        outcome = self.iterate() if (flag := self.factorize()) >= 0 else self._failure(flag)
+        if outcome[0] < 0 and guess is not None:
+            return self.solve(theta)
+        return self.result(least, outcome)
 
     def prepare(self, theta: np.ndarray) -> float:
-        """Works out y° and the limits on y at θ; gives what the cost is at w°."""
-        return float(write_limits(*self._to_limits, theta, self._optimum, self._limits))
+        """Computes z° and the limits on R y at θ; returns the cost at z°."""
+        return write_limits(*self._to_limits, theta, self._optimum, self._limits)
 
-    def _answer(self, least: float, flag: int, y: np.ndarray, multipliers: np.ndarray) -> QpResult:
-        decisions, active = np.zeros(len(self.qp.P)), np.zeros(len(self.qp.A))
-        cost = least + write_decisions(*self._way_back, self._optimum, y, multipliers, decisions, active, self._product)
-        if flag == _SOFTENED:
-            slack = np.maximum(0.0, self._low[self._soft] - self._soft_rows @ y)
-            decisions[self._slacks.columns] = slack
-            cost += float(slack @ (self._slacks.linear + 0.5 * self._slacks.quadratic * slack))
-        word = "optimal" if flag > 0 else _WORDS.get(flag, f"exit {flag}")
-        return QpResult(flag > 0, decisions, cost, active, flag == _INFEASIBLE, word)
+    def start_from(self, guess: np.ndarray | None) -> None:
+        """Takes the guessed active set as the one to start from; None: equalities alone."""
+        if guess is None:
+            self._start = self._senses
+            return
+        if len(guess) < self._guess_length:  # beyond which machine code would read
+            raise InputError(f"a guess must have {self._guess_length} entries at least, given {len(guess)}")
+        write_senses(guess, self._guess_from, self._senses, self._guessed)
+        self._start = self._guessed
 
-    def _guessed(self, guess: np.ndarray) -> np.ndarray:
-        write_senses(guess, self._guess_from, self._cold, self._sense)
-        return self._sense
+    def factorize(self) -> int:
+        """Hands the limits and the active set to DAQP, which factorizes it; returns its exit flag."""
+        return self._model.update(bupper=self._high, blower=self._low, sense=self._start)
 
-    def _run(self, sense: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
-        """Exit flag, y and multipliers at the present limits."""
-        flag = self._model.update(bupper=self._high, blower=self._low, sense=sense)
-        if flag < 0:
-            return flag, np.zeros(len(self._optimum)), np.zeros(len(sense))
+    def iterate(self) -> Outcome:
+        """Runs DAQP from the active set that it has factorized."""
         y, _, flag, info = self._model.solve()
         self.core_seconds, self.iterations = info["solve_time"], info["iterations"]
-        if flag > 0 and not is_finite(y):
-            # DAQP calls this optimal: its guess held rows that depend on each other.
-            return _DEPENDENT, np.zeros(len(y)), np.zeros(len(sense))
+        if flag > 0 and not is_finite(y):  # which DAQP calls optimal: the guess held rows that depend on each other
+            return self._failure(_DEPENDENT)
         return flag, y, info["lam"]
 
+    def _failure(self, flag: int) -> Outcome:
+        return flag, np.zeros(len(self._optimum)), np.zeros(len(self._senses))
 
-def _without(count: int, some: np.ndarray) -> np.ndarray:
-    """0 … count − 1 without some of them."""
-    left = np.ones(count, dtype=bool)
-    left[some] = False
-    return np.flatnonzero(left)
-
-
-def _root(hessian: np.ndarray) -> Sparse:
-    """L with L Lᵀ = hessian; each row ends with its diagonal."""
-    try:
-        return compressed(_cleaned(np.linalg.cholesky(hessian)))
-    except np.linalg.LinAlgError:
-        raise InputError(
-            "the cost is not strictly convex in the decisions, as DAQP needs it: choose clarabel"
-        ) from None
-
-
-def _inverse(rows: np.ndarray, bound_rows: Sequence[str]) -> np.ndarray:
-    try:
-        inverse = np.linalg.inv(rows)
-    except np.linalg.LinAlgError:
-        inverse = np.full(rows.shape, np.inf)
-    if not np.abs(inverse).max() * np.abs(rows).max() < 1e12:
-        raise InputError(f"bound rows {list(bound_rows)}: they don't form an invertible matrix")
-    return _cleaned(inverse)
+    def result(self, least: float, outcome: Outcome) -> QpResult:
+        """The answer in w and the rows of A, from the cost at z° and DAQP's outcome."""
+        flag, y, multipliers = outcome
+        decisions, active = np.zeros(self._decisions), np.zeros(self._rows)
+        cost = least + write_decisions(
+            *self._to_decisions, self._optimum, y, multipliers, decisions, active, self._product
+        )
+        if flag == _SOFTENED:
+            slacks, softened, values = self._form.slacks, self._form.softened, self._softened_rows @ y
+            slack = np.maximum(0.0, np.maximum(self._low[softened] - values, values - self._high[softened]))
+            decisions[slacks.columns] = slack
+            cost += float(slack @ (slacks.linear + 0.5 * slacks.quadratic * slack))
+        status = "optimal" if flag > 0 else _message(flag)
+        return QpResult(flag > 0, decisions, cost, active, flag == _INFEASIBLE, status)
 
 
-def _cleaned(matrix: np.ndarray) -> np.ndarray:
-    size = np.abs(matrix)
-    matrix[size < _NOISE * size.max(initial=0.0)] = 0.0
-    return matrix
+def _message(flag: int) -> str:
+    return _MESSAGES.get(flag, f"exit {flag}")

@@ -134,8 +134,7 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
 
 def start_of(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
     """[c, v, p] per axis (2, 3), at rest between the feet, and the feet's centres (2, 2)."""
-    half = walk.gait.config.stance_width / 2.0
-    return np.zeros((2, 3)), np.array([[0.0, half], [0.0, -half]])
+    return np.zeros((2, 3)), walk.gait.feet_at_start
 
 
 def oscillator_diagram(scenario: Scenario) -> LoggedDiagram:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.walking import Gait, swing_point
-from pdhocbf_drake.walking.swing import write_feet
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.swing import Swing
 
 
 class FootReference(LeafSystem):
@@ -24,20 +23,11 @@ class FootReference(LeafSystem):
 
     def __init__(self, gait: Gait) -> None:
         super().__init__()
-        config = gait.config
-        self._tick, self._lifted = config.tick, config.double_support_ticks
-        self._duration = gait.swing_ticks() * config.tick
-        ground = np.zeros(2)
-        swing = [
-            swing_point(ground, ground, config.swing_height, self._duration, (tick - self._lifted) * config.tick)
-            for tick in range(gait.period + 1)
-        ]
-        # What the swing foot does above the ground: height and its derivatives at each tick of a step, (N + 1, 3).
-        self._above = np.array([[part[2] for part in point] for point in swing])
+        self._swing = Swing(gait)
         self._phase = self.DeclareVectorInputPort("gait_phase", 3)
         self._plan = self.DeclareVectorInputPort("foot_plan", 8)
         self.DeclareDiscreteState(18)
-        self.DeclarePeriodicDiscreteUpdateEvent(config.tick, 0.0, self._remember)
+        self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._remember)
         changes = {self._phase.ticket(), self._plan.ticket(), self.xd_ticket()}
         self._reference = self.DeclareVectorOutputPort("foot_reference", 18, self._calc, changes)
 
@@ -46,9 +36,5 @@ class FootReference(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, _, support = self._phase.Eval(context).tolist()
-        aloft = round(tick) - self._lifted  # ticks since the foot has left the ground
-        swinging = -1 if not support else 1 if support > 0 else 0
-        before, feet = context.get_discrete_state_vector().value(), np.empty(18)
-        remaining, above = self._duration - (aloft - 1) * self._tick, self._above[round(tick)]
-        write_feet(swinging, aloft, self._plan.Eval(context), before, above, remaining, self._tick, feet)
-        output.SetFromVector(feet)
+        before = context.get_discrete_state_vector().value()
+        output.SetFromVector(self._swing.feet(round(tick), support, self._plan.Eval(context), before))

@@ -10,8 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from pdhocbf_drake.jit import compiled
 from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.forecast import SwingForecast
-from pdhocbf_drake.walking.swing import add_swing_accelerations
+from pdhocbf_drake.walking.swing import Swing
 
 _RATE = 0.5  # how much of a new step goes into the table [1]
 _FEET = {"foot_reference": 18, "foot_plan": 8, "stance_plan": 8}
@@ -45,7 +44,7 @@ class ZmpOffset(LeafSystem):
     def __init__(self, gait: Gait, horizon: int, lever: np.ndarray | None = None) -> None:
         super().__init__()
         self._gait, self._period, self._horizon = gait, gait.period, horizon
-        self._swing = SwingForecast(gait, horizon)
+        self._swing = Swing(gait)
         along, aside = (0.0, 0.0) if lever is None else np.asarray(lever, dtype=float).tolist()
         self._lever = (along, aside)
         self._pushed = any(self._lever)
@@ -80,8 +79,9 @@ class ZmpOffset(LeafSystem):
             reference = self._foot_reference.Eval(context).reshape(2, 3, 3)
             plan = self._foot_plan.Eval(context).reshape(2, 2, 2)
             after = self._stance_plan.Eval(context)[6:]
-            add_swing_accelerations(self._swing.timing, self._swing.whole, round(tick), side, reference, plan, after,
-                                    self._lever, _LARGEST_SWING, expected)  # fmt: skip
+            self._swing.add_accelerations(
+                round(tick), side, reference, plan, after, self._lever, _LARGEST_SWING, expected
+            )
         output.SetFromVector(expected.ravel())
 
     def _sides_from(self, step: int, last_step: float) -> np.ndarray:

@@ -1,8 +1,19 @@
-"""Ticks and phases, stance sequence, ZMP boxes, CoM height and swing foot of a periodic walk."""
+"""Gait as data, support region, swing foot, CoM height, the pendulum template and its divergent component."""
 
 from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.gait import Gait, Step
+from pdhocbf_drake.walking.footsteps import Footstep, Footsteps
+from pdhocbf_drake.walking.gait import Gait
+from pdhocbf_drake.walking.support import SupportRegion
 from pdhocbf_drake.walking.swing import SwingPoint, swing_point
 
-__all__ = ["CosineHeight", "Gait", "GaitConfig", "Step", "SwingPoint", "swing_point"]
+__all__ = [
+    "CosineHeight",
+    "Footstep",
+    "Footsteps",
+    "Gait",
+    "GaitConfig",
+    "SupportRegion",
+    "SwingPoint",
+    "swing_point",
+]

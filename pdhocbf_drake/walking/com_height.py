@@ -18,7 +18,7 @@ class CosineHeight:
     eta(k) = (z̈(k) + g)/z(k) [1/s²], eq. (22). The derivatives are those of the continuous cosine.
 
     Raises:
-        InputError: the height reaches the ground, or the motion asks for a downward acceleration beyond gravity.
+        InputError: the height reaches the ground, or its downward acceleration reaches that of gravity.
     """
 
     def __init__(self, config: GaitConfig) -> None:

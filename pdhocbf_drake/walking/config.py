@@ -1,4 +1,4 @@
-"""What a user writes about the gait and its template: times in ticks, lengths in metres."""
+"""The keys of the gait and of its pendulum template: times in ticks, lengths in metres."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class GaitConfig(Config):
 
 
 class VhipConfig(Config):
-    """The variable-height inverted pendulum as a plant; its height and motion are the gait's.
+    """The variable-height inverted pendulum as a plant; its height is the gait's.
 
     Attributes:
         mass: turns the force of a push into an acceleration; nothing else depends on it [kg].

@@ -1,4 +1,4 @@
-"""The periodic divergent component of motion: eq. (30) made right for an eta that varies over the step."""
+"""The periodic divergent component of motion: eq. (30) for an eta that varies over the step."""
 
 from __future__ import annotations
 

@@ -1,66 +1,59 @@
-"""The stance sequence of a walk: standing start, single-support steps, and a stand at the end."""
+"""A validated walk: footsteps, their timing, the support region and the CoM height."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
-
-LEFT, BOTH, RIGHT = 1, 0, -1
-
-
-@dataclass(frozen=True)
-class Step:
-    """What the ZMP may do during one step, as commanded.
-
-    Attributes:
-        support: +1 left foot, −1 right foot, 0 both feet (standing).
-        centre: centre of the ZMP box, (x, y) in the world [m].
-        half: half side lengths of the ZMP box [m].
-        landing: where the swing foot lands at the end of the step [m]; None where nothing swings.
-    """
-
-    support: int
-    centre: np.ndarray
-    half: np.ndarray
-    landing: np.ndarray | None
+from pdhocbf_drake.walking.footsteps import BOTH, Footsteps, commanded_footsteps
+from pdhocbf_drake.walking.support import SupportRegion
 
 
 class Gait:
-    """A validated walk: which foot stands where at tick k, and how the ZMP box moves.
+    """Which foot stands where at tick k, where the ZMP may be, and how high the CoM is.
 
-    Step j holds ticks jN … jN + N − 1. The first `start_steps` steps stand on both feet with the box around both;
-    then each step stands on one foot while the other swings; a walk with an end stands on both feet again after it.
-    During the first D ticks of a step both feet are on
-    the ground and the box moves linearly from the last step's to this step's: phase q has weight
-    min(1, (q + 1)/(D + 1)) on this step's box. D = 0 is the paper's (27), a jump of the box in one tick.
+    Step j holds ticks jN … jN + N − 1. In single support one foot stands while the other one swings to the next
+    foothold; during the first D ticks both are on the ground. Where a walk begins and ends, both feet stand.
+
+    Other walks are derived from this one (`ending_at`, `with_box`, `with_stride`), so that its footsteps are kept.
+
+    Attributes:
+        config: the `gait` keys that the walk was first made from; where it was derived from another walk, `footsteps`
+            and not the config's stride and number of steps say where it goes.
+        footsteps, step: the commanded footsteps; `step(j)` is `footsteps[j]`, kept for the next call.
+        period: N [ticks].
+        height: CoM height, eq. (24).
+        region: the support region, eq. (27).
 
     Raises:
-        InputError: a horizon, double support or length that cannot be walked.
+        InputError: double support takes half a step or more, the stride is not finite, `CosineHeight` refuses the CoM
+            height, or a footstep has another timing.
     """
 
-    def __init__(self, config: GaitConfig) -> None:
+    def __init__(self, config: GaitConfig, footsteps: Footsteps | None = None) -> None:
+        """A walk on the given footsteps, or on those that the config describes."""
         self.config = config
         self.period = config.ticks_per_step
         self.height = CosineHeight(config)
-        if not math.isfinite(config.stride):
-            raise InputError(f"gait.stride: a finite length in metres is needed (given: {config.stride})")
+        self.footsteps = commanded_footsteps(config) if footsteps is None else footsteps
         if config.double_support_ticks >= self.period // 2:
             raise InputError(
                 f"gait.double_support_ticks: must be below half a step, {self.period // 2} ticks "
                 f"(given: {config.double_support_ticks})"
             )
-        ramp = (np.arange(self.period) + 1.0) / (config.double_support_ticks + 1.0)
-        self.box_weight = np.minimum(1.0, ramp)
-        self._first = LEFT if config.first_stance == "left" else RIGHT
-        self._half = np.array(config.zmp_box) / 2.0
+        for index, step in enumerate(self.footsteps.listed, start=-1):
+            if (step.start, step.ticks) != (index * self.period, self.period):
+                raise InputError(
+                    f"footstep {index}: must start at tick {index * self.period} and last gait.ticks_per_step, "
+                    f"{self.period} ticks (given: {step.start}, {step.ticks})"
+                )
+        self.region = SupportRegion(config)
+        self.step = lru_cache(maxsize=64)(self.footsteps.__getitem__)
         self._endings: dict[int, Gait] = {}
-        self._last_walking = None if config.walk_steps is None else config.start_steps + config.walk_steps - 1
 
     def phase(self, tick: int) -> tuple[int, int]:
         """(step index j, tick q within the step) of tick k = jN + q."""
@@ -68,40 +61,41 @@ class Gait:
 
     def support(self, step: int) -> int:
         """+1 left, −1 right, 0 both feet during step j."""
-        if step < self.config.start_steps or (self._last_walking is not None and step > self._last_walking):
-            return BOTH
-        return self._first if (step - self.config.start_steps) % 2 == 0 else -self._first
+        return self.step(step).side
 
     def foothold(self, step: int) -> np.ndarray:
-        """Commanded centre of the stance foot of a walking step [m], shape (2,)."""
-        ahead = step - self.config.start_steps
-        side = self._first if ahead % 2 == 0 else -self._first
-        return np.array([self.config.stride * ahead, side * self.config.stance_width / 2.0])
+        """Commanded centre of the stance of step j: of one foot, or between both [m], shape (2,)."""
+        footstep = self.step(step)
+        return np.array([footstep.x, footstep.y])
 
-    def step(self, index: int) -> Step:
-        """The commanded step j."""
-        support = self.support(index)
-        if support != BOTH:
-            landing = self.foothold(index + 1)
-            if index == self._last_walking:
-                landing[0] = self.foothold(index)[0]
-            return Step(support, self.foothold(index), self._half, landing)
-        last = self._last_walking
-        first = self.config.start_steps
-        x = 0.0 if last is None or last < first or index < first else self.foothold(last)[0]
-        half = self._half + np.array([0.0, self.config.stance_width / 2.0])
-        return Step(BOTH, np.array([x, 0.0]), half, None)
+    @property
+    def feet_at_start(self) -> np.ndarray:
+        """Centres of the left and of the right foot in the stand from which the walk starts, shape (2, 2) [m]."""
+        (x, y), half = self.foothold(-1), self.footsteps.width / 2.0
+        return np.array([[x, y + half], [x, y - half]])
+
+    @property
+    def has_end(self) -> bool:
+        """Whether the walk comes to a stand."""
+        return self.footsteps.last is not None
 
     def ending_at(self, step: int) -> Gait:
         """The same walk, whose last swing is that of step j; after it both feet stand side by side."""
         if step not in self._endings:
-            steps = step - self.config.start_steps + 1
-            self._endings[step] = Gait(self.config.model_copy(update={"walk_steps": steps}))
+            self._endings[step] = Gait(self.config, self.footsteps.ending_at(step))
         return self._endings[step]
 
     def ended_by(self, last_step: float) -> Gait:
         """This walk, or where a controller has set a last step (not −1), the one that ends there."""
         return self if last_step < 0 else self.ending_at(round(last_step))
+
+    def with_box(self, zmp_box: tuple[float, float]) -> Gait:
+        """The same walk with another ZMP box, side lengths in x and y [m]."""
+        return Gait(self.config.model_copy(update={"zmp_box": zmp_box}), self.footsteps)
+
+    def with_stride(self, stride: float, step: int) -> Gait:
+        """The same walk up to step j, and from there on footsteps `stride` [m] apart along x."""
+        return Gait(self.config, self.footsteps.with_stride(stride, step))
 
     def is_standing(self, step: int) -> bool:
         """True where no foot swings during step j."""

@@ -25,10 +25,10 @@ class Vhip:
         B: input columns, shape (N, 3).
         eta: (z̈ + g)/z over one period, shape (N,) [1/s²].
         tick: δ [s].
-        system: the same as dynamics that barriers take.
+        system: the same dynamics in the form that `barriers` takes.
 
     Raises:
-        InputError: eta is not a row of positive numbers, δ is not positive and finite, or the flow is another one.
+        InputError: eta is not a row of positive numbers, δ is not positive and finite, or the flow is unknown.
     """
 
     def __init__(self, eta: np.ndarray, tick: float, flow: Flow = "euler") -> None:
@@ -69,9 +69,9 @@ class Vhip:
         return phi[phase], gamma[phase : phase + horizon + 1, :, phase : phase + horizon]
 
     def _all_predictions(self, horizon: int) -> tuple[np.ndarray, np.ndarray]:
-        """Φ of every phase (N, H + 1, 3, 3), and the one Γ (H + N, 3, H + N − 1) of which that of each is a block.
+        """Φ of every phase (N, H + 1, 3, 3), and one Γ (H + N, 3, H + N − 1) that has the Γ of each phase as a block.
 
-        What u(j) does to s(i) depends on i and j alone, and not on where the plan begins.
+        The effect of u(j) on s(i) depends on i and j alone, and not on where the plan begins.
         """
         phases, length = np.arange(self.period), horizon + self.period - 1
         phi = np.empty((self.period, horizon + 1, 3, 3))
@@ -84,7 +84,7 @@ class Vhip:
             gamma[i + 1, :, :i] = self.A[phase] @ gamma[i, :, :i]
             gamma[i + 1, :, i] = self.B[phase]
         for part in (phi, gamma):
-            part.flags.writeable = False  # whoever asks next is given the same arrays
+            part.flags.writeable = False  # every call returns views of these arrays
         return phi, gamma
 
 

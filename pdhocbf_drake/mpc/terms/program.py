@@ -21,6 +21,7 @@ class AxisProgram:
         u, f: ZMP velocities and footholds.
         part: the parameters by name, as variables.
         feet: [last, this, coming stance centres].
+        weights: of the box centre in `feet`, see `SupportRegion.weights`, (H, n_f + 2).
         phi, gamma: Φ, Γ with [c, v, p](k + i) = Φ_i [c, v, p](k) + Γ_i u, see `Vhip.prediction`.
     """
 
@@ -33,7 +34,7 @@ class AxisProgram:
         self.part = {name: self.parameters[place] for name, place in places.items()}
         self.feet = np.concatenate([self.part["stance"], self.f])
         self.phi, self.gamma = vhip.prediction(phase, horizon)
-        self.weights = box_weights(gait, phase, horizon, len(self.f))
+        self.weights = gait.region.weights(phase, horizon, len(self.f))
         self._slacks: list[np.ndarray] = []
 
     @property
@@ -64,12 +65,3 @@ class AxisProgram:
         """`prog.AddLinearConstraint` would do the same, but loads scipy to see whether its matrix is sparse."""
         constraint.set_description(name)
         self.prog.AddConstraint(constraint, variables)
-
-
-def box_weights(gait: Gait, phase: int, horizon: int, footholds: int) -> np.ndarray:
-    """S with box centre at k + i = S_i · [last, this, coming stance centres], i = 1 … H, shape (H, footholds + 2)."""
-    weights, samples = np.zeros((horizon, footholds + 2)), np.arange(horizon)
-    ahead, tick = np.divmod(phase + 1 + samples, gait.period)
-    weights[samples, ahead] = 1.0 - gait.box_weight[tick]
-    weights[samples, ahead + 1] = gait.box_weight[tick]
-    return weights

@@ -90,11 +90,8 @@ class Stability(Term):
         gait, horizon = self.setting.gait, self.setting.config.horizon
         start = step * gait.period
         length = (1 + _TAIL_HORIZONS) * horizon + gait.period
-        feet = np.array([gait.step(step + i).centre[self.axis] for i in range(-1, length // gait.period + 2)])
-        ahead, phases = np.divmod(np.arange(length + 1), gait.period)
-        weight = gait.box_weight[phases]
-        centre = (1.0 - weight) * feet[ahead] + weight * feet[ahead + 1]
-        velocity = np.diff(centre) / gait.config.tick
+        stances = np.array([gait.foothold(step + i)[self.axis] for i in range(-1, length // gait.period + 2)])
+        velocity = np.diff(gait.region.centres(stances, length + 1)) / gait.config.tick
         tails = np.empty(gait.period)
         for phase in range(gait.period):
             count = (1 + _TAIL_HORIZONS) * horizon

@@ -11,7 +11,7 @@ from pdhocbf_drake.mpc.commanded import Commanded
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Term, Tick
-from pdhocbf_drake.walking.gait import BOTH
+from pdhocbf_drake.walking.footsteps import BOTH
 
 
 class StepLimits(Term):
@@ -66,14 +66,14 @@ def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.nda
     """Least and greatest move to each coming foothold as the walk is commanded, shapes (2, n_f) [m]."""
     lower, upper = ahead.moves.copy(), ahead.moves.copy()
     for i, (before, after) in enumerate(pairwise(ahead.steps)):
-        if BOTH in (before.support, after.support):
+        if BOTH in (before.side, after.side):
             continue  # a stand begins or ends where the feet are
         if config.step_reach is None:
             lower[:, i] -= config.step_tolerance
             upper[:, i] += config.step_tolerance
         else:
             lower[:, i], upper[:, i] = np.negative(config.step_reach), config.step_reach
-        if after.support > 0:
+        if after.side > 0:
             lower[1, i] = max(lower[1, i], config.stance_width_min)
         else:
             upper[1, i] = min(upper[1, i], -config.stance_width_min)

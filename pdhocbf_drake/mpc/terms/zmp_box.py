@@ -31,11 +31,12 @@ class ZmpBox(Term):
         return {"half": self.setting.config.horizon // self.setting.gait.period + 2}
 
     def write(self, program: AxisProgram) -> None:
-        part, weights, eye = program.part, program.weights, np.eye(program.horizon)
+        part, eye, gait = program.part, np.eye(program.horizon), self.setting.gait
         variables = np.concatenate([program.u, part["state"], program.feet, part["half"], part["zmp_offset"]])
-        for name, sign in zip(self.rows, (1.0, -1.0), strict=True):
+        sides = gait.region.rows(program.phase, program.horizon, len(program.f))
+        for name, (sign, on_feet, on_half) in zip(self.rows, sides, strict=True):
             zmp = np.hstack([sign * program.gamma[1:, 2], sign * program.phi[1:, 2]])
-            program.at_least(np.hstack([zmp, -sign * weights, weights, sign * eye]), variables, name)
+            program.at_least(np.hstack([zmp, on_feet, on_half, sign * eye]), variables, name)
 
     def fill_step(self, step: int, ahead: Commanded, theta: np.ndarray) -> None:
         theta[self.places["half"]] = ahead.half[self.axis]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.qp.solvers import QpSolver, make_solver
+from pdhocbf_drake.qp import QpSolver, make_solver
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.recording import Tick, theta
 from pdhocbf_drake.studies.bench.reference import Gap, gap

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.qp.solvers import has_daqp
+from pdhocbf_drake.qp import has_daqp
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.bench import accuracy, growth, loops, other_solvers, startup

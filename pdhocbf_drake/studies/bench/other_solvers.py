@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.qp import ParametricQp
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.recording import Tick, theta
 from pdhocbf_drake.studies.bench.routes import AXES, Route, SparseQps

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pdhocbf_drake.qp import DaqpQp
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.clock import now
 from pdhocbf_drake.studies.bench.recording import Tick, solve, theta
 from pdhocbf_drake.studies.bench.routes import AXES
-
-if TYPE_CHECKING:
-    from pdhocbf_drake.qp.daqp_solver import DaqpQp
 
 
 def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
@@ -21,10 +18,8 @@ def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
 
     "theta" is the parameters' assembly; "bounds" their map, with the optimum without constraints; "guess" the warm
     start; "update" hands vectors to DAQP, which factorizes the guessed active set; "core" is DAQP's own clock, "call"
-    what its Python interface adds; "decisions" the way back, with cost and flags; "plan" what is left of the whole.
+    what its Python interface adds; "decisions" the map to w, with cost and flags; "plan" what is left of the whole.
     """
-    from pdhocbf_drake.qp.daqp_solver import DaqpQp
-
     mpc = walk.mpc
     solvers = [
         [DaqpQp(qp, problem.bound_rows, problem.guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
@@ -53,14 +48,13 @@ def _axis(solver: DaqpQp, walk: Walk, given: Tick, axis: int) -> np.ndarray:
     times.append(clock())
     least = solver.prepare(parameters)
     times.append(clock())
-    sense = solver._cold if active is None else solver._guessed(active)
+    solver.start_from(active)
     times.append(clock())
-    solver._model.update(bupper=solver._high, blower=solver._low, sense=sense)
+    solver.factorize()
     times.append(clock())
-    y, _, flag, info = solver._model.solve()
+    outcome = solver.iterate()
     times.append(clock())
-    solver._answer(least, flag, y, info["lam"])
+    solver.result(least, outcome)
     times.append(clock())
-    spent = np.diff(times)
-    core = info["solve_time"]
+    spent, core = np.diff(times), solver.core_seconds
     return np.array([*spent[:4], core, spent[4] - core, spent[5]])

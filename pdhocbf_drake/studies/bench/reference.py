@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.qp import ParametricQp
 
 TOLERANCE = 1e-12
 """Primal violation, and wrong sign of a multiplier relative to the largest one, that a reference may have."""

@@ -9,7 +9,7 @@ import numpy as np
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 from scipy.sparse import csc_matrix
 
-from pdhocbf_drake.qp.compiled import ParametricQp
+from pdhocbf_drake.qp import DaqpQp, ParametricQp
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.clock import now
 from pdhocbf_drake.studies.bench.recording import Tick, solve, theta
@@ -65,8 +65,6 @@ class Core(Route):
 
     def __init__(self, walk: Walk) -> None:
         super().__init__(walk)
-        from pdhocbf_drake.qp.daqp_solver import DaqpQp
-
         self._solvers = [
             [DaqpQp(qp, problem.bound_rows, problem.guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
             for qps, problem in zip(self.mpc.qps, self.mpc.problems, strict=True)

@@ -7,8 +7,7 @@ from pydrake.solvers import MathematicalProgram
 
 from pdhocbf_drake.barriers import affine_rows
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
-from pdhocbf_drake.mpc.terms.program import box_weights
-from pdhocbf_drake.qp.compiled import ParametricQp, compile_program
+from pdhocbf_drake.qp import ParametricQp, compile_program
 from pdhocbf_drake.simulation.build import Walk
 
 
@@ -45,9 +44,9 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
         before = path[i, kept]
         variables = np.concatenate([before, u[i : i + 1], path[i + 1, kept]])
         prog.AddLinearEqualityConstraint(rows, np.zeros(len(B)), variables)
-    weights = box_weights(gait, phase, horizon, n_f)
-    for sign, step in ((1.0, "step_lower"), (-1.0, "step_upper")):
-        rows = np.hstack([sign * np.eye(horizon), -sign * weights, weights, sign * np.eye(horizon)])
+    box = gait.region.rows(phase, horizon, n_f)
+    for step, (sign, on_feet, on_half) in zip(("step_lower", "step_upper"), box, strict=True):
+        rows = np.hstack([sign * np.eye(horizon), on_feet, on_half, sign * np.eye(horizon)])
         variables = np.concatenate([path[1:, 2], feet, part["half"], part["zmp_offset"]])
         prog.AddLinearConstraint(rows, np.zeros(horizon), np.full(horizon, np.inf), variables)
         moves = sign * np.hstack([np.eye(n_f, n_f + 2, 2) - np.eye(n_f, n_f + 2, 1), -eye])

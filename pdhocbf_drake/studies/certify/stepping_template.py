@@ -133,7 +133,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
 
     A, B, c = np.zeros((period, 3, 3)), np.zeros((period, 3, 2)), np.zeros((period, 3))
     held, coming = np.empty(period), np.zeros(period, dtype=bool)
-    states, inputs, weights = [], [], np.tile(gait.box_weight, parities)
+    states, inputs, weights = [], [], np.tile(gait.region.weight, parities)
     for phase in range(period):
         parity, q = divmod(phase, n)
         eta = vhip.eta[q]

@@ -19,6 +19,7 @@ from pdhocbf_drake.studies.reproduce.runs import Request, Runs
 from pdhocbf_drake.studies.reproduce.walk import ROBOT
 from pdhocbf_drake.studies.shared.cases import PERIODIC
 from pdhocbf_drake.studies.shared.template import SettledWalk
+from pdhocbf_drake.walking.support import contains
 
 NO_DOUBLE_SUPPORT: Request = ("walking", "{duration: 5.0, gait: {double_support_ticks: 0}}")
 MEASURED_ZMP: Request = ("walking", "{duration: 5.0, mpc: {zmp_state: measured}}")
@@ -99,8 +100,8 @@ def _robot_walk(run: Run) -> str:
     rows = np.asarray(log.time >= scenario.from_time)
     if not rows.any():
         return f"{log.ending} after {log.time[-1]:.1f} s"
-    zmp, box = log["lip_state"][:, [2, 5]], log["zmp_box"]
-    outside = np.asarray(((zmp < box[:, [0, 2]]) | (zmp > box[:, [1, 3]])).any(axis=1))[rows].mean()
+    zmp, box = log["lip_state"][:, [2, 5]], log["zmp_box"].reshape(-1, 2, 2)
+    outside = 1.0 - contains(box, zmp)[rows].mean()
     jump = np.abs(np.diff(log.element("zmp_reference", "y_zmp")))[rows[1:]].max()
     h = log["h"][rows, 0].min()
     return (

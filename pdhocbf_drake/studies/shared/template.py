@@ -13,7 +13,6 @@ from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.cases import CASES, NONE, in_case
 from pdhocbf_drake.studies.shared.measures import Array, Outcome, Record, SafeOrbit, WithoutBarriers, values
-from pdhocbf_drake.walking import Gait
 
 SETTLING_GAITS = 15  # after which a walk from a stand repeats to a thousandth of a margin
 
@@ -102,20 +101,5 @@ def settled(mpc: PeriodicMpc, ticks: int) -> Memory:
     return memory
 
 
-class _SteppedGait(Gait):
-    """A walk whose commanded stride changes from `before` to its config's from a step on."""
-
-    def __init__(self, gait: Gait, stride: float, step: int) -> None:
-        super().__init__(gait.config.model_copy(update={"stride": stride}))
-        self._before, self._step = gait.config.stride, step
-
-    def foothold(self, step: int) -> Array:
-        place = super().foothold(step)
-        ahead = max(0, step - self._step)
-        place[0] = self._before * (step - self.config.start_steps - ahead) + self.config.stride * ahead
-        return place
-
-
 def _with_stride(mpc: PeriodicMpc, stride: float, step: int) -> PeriodicMpc:
-    gait = _SteppedGait(mpc.gait, stride, step)
-    return PeriodicMpc(gait, mpc.vhip, mpc.config, mpc.barriers, mpc.terminal)
+    return PeriodicMpc(mpc.gait.with_stride(stride, step), mpc.vhip, mpc.config, mpc.barriers, mpc.terminal)

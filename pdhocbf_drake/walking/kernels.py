@@ -1,0 +1,126 @@
+"""The arithmetic of support region and swing foot in a tick, as machine code."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pdhocbf_drake.jit import compiled
+
+
+@compiled
+def write_box(
+    ahead: int, weight: float, stance: np.ndarray, footholds: np.ndarray, half: np.ndarray, margin: float,
+    box: np.ndarray,
+) -> None:  # fmt: skip
+    """Writes `SupportRegion.box`; `ahead` is 1 where k + 1 is the first tick of the next step, else 0."""
+    for axis in range(2):
+        start = stance[axis, ahead]
+        end = stance[axis, 1] if ahead == 0 else footholds[axis, 0]
+        centre = (1.0 - weight) * start + weight * end
+        side = (1.0 - weight) * half[axis, ahead] + weight * half[axis, ahead + 1] + margin
+        box[axis, 0], box[axis, 1] = centre - side, centre + side
+
+
+@compiled
+def least_jerk(
+    position: float, velocity: float, acceleration: float, end: float, remaining: float
+) -> tuple[float, float, float, float, float, float]:
+    """p, v, a, c₃, c₄, c₅ of p + v s + a s²/2 + c₃ s³ + c₄ s⁴ + c₅ s⁵ [m], s = time/`remaining`: least jerk to rest."""
+    v, a, gap = velocity * remaining, acceleration * remaining**2, end - position
+    third = 10.0 * gap - 6.0 * v - 1.5 * a
+    fourth = -15.0 * gap + 8.0 * v + 1.5 * a
+    fifth = 6.0 * gap - 3.0 * v - 0.5 * a
+    return position, v, a, third, fourth, fifth
+
+
+@compiled
+def onward(
+    position: float, velocity: float, acceleration: float, end: float, remaining: float, ahead: float
+) -> tuple[float, float, float]:
+    """Position, velocity, acceleration along one axis `ahead` seconds later on the motion of least jerk to `end`.
+
+    From rest it is the motion of `swing_point`. Planned anew at every tick for an end that moves, it has no jump in
+    position, velocity or acceleration.
+
+    Args:
+        position, velocity, acceleration: now [m, m/s, m/s²].
+        end: where the foot comes to rest [m].
+        remaining: time until then, > 0 [s]. ahead: at most `remaining` [s].
+    """
+    if ahead >= remaining - 1e-9:
+        return end, 0.0, 0.0
+    s = ahead / remaining
+    c = least_jerk(position, velocity, acceleration, end, remaining)
+    return (
+        c[0] + s * (c[1] + s * (0.5 * c[2] + s * (c[3] + s * (c[4] + s * c[5])))),
+        (c[1] + s * (c[2] + s * (3.0 * c[3] + s * (4.0 * c[4] + s * 5.0 * c[5])))) / remaining,
+        (c[2] + s * (6.0 * c[3] + s * (12.0 * c[4] + s * 20.0 * c[5]))) / remaining**2,
+    )
+
+
+@compiled
+def write_feet(
+    swinging: int, aloft: int, plan: np.ndarray, before: np.ndarray, above: np.ndarray, remaining: float, tick: float,
+    feet: np.ndarray,
+) -> None:  # fmt: skip
+    """Writes `Swing.feet`.
+
+    Args:
+        swinging: the foot that swings, 0 left, 1 right, −1 none. aloft: ticks since lift-off.
+        above: the swing sole's height and its derivatives, (3,).
+        remaining: time left to swing at the tick before [s]. tick: δ [s].
+    """
+    for i in range(18):
+        feet[i] = 0.0
+    for foot in range(2):
+        for axis in range(2):
+            at = 9 * foot + axis
+            feet[at] = plan[4 * foot + axis]
+            if foot == swinging and aloft > 0:
+                place, velocity, acceleration = feet[at], 0.0, 0.0
+                if aloft > 1:
+                    place, velocity, acceleration = before[at], before[at + 3], before[at + 6]
+                end = plan[4 * foot + 2 + axis]
+                feet[at], feet[at + 3], feet[at + 6] = onward(place, velocity, acceleration, end, remaining, tick)
+        if foot == swinging and aloft > 0:
+            for derivative in range(3):
+                feet[9 * foot + 3 * derivative + 2] = above[derivative]
+
+
+@compiled
+def add_accelerations(
+    timing: tuple[int, int, float, float], whole: np.ndarray, phase: int, support: np.ndarray, now: np.ndarray,
+    plan: np.ndarray, after: np.ndarray, factor: tuple[float, float], most: float, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Adds what `Swing.add_accelerations` describes.
+
+    Args:
+        timing: N and lift-off [ticks], duration of a swing and tick [s].
+        whole: acceleration of a swing by one metre at each tick of a step, (N,) [1/s²].
+    """
+    period, lift_off, duration, tick = timing
+    horizon = len(support)
+    count = min(period - 1 - phase, horizon)  # ticks left of this step
+    left = duration - (phase - lift_off) * tick  # seconds left of its swing
+    coming = count
+    while coming < horizon and support[coming] == 0.0:
+        coming += 1
+    for axis in range(2):
+        if count and support[0] != 0.0:
+            foot = 1 if support[0] > 0.0 else 0
+            start, end = plan[foot, 0, axis], plan[foot, 1, axis]
+            place, velocity, acceleration = now[foot, 0, axis], now[foot, 1, axis], now[foot, 2, axis]
+            _, _, a, third, fourth, fifth = least_jerk(place, velocity, acceleration, end, left)
+            for i in range(count):
+                if phase <= lift_off:
+                    value = (end - start) * whole[phase + 1 + i]
+                else:
+                    s = (i + 1) * tick / left
+                    value = (a + s * (6.0 * third + s * (12.0 * fourth + s * 20.0 * fifth))) / left**2
+                out[axis, i] += min(max(factor[axis] * value, -most), most)
+        if coming < horizon:
+            foot = 1 if support[coming] > 0.0 else 0
+            way = after[axis] - plan[foot, 1, axis]
+            for i in range(count, horizon):
+                value = way * whole[(phase + 1 + i) % period] * abs(support[i])
+                out[axis, i] += min(max(factor[axis] * value, -most), most)
