@@ -30,9 +30,9 @@ class Liar(state_estimator._StateEstimator):
     def _calc(self, context: Context, output: BasicVector) -> None:
         super()._calc(context, output)
         if Liar.lie is not None:
-            told = np.array(output.value())
-            told[:6] = Liar.lie(context.get_time(), told[:6])
-            output.SetFromVector(told)
+            measured = np.array(output.value())
+            measured[:6] = Liar.lie(context.get_time(), measured[:6])
+            output.SetFromVector(measured)
 
 
 @pytest.fixture(scope="module")
@@ -48,8 +48,8 @@ def undisturbed(pushed: PushedWalk) -> Trial:
 
 
 @pytest.fixture
-def told(pushed: PushedWalk, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch) -> Callable[[Lie], Trial]:
-    """Walks a controller that is told `lie(tick from the start, true state)`."""
+def walk_with(pushed: PushedWalk, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch) -> Callable[[Lie], Trial]:
+    """Walks under a controller that measures `lie(tick from the start, true state)`."""
     start = undisturbed.log.time[0]
 
     def walk(lie: Lie) -> Trial:
@@ -71,9 +71,9 @@ def astray(trial: Trial, undisturbed: Trial) -> float:
 
 @pytest.mark.parametrize(("ticks", "apart"), [(1, 5e-4), (10, 5e-3)])
 def test_a_state_that_is_no_number_is_walked_through(
-    told: Callable[[Lie], Trial], undisturbed: Trial, ticks: int, apart: float
+    walk_with: Callable[[Lie], Trial], undisturbed: Trial, ticks: int, apart: float
 ) -> None:
-    trial = told(lambda tick, state: np.full(6, np.nan) if 50 <= tick < 50 + ticks else state)
+    trial = walk_with(lambda tick, state: np.full(6, np.nan) if 50 <= tick < 50 + ticks else state)
     assert trial.ending == SURVIVED
     seen = reasons(trial.log)
     assert [k for k, reason in enumerate(seen) if reason == Reason.BAD_MEASUREMENT] == list(range(51, 51 + ticks))
@@ -82,7 +82,7 @@ def test_a_state_that_is_no_number_is_walked_through(
     assert np.all(np.isfinite(trial.log["actuation"]))
 
 
-def test_a_frozen_measurement_is_noticed_and_walked_through(told: Callable[[Lie], Trial], undisturbed: Trial) -> None:
+def test_a_frozen_measurement_is_noticed_and_walked_through(walk_with: Callable[[Lie], Trial], undisturbed: Trial) -> None:
     last: list[np.ndarray] = []
 
     def frozen(tick: int, state: np.ndarray) -> np.ndarray:
@@ -90,15 +90,15 @@ def test_a_frozen_measurement_is_noticed_and_walked_through(told: Callable[[Lie]
             last[:] = [state]
         return last[0] if 50 <= tick < 60 else state
 
-    trial = told(frozen)
+    trial = walk_with(frozen)
     assert trial.ending == SURVIVED
     stale = [k for k, reason in enumerate(reasons(trial.log)) if reason == Reason.STALE_MEASUREMENT]
     assert set(range(52, 61)) <= set(stale) <= set(range(51, 61))
     assert astray(trial, undisturbed) < 5e-3
 
 
-def test_a_measurement_that_stays_away_ends_in_a_stand(told: Callable[[Lie], Trial], undisturbed: Trial) -> None:
-    trial = told(lambda tick, state: np.full(6, np.nan) if 20 <= tick < 45 else state)
+def test_a_measurement_that_stays_away_ends_in_a_stand(walk_with: Callable[[Lie], Trial], undisturbed: Trial) -> None:
+    trial = walk_with(lambda tick, state: np.full(6, np.nan) if 20 <= tick < 45 else state)
     log = trial.log
     assert trial.ending == DID_NOT_WALK_ON and reasons(log)[-1] == Reason.STOPPING  # stopped, which is not walking on
     assert log.element("com_z", "z").min() > 0.55
@@ -134,7 +134,7 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
     assert astray(trial, undisturbed) < (1e-5 if second else 0.02)
 
 
-def test_ice_ends_in_a_fall_that_is_told_and_logged_to_its_end() -> None:
+def test_ice_ends_in_a_fall_that_is_logged_to_its_end() -> None:
     log = simulate(load_scenario("walking", "friction: 0.1\nduration: 8.0"))
     assert log.ending == FELL and not log.complete
     assert 2.0 < log.time[-1] < 8.0

@@ -121,13 +121,11 @@ class Walked(NamedTuple):
 
     Attributes:
         infeasible_ticks: ticks without a plan that meets the scenario's constraints.
-        ticks: ticks walked.
         h_min: least h of any barrier; inf without barriers [m/s].
         slack: largest slack of any barrier row [m/s].
     """
 
     infeasible_ticks: int
-    ticks: int
     h_min: float
     slack: float
 
@@ -151,7 +149,7 @@ def walk_from(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float], 
         if not np.all(np.abs(row.memory.state - row.memory.stance[:, 1:] * [1.0, 0.0, 1.0]) < 1e2):
             infeasible += first + ticks - row.tick - 1  # fallen: no later tick counts as a walk
             break
-    return Walked(infeasible, ticks, h_min, slack)
+    return Walked(infeasible, h_min, slack)
 
 
 def _start(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float]) -> tuple[int, Memory]:
