@@ -82,7 +82,9 @@ def test_a_state_that_is_no_number_is_walked_through(
     assert np.all(np.isfinite(trial.log["actuation"]))
 
 
-def test_a_frozen_measurement_is_noticed_and_walked_through(walk_with: Callable[[Lie], Trial], undisturbed: Trial) -> None:
+def test_a_frozen_measurement_is_noticed_and_walked_through(
+    walk_with: Callable[[Lie], Trial], undisturbed: Trial
+) -> None:
     last: list[np.ndarray] = []
 
     def frozen(tick: int, state: np.ndarray) -> np.ndarray:
