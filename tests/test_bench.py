@@ -23,7 +23,6 @@ from pdhocbf_drake.studies.bench.bare_plant import bare_plant, replayed_plant
 from pdhocbf_drake.studies.bench.benchmark import Effort
 from pdhocbf_drake.studies.bench.block_clock import block_clock
 from pdhocbf_drake.studies.bench.recording import record
-from pdhocbf_drake.studies.bench.tables import table
 from pdhocbf_drake.systems.gait_reference import GaitReference
 
 SHORT = "{gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40}}"
@@ -167,10 +166,6 @@ def test_a_walk_is_the_same_only_if_nothing_got_worse() -> None:
 def test_resident_growth_is_a_difference_however_short_the_walk() -> None:
     grown = startup.resident_growth(load_scenario("vhip", SHORT), 2.0, 0.4)
     assert abs(grown) < 0.5 * startup._resident()
-
-
-def test_a_table_says_nothing_where_there_is_nothing() -> None:
-    assert table(["a", "b"], [["x", None], ["y", float("nan")]]).splitlines()[2:] == ["x  -", "y  -"]
 
 
 def test_a_walk_and_the_benchmarks_refusal_need_no_daqp() -> None:

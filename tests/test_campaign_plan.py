@@ -11,9 +11,8 @@ from campaigns import TINY, campaign_file
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
-from pdhocbf_drake.studies.campaign.fields import has_field, set_field
+from pdhocbf_drake.studies.campaign.factors import has_field, points, set_field
 from pdhocbf_drake.studies.campaign.plan import campaign_names, check_buildable, load_campaign, plan_runs
-from pdhocbf_drake.studies.campaign.sample import points
 
 RANDOM = {
     "scenario": "vhip",

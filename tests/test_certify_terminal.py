@@ -14,12 +14,11 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, load_terminal_sets, save_terminal_sets
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.certify.closed_loop import walk_from
 from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines
 from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 from pdhocbf_drake.studies.certify.starts import Start, zmp_range
 from pdhocbf_drake.studies.certify.terminal import psi_terminal_set, terminal_set, terminal_sets
-from pdhocbf_drake.studies.certify.trial import try_sets
+from pdhocbf_drake.studies.certify.trial import try_sets, walk_from
 
 COARSE = "gait: {tick: 0.04, ticks_per_step: 10, double_support_ticks: 1}\nmpc: {horizon: 20, freeze_ticks: 2}\n"
 HARD = COARSE.replace("freeze_ticks: 2", "freeze_ticks: 2, barrier: hard")

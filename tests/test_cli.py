@@ -70,15 +70,15 @@ def test_the_summary_ends_with_replay_and_report(elsewhere, capsys):
 
 
 def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
-    from pdhocbf_drake.cli.progress import shown_progress
+    from pdhocbf_drake.terminal import shown_progress
 
-    with shown_progress("walk", 2.0) as progress:
+    with shown_progress("walk", 2.0, "s simulated") as progress:
         for tenth in range(1, 21):
             progress(tenth / 10)
     lines = capsys.readouterr().err.splitlines()
     assert len(lines) == 10 and lines[-1].startswith("walk: 2.0 of 2.0 s")
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with shown_progress("walk", 2.0) as progress:
+    with shown_progress("walk", 2.0, "s simulated") as progress:
         progress(1.0)
         progress(2.0)
     assert "100%|" in capsys.readouterr().err

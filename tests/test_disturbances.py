@@ -16,7 +16,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
 from pdhocbf_drake.simulation.wiring import Wiring
-from pdhocbf_drake.studies.campaign.verdict import verdict
+from pdhocbf_drake.studies.shared.endings import ending_of
 
 TICK = 0.01
 # A gait that builds fast.
@@ -97,17 +97,16 @@ def test_a_push_on_the_template_is_a_change_of_velocity(mass: float) -> None:
 def test_a_template_that_leans_too_far_has_fallen() -> None:
     scenario = quick("pushes: [{time: 0.1, force: [900.0, 0.0, 0.0]}]")
     log = simulate(scenario)
-    assert log.ending == "fell"
-    assert log.time[-1] < 0.6
-    assert verdict(scenario, log, None) == "fell"
+    assert log.ending == "fell" and log.time[-1] < 0.6
+    assert ending_of(scenario, log, None) == "fell"
 
 
 def test_a_run_is_survived_if_it_walks_on_as_commanded() -> None:
     scenario = load_scenario("vhip_nobarrier", "duration: 2.5")
     log = simulate(scenario)
-    assert verdict(scenario, log, None) == "survived"
+    assert ending_of(scenario, log, None) == "survived"
     log["lip_state"][:, 0] *= 0.3
-    assert verdict(scenario, log, None) == "did not walk on"
+    assert ending_of(scenario, log, None) == "did not walk on"
 
 
 def test_a_torso_may_be_heavier_than_in_the_controllers_model() -> None:

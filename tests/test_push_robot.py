@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from logs import differences
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import Reason
@@ -18,17 +17,17 @@ from pdhocbf_drake.robot.damped import row_weights
 from pdhocbf_drake.robot.posture import COM
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.push import worker
-from pdhocbf_drake.studies.push.endings import GAVE_UP, SURVIVED
+from pdhocbf_drake.studies.push import search
 from pdhocbf_drake.studies.push.results import Impulse
-from pdhocbf_drake.studies.push.rig import PushRig
+from pdhocbf_drake.studies.shared.endings import GAVE_UP, SURVIVED
+from pdhocbf_drake.studies.shared.pushing import PushedWalk
 
 SHORT = "gait: {stride: 0.1}"
 
 
 @pytest.fixture(scope="module")
-def rig() -> PushRig:
-    return PushRig(load_scenario("walking", SHORT), [20])
+def walk() -> PushedWalk:
+    return PushedWalk(load_scenario("walking", SHORT), [20])
 
 
 @pytest.fixture(scope="module")
@@ -36,8 +35,8 @@ def biped() -> Biped:
     return Biped.load("biped")
 
 
-def test_a_trial_is_the_run_that_it_is_cut_from(rig: PushRig) -> None:
-    trial = rig.trial(20, np.array([60.0, 0.0, 0.0]), 0.1, 1.0)
+def test_a_trial_is_the_run_that_it_is_cut_from(walk: PushedWalk) -> None:
+    trial = walk.trial(20, np.array([60.0, 0.0, 0.0]), 0.1, 1.0)
     pushed = f"{SHORT[:-1]}, start_steps: 2}}\npushes: [{{step: 6, phase: 20, force: [60, 0, 0]}}]\nduration: 3.8"
     run = simulate(load_scenario("walking", pushed))
     at = round(trial.log.time[0] / 0.01)
@@ -46,28 +45,28 @@ def test_a_trial_is_the_run_that_it_is_cut_from(rig: PushRig) -> None:
         np.testing.assert_array_equal(trial.log[name][:count], run[name][at : at + count])
 
 
-def test_pushes_far_within_reach_are_survived_by_stepping_and_the_rest_is_told(rig: PushRig) -> None:
-    survived = rig.trial(20, np.array([100.0, 0.0, 0.0]))
+def test_pushes_far_within_reach_are_survived_by_stepping_and_the_rest_is_told(walk: PushedWalk) -> None:
+    survived = walk.trial(20, np.array([100.0, 0.0, 0.0]))
     assert survived.ending == SURVIVED
     reasons = survived.log.element("solver_status", "reason")
     assert np.any(reasons == Reason.RECOVERING)
     assert np.all(survived.log.element("solver_status", "fallbacks") == 0)
-    assert rig.trial(20, np.array([500.0, 0.0, 0.0])).ending != SURVIVED
+    assert walk.trial(20, np.array([500.0, 0.0, 0.0])).ending != SURVIVED
 
 
-def test_a_push_that_no_simulation_follows_is_an_ending_too(rig: PushRig) -> None:
-    trial = rig.trial(20, np.array([1e9, 0.0, 0.0]), 0.1, 1.0)
+def test_a_push_that_no_simulation_follows_is_an_ending_too(walk: PushedWalk) -> None:
+    trial = walk.trial(20, np.array([1e9, 0.0, 0.0]), 0.1, 1.0)
     assert trial.ending == GAVE_UP and not trial.survived and np.all(np.isfinite(trial.log["lip_state"]))
 
 
-def test_the_same_trial_twice_is_the_same(rig: PushRig) -> None:
+def test_the_same_trial_twice_is_the_same(walk: PushedWalk) -> None:
     force = np.array([0.0, -50.0, 0.0])
-    first, second = rig.trial(20, force, 0.1, 1.0), rig.trial(20, force, 0.1, 1.0)
-    assert differences(first.log, second.log) == []
+    first, second = walk.trial(20, force, 0.1, 1.0), walk.trial(20, force, 0.1, 1.0)
+    assert first.log.differences(second.log) == []
 
 
-def test_swing_reference_never_jumps_under_a_push(rig: PushRig) -> None:
-    log = rig.trial(20, np.array([100.0, 0.0, 0.0]), 0.1, 1.5).log
+def test_swing_reference_never_jumps_under_a_push(walk: PushedWalk) -> None:
+    log = walk.trial(20, np.array([100.0, 0.0, 0.0]), 0.1, 1.5).log
     feet = log["foot_reference"].reshape(-1, 2, 3, 3)
     tick, support = log.element("gait_phase", "tick"), log.element("gait_phase", "support")
     for side, foot in ((1, 0), (-1, 1)):
@@ -80,20 +79,20 @@ def test_swing_reference_never_jumps_under_a_push(rig: PushRig) -> None:
 
 def test_what_cannot_be_pushed_is_said_in_one_sentence() -> None:
     with pytest.raises(InputError, match="ticks of the gait, 0 to 79"):
-        PushRig(load_scenario("walking", ""), [80])
+        PushedWalk(load_scenario("walking", ""), [80])
     with pytest.raises(InputError, match="walk_steps"):
-        PushRig(load_scenario("walking", "gait: {walk_steps: 4}"), [0])
+        PushedWalk(load_scenario("walking", "gait: {walk_steps: 4}"), [0])
     with pytest.raises(InputError, match="van_der_pol"):
-        PushRig(load_scenario("van_der_pol", ""), [0])
+        PushedWalk(load_scenario("van_der_pol", ""), [0])
 
 
 def test_the_verb_writes_what_it_promises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from pdhocbf_drake.cli.main import main
 
-    def found(work: worker.Search) -> list[Impulse]:
+    def found(work: search.Search) -> list[Impulse]:
         return [Impulse(work.barrier, way, work.phase, 12.0 + work.phase / 10) for way in work.guesses]
 
-    monkeypatch.setattr(worker, "search", found)
+    monkeypatch.setattr(search, "search", found)
     out = tmp_path / "pushes"
     words = ["push", "walking", "--directions", "forward,-y", "--phases", "0,40", "--workers", "1", "--out", str(out)]
     assert main(words) == 0
@@ -115,7 +114,7 @@ def test_what_was_found_is_told_though_the_disk_is_full(
     def full(impulses: list[Impulse], path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    monkeypatch.setattr(worker, "search", lambda work: [Impulse(work.barrier, "+x", work.phase, 12.5)])
+    monkeypatch.setattr(search, "search", lambda work: [Impulse(work.barrier, "+x", work.phase, 12.5)])
     monkeypatch.setattr("pdhocbf_drake.studies.push.command.draw_polar", full)
     words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out"]
     assert main([*words, str(tmp_path / "pushes")]) == 1
@@ -123,7 +122,7 @@ def test_what_was_found_is_told_though_the_disk_is_full(
     assert shown.out.count("12.5") == 9 and "No space left" in shown.err and "Traceback" not in shown.err
     assert {path.name for path in (tmp_path / "pushes").iterdir()} == {"scenario.yaml"}
     (tmp_path / "file").touch()
-    monkeypatch.setattr(worker, "search", lambda work: pytest.fail("searched for nothing"))
+    monkeypatch.setattr(search, "search", lambda work: pytest.fail("searched for nothing"))
     assert main([*words, str(tmp_path / "file" / "pushes")]) == 1
     assert "cannot be written" in capsys.readouterr().err
 

@@ -49,7 +49,7 @@ class MpcController(LeafSystem):
         latency: float = 0.0,
     ) -> None:
         super().__init__()
-        self._layout, self._latency = MemoryLayout(mpc), latency
+        self._layout, self.latency = MemoryLayout(mpc), latency
         self.parts = {name: self._layout.sizes[name] for name in (*OUTPUTS, "last_step")}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
@@ -65,9 +65,12 @@ class MpcController(LeafSystem):
         self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(start))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
-    def _update(self, context: Context, values: DiscreteValues) -> None:
-        started = time.perf_counter()
-        memory = self._layout.unpack_carried(context.get_discrete_state_vector().value()[self._layout.carried])
+    def memory(self, context: Context) -> Memory:
+        """What the controller remembers before its update, in a context of this block."""
+        return self._layout.unpack_carried(context.get_discrete_state_vector().value()[self._layout.carried])
+
+    def measurement(self, context: Context) -> Measurement:
+        """What the controller is given at the tick of a context of this block."""
         phase, step, _ = self._phase.Eval(context).tolist()
         feet = self._feet.Eval(context).reshape(2, 6)[:, :2] if self._feet.HasValue(context) else None
         offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
@@ -76,7 +79,11 @@ class MpcController(LeafSystem):
             samples = self._bounds.Eval(context).reshape(len(self._names), -1)
             bounds = dict(zip(self._names, samples, strict=True))
         tick, state = round(step * self.mpc.gait.period + phase), self._lip.Eval(context).reshape(2, 3)
-        memory, plan = control(self.mpc, memory, Measurement(tick, state, feet, offset, bounds), self._latency)
+        return Measurement(tick, state, feet, offset, bounds)
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        started = time.perf_counter()
+        memory, plan = control(self.mpc, self.memory(context), self.measurement(context), self.latency)
         memory.barrier_slack = plan.slacks[self._columns]
         memory.solver_status[1] = time.perf_counter() - started
         values.set_value(self._layout.pack(memory))

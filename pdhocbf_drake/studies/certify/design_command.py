@@ -25,15 +25,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("run", type=Path, metavar="RUN", help="the run folder of a walk")
     parser.add_argument("--margin", type=float, required=True, metavar="M", help="above all that was measured [m/s]")
-    parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="default: tabulated")
-    parser.add_argument("--axis", choices=("x", "y"), default="x", help="default: x")
-    parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="default: upper")
-    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="default: 0.5 0.5")
-    parser.add_argument("--name", default="forward_speed", help="the barrier's name; default: forward_speed")
+    parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="otherwise tabulated")
+    parser.add_argument("--axis", choices=("x", "y"), default="x", help="otherwise x")
+    parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="otherwise upper")
+    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="otherwise 0.5 0.5")
+    parser.add_argument("--name", default="forward_speed", help="the barrier's name; otherwise forward_speed")
     parser.add_argument(
-        "--from-time", type=float, metavar="S", help="use the walk from here on; else the scenario's [s]"
+        "--from-time",
+        type=float,
+        metavar="S",
+        help="use the walk from this time on [s]; otherwise from the scenario's from_time",
     )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="where to write it; else ./bound-NAME.yaml")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="the file; otherwise ./bound-NAME.yaml")
 
 
 def run(options: argparse.Namespace) -> int:

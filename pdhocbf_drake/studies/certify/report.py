@@ -18,7 +18,7 @@ PUSH_SECONDS = 0.1  # as in `pdhocbf push`
 
 
 def certificate_data(found: ScenarioCertificate, seconds: float, trial: Trial | None = None) -> dict[str, Any]:
-    """Everything for `certify.json`: the main axis on top, both axes under `axes`."""
+    """The contents of `certify.json`: the main axis on top, both axes under `axes`."""
     axes = {name: _axis(found, axis) for axis, name in enumerate("xy")}
     main = axes["xy"[found.main_axis]]
     failing = [(name, data["first_failing_phase"]) for name, data in axes.items() if not data["enforceable"]]

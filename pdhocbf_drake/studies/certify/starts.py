@@ -12,7 +12,7 @@ from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
 
 
 class Start(NamedTuple):
-    """A phase and a state [c, v, s] (or [c, v] with given steps) [m, m/s, m]."""
+    """A phase and a state [c, v, s], or [c, v] where the steps are given [m, m/s, m]."""
 
     phase: int
     state: Array
@@ -48,7 +48,7 @@ def outside_starts(
 def zmp_range(template: SteppingTemplate, sets: InvariantSet, start: Start) -> tuple[float, float]:
     """The ZMPs from the stance foot that lead from a start into the set of the next tick [m].
 
-    Of the coming step, where it is chosen at this tick, the best one counts.
+    Where the coming step is chosen at this tick, the range is over all choices.
     """
     k, target = start.phase, sets.sets[(start.phase + 1) % template.period]
     base = template.system.A(k) @ start.state + template.system.c(k)

@@ -104,7 +104,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     """One axis of a walk's template.
 
     Args:
-        gait_config: the walk; its start and end do not matter here.
+        gait_config: the walk; its start and end are ignored.
         mpc: footholds' range, margin and the ticks for which a foothold is frozen.
         axis: 0 (x) or 1 (y).
         reach: how far the CoM may be from the stance foot along this axis [m].

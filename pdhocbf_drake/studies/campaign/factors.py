@@ -1,4 +1,4 @@
-"""The points of a campaign's sample: a grid, or draws that do not depend on how many there are."""
+"""The factors of a campaign: their values at each point of the sample, and the fields of a scenario that they set."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.studies.campaign.config import CampaignConfig, FactorConfig
 
 
@@ -20,7 +21,7 @@ class Point(NamedTuple):
 
 
 def points(config: CampaignConfig) -> Iterator[Point]:
-    """The sample's points in order; draw i is the same however many follow, so that a sample can be made larger."""
+    """The sample's points in order: a grid, or draws. Draw i does not depend on how many follow: a sample can grow."""
     if config.sample == "random":
         for draw in range(math.ceil((config.runs or 0) / len(config.barriers))):
             generator = np.random.default_rng([config.seed, draw])
@@ -56,3 +57,47 @@ def _ends(factor: FactorConfig) -> tuple[float, float]:
     if factor.low is None or factor.high is None:
         raise ValueError("a factor has either values, or low and high")
     return factor.low, factor.high
+
+
+def has_field(data: Any, path: str) -> bool:
+    """Whether the field with that dotted path exists, such as "gait.stride", "pushes.0.force.1"."""
+    try:
+        set_field(data, path, None)
+    except InputError:
+        return False
+    return True
+
+
+def set_field(data: Any, path: str, value: Any) -> Any:
+    """A copy of plain `data` with the field at a dotted path replaced.
+
+    Raises:
+        InputError: there is no such field; the message lists those that exist.
+    """
+    return _replaced(data, path.split("."), value, path, "")
+
+
+def _replaced(data: Any, rest: list[str], value: Any, path: str, done: str) -> Any:
+    if not rest:
+        return value
+    here, below = rest[0], rest[1:]
+    where = f"{done}.{here}" if done else here
+    if isinstance(data, dict):
+        if here not in data:
+            raise InputError(f"factor '{path}': no field '{here}'{_inside(done)}; there are {_listed(data)}")
+        return {**data, here: _replaced(data[here], below, value, path, where)}
+    if isinstance(data, list):
+        if not here.isdecimal() or int(here) >= len(data):
+            there = f"numbers 0 to {len(data) - 1}" if data else "none, since the list is empty"
+            raise InputError(f"factor '{path}': no entry '{here}'{_inside(done)}; there are {there}")
+        index = int(here)
+        return [*data[:index], _replaced(data[index], below, value, path, where), *data[index + 1 :]]
+    raise InputError(f"factor '{path}': '{done}' is a plain value ({data!r}) with no field '{here}'")
+
+
+def _inside(done: str) -> str:
+    return f" in '{done}'" if done else ""
+
+
+def _listed(data: dict[str, Any]) -> str:
+    return ", ".join(map(str, data)) or "none"

@@ -1,4 +1,4 @@
-"""Which way to push, and at which ticks of the gait."""
+"""Phases of the gait at which events begin, and directions in which they act, as commands take them."""
 
 from __future__ import annotations
 
