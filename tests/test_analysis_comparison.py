@@ -32,7 +32,8 @@ def test_the_start_counts_if_it_is_asked_for():
 
 def test_single_barriers_are_compared_whatever_their_names():
     (found,) = compare(run(0.01, "periodic"), run(0.02, "constant"), from_time=2.0)
-    assert found.names == ("periodic", "constant") and found.ratio == pytest.approx(0.5)
+    assert found.names == ("periodic", "constant")
+    assert found.ratio == pytest.approx(0.5)
 
 
 def test_nothing_to_compare_is_told():

@@ -65,8 +65,10 @@ def test_measured_and_planned_differ_in_colour_and_style():
     run = synthetic.run("vhip")
     velocity = next(drawn for drawn in make_figures(run, None) if drawn.name == "velocity")
     lines = {line.get_label(): line for line in velocity.figure.axes[0].lines}
-    assert lines["measured"].get_color() == palette.MEASURED_COM and lines["measured"].get_linestyle() == "-"
-    assert lines["planned"].get_color() == palette.PLANNED_COM and lines["planned"].get_linestyle() == "--"
+    assert lines["measured"].get_color() == palette.MEASURED_COM
+    assert lines["measured"].get_linestyle() == "-"
+    assert lines["planned"].get_color() == palette.PLANNED_COM
+    assert lines["planned"].get_linestyle() == "--"
 
 
 def test_there_is_a_panel_for_each_bounded_quantity():
@@ -126,4 +128,5 @@ def test_the_safety_colour_runs_from_red_to_green():
     assert palette.safety_colour(-1.0, 0.1) == palette.safety_colour(0.0, 0.1) == palette.rgb(palette.UNSAFE)
     assert palette.safety_colour(0.1, 0.1) == palette.safety_colour(5.0, 0.1) == palette.rgb(palette.SAFE)
     red, green = zip(*(palette.safety_colour(h, 0.1)[:2] for h in np.linspace(0.0, 0.1, 9)), strict=True)
-    assert list(red) == sorted(red, reverse=True) and list(green) == sorted(green)
+    assert list(red) == sorted(red, reverse=True)
+    assert list(green) == sorted(green)

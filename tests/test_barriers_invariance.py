@@ -95,7 +95,8 @@ def test_h_nonnegative_alone_is_not_membership(m):
     system = chain(np.random.default_rng(m), m, 2)
     barrier = AffineBarrier("x1", np.eye(m)[0], tabulated([1.0]), 1, [0.5] * m)
     x = start_with(system, barrier, [0.1, -1.0] + [0.0] * (m - 2))
-    assert barrier.h(0, x) > 0 and not in_safe_set(barrier, system, 0, x)
+    assert barrier.h(0, x) > 0
+    assert not in_safe_set(barrier, system, 0, x)
     h = []
     for k in range(10):
         x = system.step(k, x, input_at(system, barrier, k, x, 0.0))

@@ -114,7 +114,8 @@ def test_rows_that_no_input_reaches_are_left_out_in_any_coordinates(seed):
     outside = barrier.normals(0, 1)[0] * (barrier.bound(0) + 100.0)
     add_barrier_rows(prog, barrier, system, 0, outside, u)
     result = Solve(prog)
-    assert result.is_success() and np.abs(result.GetSolution(u)).max() < 1e6
+    assert result.is_success()
+    assert np.abs(result.GetSolution(u)).max() < 1e6
 
 
 def test_a_horizon_of_psi_rows_keeps_h_nonnegative():
@@ -131,7 +132,8 @@ def test_a_horizon_of_psi_rows_keeps_h_nonnegative():
         result = Solve(prog)
         assert result.is_success()
         least[rows] = record(barrier, rollout(system, 0, x, result.GetSolution(u))).h_min
-    assert least[True] > -1e-6 and least[False] < -0.05
+    assert least[True] > -1e-6
+    assert least[False] < -0.05
 
 
 class Pendulum:
@@ -219,7 +221,8 @@ def test_nonlinear_rows_start_where_an_input_reaches(shooting):
     prog.SetInitialGuess(x_var, rollout(Pendulum(), 0, x, inputs))
     prog.SetInitialGuess(u_var, inputs)
     found = np.concatenate([prog.EvalBindingAtInitialGuess(one) for one in bindings])
-    assert expected[0] < 0 and found == pytest.approx(expected[1:], abs=1e-12)
+    assert expected[0] < 0
+    assert found == pytest.approx(expected[1:], abs=1e-12)
 
 
 def test_linear_dynamics_give_the_same_rows_either_way():

@@ -67,7 +67,8 @@ def test_the_numbers_promised_are_written(
     assert {"relative_gap_max", "violation_max", "non_optimal_exits"} <= set(written["accuracy"])
     assert {"horizon", "tick_seconds_median"} <= set(written["growth"][0])
     assert all(value > 0 for value in written["ratios"].values())
-    assert written["accuracy"]["relative_gap_max"] < 1e-9 and written["accuracy"]["violation_max"] < 1e-7
+    assert written["accuracy"]["relative_gap_max"] < 1e-9
+    assert written["accuracy"]["violation_max"] < 1e-7
     assert written["accuracy"]["references_certain"] == written["accuracy"]["references"]
     assert {path.name for path in tmp_path.iterdir()} == {"bench.json", "bench_routes.png", "bench_growth.png"}
     printed = capsys.readouterr().out
@@ -94,7 +95,8 @@ def test_without_daqp_the_benchmark_says_so(monkeypatch: pytest.MonkeyPatch) -> 
 def test_recordings_are_reproducible_and_only_perturbed_ones_are_disturbed() -> None:
     walk = build_walk(load_scenario("vhip", SHORT))
     calm, once, twice = record(walk, 60, False), record(walk, 60, True, 1), record(walk, 60, True, 1)
-    assert len(calm.ticks) == 60 and set(calm.reasons) == {Reason.SOLVED}
+    assert len(calm.ticks) == 60
+    assert set(calm.reasons) == {Reason.SOLVED}
     assert all(np.array_equal(a.state, b.state) for a, b in zip(once.ticks, twice.ticks, strict=True))
     assert not np.allclose(once.ticks[-1].state, calm.ticks[-1].state)
 

@@ -116,7 +116,9 @@ def test_an_input_that_is_too_weak_leaves_nothing_and_the_phase_is_named():
     found = invariant_set(
         PeriodicAffineSystem([[2.0]], [[1.0]], [3.0]), [Polytope.box([-1.0], [1.0])], [Polytope.box([-1.0], [1.0])]
     )
-    assert not found.enforceable and found.first_failing_phase == 0 and not found.sets
+    assert not found.enforceable
+    assert found.first_failing_phase == 0
+    assert not found.sets
 
 
 def test_one_dimension_by_hand():

@@ -34,10 +34,13 @@ def bound_of(config, side="upper"):
 
 def test_the_envelope_is_what_was_measured_at_each_phase():
     envelope = measured_envelope(walked(), SPEEDS[0], "upper", 2.0)
-    assert envelope.mean == pytest.approx(FORMULA) and envelope.outer == pytest.approx(FORMULA)
-    assert envelope.spread < 1e-9 and envelope.periods == 5
+    assert envelope.mean == pytest.approx(FORMULA)
+    assert envelope.outer == pytest.approx(FORMULA)
+    assert envelope.spread < 1e-9
+    assert envelope.periods == 5
     noisy = measured_envelope(walked(noise=0.01), SPEEDS[0], "upper", 2.0)
-    assert np.all(noisy.outer >= noisy.mean) and 0.0 < noisy.spread < 0.02
+    assert np.all(noisy.outer >= noisy.mean)
+    assert 0.0 < noisy.spread < 0.02
 
 
 @pytest.mark.parametrize("kind", ["tabulated", "harmonic"])
@@ -55,7 +58,8 @@ def test_everything_measured_keeps_the_margin_and_no_more_than_needed(kind, side
 def test_a_harmonic_walk_gets_back_its_harmonic():
     config = design_bound(measured_envelope(walked(), SPEEDS[0], "upper", 2.0), 0.02, "harmonic", "upper")
     assert config.mean == pytest.approx(synthetic.SPEED + 0.02, abs=3e-5)
-    assert config.cosine == pytest.approx(synthetic.RIPPLE, abs=3e-5) and config.sine == pytest.approx(0.0, abs=3e-5)
+    assert config.cosine == pytest.approx(synthetic.RIPPLE, abs=3e-5)
+    assert config.sine == pytest.approx(0.0, abs=3e-5)
 
 
 def test_lateral_bounds_have_the_period_of_the_gait():

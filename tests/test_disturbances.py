@@ -97,7 +97,8 @@ def test_a_push_on_the_template_is_a_change_of_velocity(mass: float) -> None:
 def test_a_template_that_leans_too_far_has_fallen() -> None:
     scenario = quick("pushes: [{time: 0.1, force: [900.0, 0.0, 0.0]}]")
     log = simulate(scenario)
-    assert log.ending == "fell" and log.time[-1] < 0.6
+    assert log.ending == "fell"
+    assert log.time[-1] < 0.6
     assert ending_of(scenario, log, None) == "fell"
 
 

@@ -117,7 +117,8 @@ def test_a_frozen_measurement_is_noticed_and_walked_through(
 def test_a_measurement_that_stays_away_ends_in_a_stand(walk_with: Callable[[Lie], Trial], undisturbed: Trial) -> None:
     trial = walk_with(lambda tick, state: np.full(6, np.nan) if 20 <= tick < 45 else state)
     log = trial.log
-    assert trial.ending == DID_NOT_WALK_ON and reasons(log)[-1] == Reason.STOPPING  # stopped, which is not walking on
+    assert trial.ending == DID_NOT_WALK_ON
+    assert reasons(log)[-1] == Reason.STOPPING  # stopped, which is not walking on
     assert log.element("com_z", "z").min() > 0.55
     # The CoM's height goes on as in (24); nothing else moves.
     assert np.abs(log["lip_state"][-10:, [1, 4]]).max() < 0.02
@@ -153,7 +154,8 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
 
 def test_ice_ends_in_a_fall_that_is_logged_to_its_end() -> None:
     log = simulate(load_scenario("walking", "friction: 0.1\nduration: 8.0"))
-    assert log.ending == FELL and not log.complete
+    assert log.ending == FELL
+    assert not log.complete
     assert 2.0 < log.time[-1] < 8.0
     np.testing.assert_allclose(np.diff(log.time), 0.01, atol=1e-9)
     assert all(np.all(np.isfinite(table)) for table in log.signals.values())

@@ -62,7 +62,8 @@ def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() 
         assert plan.reason == Reason.SOLVED
         future = predicted(mpc, state, plan)
         low, high = mpc.zmp_box(tick + 1, stance, plan.footholds).T
-        assert np.all(future[:, 1, 2] >= low - 1e-9) and np.all(future[:, 1, 2] <= high + 1e-9)
+        assert np.all(future[:, 1, 2] >= low - 1e-9)
+        assert np.all(future[:, 1, 2] <= high + 1e-9)
         if not mpc.commanded.repeats(tick // 40):
             continue
         for axis in (0, 1):
@@ -166,7 +167,8 @@ def test_a_binding_barrier_is_kept_and_slows_the_walk() -> None:
 def test_a_soft_barrier_that_cannot_be_kept_is_paid_for_and_said() -> None:
     mpc = make_mpc(barriers=(speed_limit(0.4),))
     plans = [plan for *_, plan in walk(mpc, 230, kick={220: np.array([0.25, 0.0])})]
-    assert plans[221].reason == Reason.SOFTENED and plans[221].slack > 1e-3
+    assert plans[221].reason == Reason.SOFTENED
+    assert plans[221].slack > 1e-3
     assert plans[220].reason == Reason.SOLVED
 
 
@@ -204,7 +206,9 @@ def test_memory_survives_packing() -> None:
     vector = layout.pack(memory)
     copy = layout.unpack(vector)
     np.testing.assert_array_equal(layout.pack(copy), vector)
-    assert copy.plan is not None and memory.plan is not None and copy.plan.tick == memory.plan.tick
+    assert copy.plan is not None
+    assert memory.plan is not None
+    assert copy.plan.tick == memory.plan.tick
     for name in ("measured", "state", "feet", "stance"):
         np.testing.assert_array_equal(getattr(copy, name), getattr(memory, name))
         np.testing.assert_array_equal(vector[layout.places[name]], getattr(memory, name).ravel())

@@ -15,7 +15,8 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 def test_tables_are_those_of_the_code() -> None:
     tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
     assert tables["with_tables"](README) == README, "run python docs/tables.py"
-    assert tables["signals_table"]() in README and tables["metrics_table"]() in README
+    assert tables["signals_table"]() in README
+    assert tables["metrics_table"]() in README
 
 
 def test_the_table_of_rooms_names_every_package() -> None:
@@ -49,7 +50,8 @@ def test_the_page_s_example_is_a_scenario(tmp_path: Path) -> None:
 
 def test_pictures_and_files_that_it_links_exist() -> None:
     links = re.findall(r"\]\((?!http|#)([^)#]+)", README)
-    assert links and all((ROOT / link).exists() for link in links)
+    assert links
+    assert all((ROOT / link).exists() for link in links)
 
 
 def test_its_python_runs_and_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:

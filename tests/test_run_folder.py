@@ -20,7 +20,8 @@ def test_a_written_run_is_read_back(tmp_path):
     with new_run_folder(tmp_path / "run") as folder:
         write_run(folder, run)
     again = read_run(tmp_path / "run")
-    assert again.scenario == run.scenario and again.provenance == run.provenance
+    assert again.scenario == run.scenario
+    assert again.provenance == run.provenance
     assert differences(again.log, run.log) == []
 
 
@@ -170,7 +171,8 @@ def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):
     with pytest.raises(RuntimeError), replaced_file(path) as staging:
         staging.write_text("ha")
         raise RuntimeError
-    assert path.read_text() == "old" and [entry.name for entry in tmp_path.iterdir()] == ["report.html"]
+    assert path.read_text() == "old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["report.html"]
 
 
 def test_provenance_names_versions_seed_and_machine():
@@ -179,7 +181,10 @@ def test_provenance_names_versions_seed_and_machine():
     scenario = synthetic.scenario()
     told = Provenance.of_run(scenario, datetime(2026, 1, 2, tzinfo=timezone.utc), 1.5)
     data = json.loads(told.model_dump_json())
-    assert data["packages"]["drake"] == "1.51.1" and data["seed"] == scenario.seed
-    assert data["started"] == "2026-01-02T00:00:00+00:00" and data["wall_seconds"] == 1.5
-    assert data["machine"] and data["cores"] >= 1
+    assert data["packages"]["drake"] == "1.51.1"
+    assert data["seed"] == scenario.seed
+    assert data["started"] == "2026-01-02T00:00:00+00:00"
+    assert data["wall_seconds"] == 1.5
+    assert data["machine"]
+    assert data["cores"] >= 1
     assert data["commit"] is None or len(data["commit"]) == 40

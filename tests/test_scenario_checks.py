@@ -44,7 +44,8 @@ def test_packaged_scenarios_pass_and_use_what_they_set(name):
 def test_contradictions_name_key_limit_and_value(name, text, says):
     with pytest.raises(InputError) as told:
         check_scenario(load_scenario(name, text))
-    assert says in str(told.value) and "\n" not in str(told.value)
+    assert says in str(told.value)
+    assert "\n" not in str(told.value)
 
 
 def test_the_robots_own_time_steps_pass():
