@@ -125,4 +125,4 @@ def test_a_log_with_a_signal_s_old_name_is_read(tmp_path):
     RunLog(old, log.time, log.ending).save(tmp_path / "log.npz")
     again = RunLog.load(tmp_path / "log.npz")
     assert "velocity_bound" not in again
-    assert again.differences(log) == []
+    assert differences(again, log) == []
