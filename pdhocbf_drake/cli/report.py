@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.products import figures_of, metrics_of, write_metrics, write_report
+from pdhocbf_drake.analysis.products import report, write_metrics, write_report
 from pdhocbf_drake.analysis.replay import replay_html
-from pdhocbf_drake.analysis.report import ReportedRun, report_html
 from pdhocbf_drake.errors import InputError, RunFolderError
-from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run, replaced_file, writing
+from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,14 +28,7 @@ def run(options: argparse.Namespace) -> int:
     place: Path = options.out or Path("comparison.html")
     if place.is_dir():
         raise InputError(f"--out must be the name of a file to write, given the folder {place}")
-    with writing(place):
-        place.absolute().parent.mkdir(parents=True, exist_ok=True)
-    pages = [
-        ReportedRun(one, metrics_of(one), figures_of(one), _replay(one, folder))
-        for one, folder in zip(runs, folders, strict=True)
-    ]
-    with replaced_file(place) as path:
-        path.write_text(report_html(pages), encoding="utf-8")
+    report(runs, place, replays=[_replay(one, folder) for one, folder in zip(runs, folders, strict=True)])
     print(place)
     return 0
 

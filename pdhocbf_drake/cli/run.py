@@ -4,19 +4,18 @@ from __future__ import annotations
 
 import argparse
 import time
-from datetime import datetime, timezone
+from datetime import datetime
 from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
 from pdhocbf_drake.analysis.gave_way import gave_way_rows
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
+from pdhocbf_drake.analysis.products import replay, write_metrics, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.simulation.checks import unused_settings
-from pdhocbf_drake.simulation.provenance import Provenance
-from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder, write_run
+from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -49,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
     with interruptible(), new_run_folder(place) as folder:
         with stop_requests() as asked:  # what was recorded is written before such a request takes effect
             recorded = _recorded(scenario, options.meshcat)
-            write_run(folder, recorded)
+            recorded.save(folder)
             metrics = write_metrics(recorded, folder)
         if asked.is_set():
             done, lost = list[str](), _STOPPED
@@ -74,7 +73,7 @@ def _exit_code(ending: str, place: Path) -> int:
 
 
 def _recorded(scenario: Scenario, live: bool) -> Run:
-    started, clock = datetime.now(timezone.utc), time.perf_counter()
+    started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
     with stop_requests() as requested, shown as progress:
 
@@ -84,7 +83,7 @@ def _recorded(scenario: Scenario, live: bool) -> Run:
                 raise KeyboardInterrupt
 
         log = simulate(scenario, report, _viewer() if live else None)
-    return Run(scenario, log, Provenance.of_run(scenario, started, time.perf_counter() - clock))
+    return Run.of(scenario, log, time.perf_counter() - started)
 
 
 def _viewer() -> Meshcat:
@@ -105,7 +104,7 @@ def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: boo
     try:
         page = None
         if with_replay:
-            page = write_replay(recorded, folder)
+            page = replay(recorded, folder / REPLAY)
             done.append(REPLAY)
         write_report(recorded, metrics, folder, page)
         done.append(REPORT)
