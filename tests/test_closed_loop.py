@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
+from pdhocbf_drake import WalkController
 from pdhocbf_drake.mpc.loop import Measurement, control, walk_template
 from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason

@@ -53,9 +53,9 @@ def certify(
         ModelError: its robot can't be loaded. RunFolderError: `out` can't be written.
     """
     if reach is not None and not 0.0 < reach < 10.0:
-        raise InputError(f"--reach must be a length above 0 [m], given {reach}")
+        raise InputError(f"reach must be a length above 0 [m], given {reach}")
     if starts < 0:
-        raise InputError(f"--starts must be 0 or more, given {starts}")
+        raise InputError(f"starts must be 0 or more, given {starts}")
     started = time.perf_counter()
     with nullcontext() if out is None else new_run_folder(Path(out), ENTRIES) as folder:
         found = certify_scenario(scenario, reach, rows, progress)
