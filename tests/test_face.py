@@ -86,5 +86,6 @@ def test_what_users_are_shown_imports_the_face_alone(place: str, code: str) -> N
 
 
 def test_code_that_reaches_deeper_would_be_found() -> None:
-    deep = "import pdhocbf_drake.mpc\nfrom pdhocbf_drake.qp.compiler import compile_program\nfrom pdhocbf_drake import jit"
+    deep = "import pdhocbf_drake.mpc\nfrom pdhocbf_drake.qp.compiler import AffineMap\nfrom pdhocbf_drake import jit"
+    assert len(uses_of(deep)) == 3
     assert not any(map(offered, uses_of(deep)))

@@ -31,6 +31,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
     "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),
+    "export": ("a run's log as CSV and MCAP, for PlotJuggler, Foxglove and others", "cli.export"),
     "certify": (
         "which bounds can be kept for ever, what they cost, and what a push may do",
         "studies.certify.command",

@@ -28,8 +28,10 @@ METRICS: Final = "metrics.json"
 REPLAY: Final = "replay.html"
 REPORT: Final = "report.html"
 FIGURES: Final = "figures"
+CSV: Final = "log.csv"
+MCAP: Final = "log.mcap"
 
-_ENTRIES = {SCENARIO, PROVENANCE, LOG, METRICS, REPLAY, REPORT, FIGURES}
+_ENTRIES = {SCENARIO, PROVENANCE, LOG, METRICS, REPLAY, REPORT, FIGURES, CSV, MCAP}
 
 
 class Run(NamedTuple):
