@@ -14,8 +14,8 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, load_terminal_sets, save_terminal_sets
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.certify.certificate import certify_scenario
 from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines
-from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 from pdhocbf_drake.studies.certify.starts import Start, zmp_range
 from pdhocbf_drake.studies.certify.terminal import psi_terminal_set, terminal_set, terminal_sets
 from pdhocbf_drake.studies.certify.trial import try_sets, walk_from
@@ -38,7 +38,6 @@ def test_the_trial_finds_no_tick_without_a_plan_and_no_start_outside_that_can_be
     trial = try_sets(found, 4, seed=1)
     assert trial.infeasible_ticks == 0
     assert trial.unsavable == trial.outside == 4
-    assert trial.excess_min > 1e-6
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +80,7 @@ def test_a_hard_set_is_for_one_barrier_and_its_gamma(hard, tmp_path):
     axis, file = hard.axes[0], tmp_path / "set.npz"
     with pytest.raises(InputError, match="one hard barrier an axis, not for 2"):
         psi_terminal_set(axis.template, axis.bounds * 2)
-    with pytest.raises(InputError, match='psi rows, and that of "forward_speed" is not known'):
+    with pytest.raises(InputError, match='psi rows, and there is none for "forward_speed"'):
         psi_terminal_set(axis.template, [dataclasses.replace(axis.bounds[0], rows=None)])
     scenario = hard.scenario
     limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
