@@ -138,7 +138,7 @@ class CampaignConfig(Config):
         return self
 
     def points(self) -> Iterator[Point]:
-        """The sample's points in order: a grid, or draws that do not depend on their number, so that a sample can grow."""
+        """The sample's points in order: a grid, or draws that do not depend on their number, so a sample can grow."""
         if self.sample == "random":
             for draw in range(math.ceil((self.runs or 0) / len(self.barriers))):
                 generator = np.random.default_rng([self.seed, draw])
