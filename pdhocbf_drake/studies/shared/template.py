@@ -1,4 +1,4 @@
-"""Events on the template: kicks and wrong speed commands, which begin in the steady state of a walk."""
+"""Events on the template: kicks and wrong speed commands that begin in the steady state of a walk."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.cases import CASES, NONE, in_case
 from pdhocbf_drake.studies.shared.measures import Array, Outcome, Record, SafeOrbit, WithoutBarriers, values
 
-SETTLING_GAITS = 15  # after which a walk from a stand repeats to a thousandth of a margin
+SETTLING_GAITS = 15  # a walk from a stand then repeats to a thousandth of a margin
 
 
 class SettledWalk:
@@ -28,11 +28,7 @@ class SettledWalk:
     """
 
     def __init__(self, walk: Walk, free: PeriodicMpc | None = None) -> None:
-        """
-        Args:
-            walk: the walk.
-            free: the same problem without barriers, to measure their action with; None where the walk has none.
-        """
+        """`free` is the same problem without barriers, for the action of the barriers; None if the walk has none."""
         self.walk = walk
         self._mpc = walk.mpc
         self._free = free
@@ -55,7 +51,7 @@ class SettledWalk:
         Args:
             phase: tick of the gait.
             kicks: velocity that a disturbance adds before each tick, in x and y, shape (≤ ticks, 2) [m/s].
-            ticks: how many.
+            ticks: length of the walk.
         """
         first = self.first + phase
         free = None if self._free is None else WithoutBarriers(self._free)
@@ -72,7 +68,7 @@ class Laboratory:
 
     Attributes:
         walks: by case.
-        orbit: judges the walks after an event.
+        orbit: the reference for the walks after an event.
     """
 
     def __init__(self, scenario: Scenario) -> None:
