@@ -30,15 +30,14 @@ def add_nonlinear_barrier_rows(
 ) -> list[Binding[Constraint]]:
     """Adds ψ_m(k+i) + slack ≥ tightening for i = r−m, …, H−m, r the relative degree; solve with SNOPT or IPOPT.
 
-    r is the declared one: computing it for general dynamics is expensive, so call `check_relative_degree` once before.
+    r is the declared one; `check_relative_degree` computes it, which is expensive for general dynamics.
 
     Args:
         states: x(k), (n,), finite numbers or decision variables: shooting, one vector constraint in the inputs; or
             decision variables (H+1, n): one constraint a tick in x(k+i), …, x(k+i+m), to which `add_dynamics` adds
             the dynamics as constraints of their own.
         inputs: decision variables (H, n_u).
-        slack: one decision variable for all rows, or one for each of the H−m+1 rows i = 0, …, H−m; kept ≥ 0
-            here, paid for by the caller's cost. None makes the barrier hard.
+        slack: as in `add_barrier_rows`, for rows i = 0, …, H−m.
         tightening: as in `add_barrier_rows` [unit of h].
 
     Raises:
@@ -80,8 +79,7 @@ def add_dynamics(
 ) -> list[Binding[Constraint]]:
     """Adds x(k+i+1) = f(k+i, x(k+i), u(k+i)) for decision variables `states` (H+1, n) and `inputs` (H, n_u).
 
-    Raises:
-        InputError: other shapes, or no decision variables.
+    Raises `InputError` for other shapes, or other things than decision variables.
     """
     k = whole_ticks("the tick k", k)
     states, inputs = decision_variables("the states", states), decision_variables("the inputs", inputs)
