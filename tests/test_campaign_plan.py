@@ -126,7 +126,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("changes", "sentence"), WRONG)
-def test_a_wrong_campaign_is_told_in_one_sentence(tmp_path, changes: dict, sentence: str) -> None:
+def test_a_wrong_campaign_is_refused_in_one_sentence(tmp_path, changes: dict, sentence: str) -> None:
     with pytest.raises(InputError) as caught:
         wrong, path = load_campaign(str(campaign_file(tmp_path, **changes)))
         plan_runs(wrong, path.parent)
@@ -141,7 +141,7 @@ def test_a_campaign_that_cannot_be_built_is_refused_before_it_runs(tmp_path) -> 
         check_buildable(plan_runs(wrong, path.parent))
 
 
-def test_a_campaign_that_does_not_exist_is_told() -> None:
+def test_a_campaign_that_does_not_exist_is_refused() -> None:
     with pytest.raises(InputError, match="unknown campaign 'pushes'; there are vhip_pushes, walking_pushes"):
         load_campaign("pushes")
 
