@@ -28,10 +28,10 @@ class Trial(NamedTuple):
 
     Attributes:
         inside: starts inside, drawn for both axes at a common phase.
-        ticks: of closed loop from each of them.
-        infeasible_ticks: ticks without a plan that meets the scenario's constraints, over all of them.
-        h_min: least h on the way [m/s]; None without barriers.
-        slack_max: largest slack of a barrier row on the way [m/s].
+        ticks: length of the walk from each of them.
+        infeasible_ticks: ticks of these walks without a plan that meets the scenario's constraints.
+        h_min: least h of these walks [m/s]; None without barriers.
+        slack_max: largest slack of a barrier row in these walks [m/s].
         outside: starts outside, along the main axis, that meet all limits at first.
         unsavable: number of these that the rescue program proves lost.
     """
@@ -52,9 +52,9 @@ def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, report: Done
     mpc = PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, walk.mpc.barriers, terminal_sets(found))
     infeasible, h_min, slack = 0, np.inf, 0.0
     for index in range(count):
-        long, zmp = _drawn(found, 1, random, None)
-        short, first = _drawn(found, 0, random, long.phase % found.axes[0].template.period)
-        walked = walk_from(mpc, [short, long], [first, zmp], TICKS)
+        in_y, zmp_y = _drawn(found, 1, random, None)  # y has the longer period
+        in_x, zmp_x = _drawn(found, 0, random, in_y.phase % found.axes[0].template.period)
+        walked = walk_from(mpc, [in_x, in_y], [zmp_x, zmp_y], TICKS)
         infeasible += walked.infeasible_ticks
         h_min, slack = min(h_min, walked.h_min), max(slack, walked.slack)
         report(index + 1)
