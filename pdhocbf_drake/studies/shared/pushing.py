@@ -31,8 +31,8 @@ class Trial(NamedTuple):
     Attributes:
         ending: how it ended, one of `shared.endings`.
         log: from the push on.
-        action: of the barriers at each row of the log, see `measures.ACTS`, shape (T,) [m/s]; zero without barriers
-            or unless the walk measures it.
+        action: of the barriers at each row of the log, see `measures.ACTS`, shape (T,) [m/s]; zero unless the walk has
+            barriers and measures it.
     """
 
     ending: str

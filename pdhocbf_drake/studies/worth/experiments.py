@@ -51,9 +51,9 @@ class Worth(ABC):
         cases = [(NONE, math.nan), *((case, gamma) for case in (DCBF, PERIODIC) for gamma in gammas)]
         rows: list[Measures] = []
         for done, (case, gamma) in enumerate(cases):
-            barred = case != NONE
-            report(done, f"{case}, gamma {gamma:g}" if barred else case)
-            rows += self._events(case, gamma, in_case(self._scenario, case, gamma if barred else None))
+            limited = case != NONE
+            report(done, f"{case}, gamma {gamma:g}" if limited else case)
+            rows += self._events(case, gamma, in_case(self._scenario, case, gamma if limited else None))
         return rows
 
     @abstractmethod
