@@ -66,7 +66,10 @@ def _result(sets: InvariantSet) -> dict[str, Any]:
 
 
 def share(certificate: AxisCertificate, sets: InvariantSet) -> float | None:
-    """Area of `sets` over that of the set without barriers, mean over the phases; None where the latter is empty."""
+    """Area of `sets` over that of the set without barriers, mean over the phases; None where the latter is empty.
+
+    A state counts as kept by the ψ rows if it is in their set with some ψ_1, that is some ZMP.
+    """
     phases = range(certificate.template.period)
     whole = [area(certificate.section(phase, certificate.unbounded)) for phase in phases]
     left = [area(certificate.section(phase, sets)) for phase in phases]
@@ -77,7 +80,7 @@ def _bound(certificate: AxisCertificate, bound: BoundCertificate) -> dict[str, A
     psi_rows = None
     if bound.rows is not None:
         gamma = [getattr(alpha, "gamma", None) for alpha in bound.barrier.class_k]
-        psi_rows = {"gamma": gamma, **_result(bound.rows), "area_share": _rows_share(certificate, bound.rows)}
+        psi_rows = {"gamma": gamma, **_result(bound.rows), "area_share": share(certificate, bound.rows)}
     return {
         **_result(bound.kept),
         "is_barrier": not bound.failing,
@@ -85,19 +88,6 @@ def _bound(certificate: AxisCertificate, bound: BoundCertificate) -> dict[str, A
         "area_share": share(certificate, bound.kept),
         "psi_rows": psi_rows,
     }
-
-
-def _rows_share(certificate: AxisCertificate, rows: InvariantSet) -> float | None:
-    """As `share`, for sets in [c, v, ψ_1, s]: a state counts if it is in the set with some ψ_1, that is some ZMP."""
-    if not rows.enforceable:
-        return 0.0
-    template, shares = certificate.template, []
-    for phase in range(template.period):
-        part = rows.sets[phase]
-        cut = part.slice(template.held[phase]) if template.chooses_steps else part
-        whole = area(certificate.section(phase, certificate.unbounded))
-        shares.append(0.0 if cut is None else cut.shadow(2).volume() / whole)
-    return float(np.mean(shares))
 
 
 def _phases(found: ScenarioCertificate, axis: int, sets: InvariantSet) -> list[dict[str, Any]]:

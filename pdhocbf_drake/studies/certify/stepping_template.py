@@ -76,11 +76,12 @@ class SteppingTemplate:
         return bool(self.chooses_steps and (self.coming[q] or self.weights[q] < 1.0))
 
     def section(self, sets: InvariantSet, phase: int) -> Polytope | None:
-        """A set in (c, v) at a phase, for the commanded step where the step is chosen already; None if it is empty."""
+        """A set in (c, v) at a phase, for the commanded s; of a set in [c, v, ψ_1, s] its shadow. None if it is empty."""
         if not sets.enforceable:
             return None
         q = phase % self.period
-        return sets.sets[q].slice(self.held[q]) if self.chooses_steps else sets.sets[q]
+        part = sets.sets[q].slice(self.held[q]) if self.chooses_steps else sets.sets[q]
+        return part.shadow(2) if part is not None and part.dimension > 2 else part
 
     def with_barriers(
         self, barriers: Sequence[AffineBarrier], states: Sequence[Polytope] | None = None
