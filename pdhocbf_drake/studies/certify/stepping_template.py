@@ -76,7 +76,7 @@ class SteppingTemplate:
         return bool(self.chooses_steps and (self.coming[q] or self.weights[q] < 1.0))
 
     def section(self, sets: InvariantSet, phase: int) -> Polytope | None:
-        """A set in (c, v) at a phase, for the commanded s; of a set in [c, v, ψ_1, s] its shadow. None if it is empty."""
+        """A set in (c, v) at a phase, for the commanded s and any ψ_1 that its states may have; None if it is empty."""
         if not sets.enforceable:
             return None
         q = phase % self.period
