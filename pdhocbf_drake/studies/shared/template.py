@@ -39,7 +39,7 @@ class SettledWalk:
         self.undisturbed = self.after(0, np.zeros((0, 2)), ticks)
 
     def commanded(self, stride: float, step: int) -> SettledWalk:
-        """The same walk and bounds under a wrong speed command: steps of another length [m] from step j on."""
+        """The same walk and bounds under a wrong speed command: steps of length `stride` [m] from step `step` on."""
         other = copy(self)
         other._mpc = _with_stride(self._mpc, stride, step)
         other._free = None if self._free is None else _with_stride(self._free, stride, step)
