@@ -43,12 +43,14 @@ def test_lemma_1_fails_for_twice_s_and_says_so():
 
 @pytest.mark.parametrize("gamma", [0.05, 0.5, 1.0])
 def test_the_corrected_statements_hold_on_random_sequences(gamma):
-    assert least_of_lemma(gamma) >= 0.0 and least_of_theorem(gamma) >= -1e-12
+    assert least_of_lemma(gamma) >= 0.0
+    assert least_of_theorem(gamma) >= -1e-12
 
 
 @pytest.mark.parametrize("gamma", [1.2, 2.0])
 def test_beyond_the_corrected_hypothesis_they_fail(gamma):
-    assert least_of_lemma(gamma) < 0.0 and least_of_theorem(gamma) < 0.0
+    assert least_of_lemma(gamma) < 0.0
+    assert least_of_theorem(gamma) < 0.0
 
 
 def _angle(first, second):

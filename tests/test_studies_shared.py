@@ -122,8 +122,10 @@ def test_progress_in_lines_says_how_much_is_done_and_left(capsys: pytest.Capture
         progress(2, "one more")
         progress(4)
     first, last = capsys.readouterr().err.splitlines()
-    assert first.startswith("push: 2 of 4 searches in ") and first.endswith(" s left, one more")
-    assert last.startswith("push: 4 of 4 searches in ") and "left" not in last
+    assert first.startswith("push: 2 of 4 searches in ")
+    assert first.endswith(" s left, one more")
+    assert last.startswith("push: 4 of 4 searches in ")
+    assert "left" not in last
 
 
 def test_progress_reports_each_word_where_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
@@ -138,7 +140,9 @@ def test_progress_on_a_terminal_is_a_bar(monkeypatch: pytest.MonkeyPatch, capsys
     with shown_progress("push", 2, "searches") as progress:
         progress(2, "found")
     shown = capsys.readouterr().err
-    assert "100%|" in shown and "2 of 2 searches" in shown and "found" in shown
+    assert "100%|" in shown
+    assert "2 of 2 searches" in shown
+    assert "found" in shown
 
 
 def test_a_table_aligns_numbers_to_the_right_and_dashes_what_is_not_there() -> None:

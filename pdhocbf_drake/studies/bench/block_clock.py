@@ -63,7 +63,7 @@ def block_clock() -> Iterator[BlockClock]:
             for name, function in list(vars(block).items()):
                 if callable(function) and _is_callback(function):
                     changed.append((block, name, function))
-                    setattr(block, name, clock.around(block.__name__.strip("_"), function))
+                    setattr(block, name, clock.around(block.__name__, function))
         changed.append((PeriodicMpc, "solve", PeriodicMpc.solve))
         PeriodicMpc.solve = clock.around("PeriodicMpc", PeriodicMpc.solve)  # type: ignore[method-assign]
         yield clock

@@ -9,10 +9,10 @@ from pathlib import Path
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
-from pdhocbf_drake.sets.user_system import LinearSystemConfig, system_data
+from pdhocbf_drake.sets.user_system import LinearSystemConfig
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines
+from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines, system_data
 from pdhocbf_drake.studies.certify.scenario_certificate import STAGES, ScenarioCertificate, certify_scenario
 from pdhocbf_drake.studies.certify.terminal import terminal_sets
 from pdhocbf_drake.studies.certify.trial import Trial, try_sets

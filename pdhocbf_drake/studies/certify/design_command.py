@@ -1,4 +1,4 @@
-"""`pdhocbf design-bound`: a certified bound designed from a recorded walk, as YAML for a scenario."""
+"""`pdhocbf design-bound`: designs and certifies a bound from a recorded walk and writes it as YAML for a scenario."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Any
 import yaml
 
 from pdhocbf_drake.barriers import Linear
-from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.config import as_name
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import Run, read_run, replaced_file
@@ -18,6 +17,8 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 from pdhocbf_drake.studies.certify.design import Envelope, designed_barrier
 from pdhocbf_drake.studies.certify.report import share
 from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate, certify_scenario
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
+from pdhocbf_drake.walking.quantities import SPEEDS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,16 +40,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Designs, certifies, writes and prints; returns the exit code."""
+    """Designs, certifies, writes and reports; gives the exit code."""
     for rate in options.gamma:
-        Linear(rate)  # refuses what is no class-K function
+        Linear(rate)  # refuses a rate outside (0, 1]
     if as_name(options.name) != options.name:
         raise InputError(f"--name must be letters, digits, '_', '-' or '.', at most 100 (given: {options.name!r})")
     recorded = read_run(options.run)
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time
+    quantity = SPEEDS["xy".index(options.axis)]
     barrier, envelope = designed_barrier(
-        recorded, options.axis, options.side, options.kind, options.margin, tuple(options.gamma), from_time
+        recorded, quantity, options.side, options.kind, options.margin, tuple(options.gamma), from_time
     )
     found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}))
     verdict = _checked(found, options.name, options.margin)
@@ -56,7 +58,8 @@ def run(options: argparse.Namespace) -> int:
     text = _yaml(recorded, options, barrier, envelope, verdict)
     with replaced_file(place) as path:
         path.write_text(text, encoding="utf-8")
-    spread = f"{1000 * envelope.spread:.2f} mm/s above the mean at most" if options.side == "upper" else "as measured"
+    spread = f"{1000 * envelope.spread:.2f} m{quantity.unit} above the mean at most"
+    spread = spread if options.side == "upper" else "as measured"
     print(f"measured  {envelope.periods} times at every phase; {spread}")
     print(f"certified {verdict}")
     print(place)
@@ -64,13 +67,13 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
-    """The verdict of the certificate; raises `InputError` where the bound can't be kept."""
+    """The certificate of the bound in one line; raises `InputError` if the bound can't be kept."""
     certificate = found.axes[found.main_axis]
     bound = certificate.bounds[0]
     if not bound.kept.enforceable:
         raise InputError(
-            f"barrier {name}: with a margin of {margin:g} m/s it can't be kept for ever (no state is left at phase "
-            f"{bound.kept.first_failing_phase}); a larger margin is needed"
+            f"barrier {name}: with a margin of {margin:g} {bound.barrier.unit} it can't be kept for ever (no state is "
+            f"left at phase {bound.kept.first_failing_phase}); a larger margin is needed"
         )
     rows = ""
     if bound.rows is not None:
@@ -81,10 +84,12 @@ def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
     return f"enforceable{rows}; {100 * (left or 0.0):.1f} % of the states that can walk on for ever can also keep it"
 
 
-def _yaml(recorded: Run, options: argparse.Namespace, barrier: BarrierConfig, envelope: Envelope, verdict: str) -> str:
-    scenario = recorded.scenario
+def _yaml(
+    recorded: Run, options: argparse.Namespace, barrier: WalkBarrierConfig, envelope: Envelope, verdict: str
+) -> str:
+    scenario, quantity = recorded.scenario, envelope.quantity
     lines = [
-        f"# A bound on the CoM velocity in {options.axis}, {options.margin:g} m/s beyond all that was measured in a",
+        f"# A bound on the {quantity.label}, {options.margin:g} {quantity.unit} beyond all that was measured in a",
         f"# run of {scenario.name} ({envelope.periods} times at every phase, {recorded.provenance.started}).",
         f"# Certified for that scenario's template: {verdict}.",
     ]
@@ -98,7 +103,7 @@ def _yaml(recorded: Run, options: argparse.Namespace, barrier: BarrierConfig, en
 
 
 def _is_packaged(scenario: Scenario) -> bool:
-    """Whether the file can extend a scenario of the package, because that one has the same walk."""
+    """Whether the package has a scenario of this name with the same walk, which the file then extends."""
     if scenario.name not in scenario_names():
         return False
     packaged = load_scenario(scenario.name)

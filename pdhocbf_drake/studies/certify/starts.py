@@ -1,4 +1,4 @@
-"""Random starts inside and outside of certified sets."""
+"""Random states inside and outside of certified sets, from which trials start."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ def inside_starts(sets: InvariantSet, count: int, random: np.random.Generator, p
     starts: list[Start] = []
     while len(starts) < count:
         at = int(random.integers(len(sets.sets))) if phase is None else phase
-        starts.append(Start(at, _in_hull(sets.sets[at], random)))
+        starts.append(Start(at, sets.sets[at].sample(random)))
     return starts
 
 
 def outside_starts(
     limits: tuple[Polytope, ...], sets: InvariantSet, count: int, random: np.random.Generator, margin: float = 1e-4
 ) -> list[Start]:
-    """States that meet all limits now but lie outside of the sets, by at least a margin [m].
+    """States within all limits but outside of the sets, by at least a margin [m].
 
-    They are spread over twice the sets' extent, so that many lie close to the sets.
+    They are spread over twice the sets' extent, so that many lie close to the boundary of the sets.
     """
     starts: list[Start] = []
     while len(starts) < count:
@@ -63,11 +63,3 @@ def zmp_range(template: SteppingTemplate, sets: InvariantSet, start: Start) -> t
         step = start.state[2] if template.chooses_steps else template.held[k]
         centre = -(1.0 - template.weights[k]) * step
     return centre + float(joint.vertices[:, 0].min()), centre + float(joint.vertices[:, 0].max())
-
-
-def _in_hull(part: Polytope, random: np.random.Generator) -> Array:
-    low, high = part.vertices.min(axis=0), part.vertices.max(axis=0)
-    while True:
-        state = random.uniform(low, high)
-        if part.violation(state) <= 0.0:
-            return np.asarray(state)

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, time_axis
 from pdhocbf_drake.analysis.robot_limits import robot_limits
-from pdhocbf_drake.simulation.signals import JOINTS
 from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.walk import ROBOT
 from pdhocbf_drake.studies.shared.cases import PERIODIC
+from pdhocbf_drake.systems.signals import JOINTS
 
 Array = NDArray[np.float64]
 

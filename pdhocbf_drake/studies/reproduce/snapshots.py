@@ -21,7 +21,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from pdhocbf_drake.analysis.replay import replay_html
-from pdhocbf_drake.robot.robot import Biped
+from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.studies.reproduce.report import Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.walk import ROBOT

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from pdhocbf_drake.barriers.config import BarrierConfig, BoundConfig
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 
 NONE: Final = "none"
 DCBF: Final = "DCBF"
@@ -46,32 +46,33 @@ def lent_barriers(scenario: Scenario) -> str:
     """One sentence on the barriers that a scenario without any is compared with; empty if it has its own."""
     if scenario.barriers:
         return ""
-    bounds = ", ".join(f"{name} with a margin of {config.bound.margin:g} m/s" for name, config in _lent().items())
+    lent = _lent().items()
+    bounds = ", ".join(f"{name} with a margin of {config.bound.margin:g} {config.unit}" for name, config in lent)
     return f"{scenario.name} has no barrier: {DCBF} and {PERIODIC} are those of {_LENDER} ({bounds})"
 
 
-def _lent() -> dict[str, BarrierConfig]:
+def _lent() -> dict[str, WalkBarrierConfig]:
     return load_scenario(_LENDER, "").barriers
 
 
-def _constant(config: BarrierConfig) -> BarrierConfig:
+def _constant(config: WalkBarrierConfig) -> WalkBarrierConfig:
     bound, upper = config.bound, config.side == "upper"
     if bound.kind == "orbit":
         return _with(config, bound.model_copy(update={"kind": "orbit_peak"}))
     if bound.kind == "harmonic":
         swing = math.hypot(bound.cosine or 0.0, bound.sine or 0.0)
         value = (bound.mean or 0.0) + (swing if upper else -swing)
-        return _with(config, BoundConfig(kind="constant", value=value))
+        return _with(config, WalkBoundConfig(kind="constant", value=value))
     if bound.kind == "tabulated" and bound.values:
-        return _with(config, BoundConfig(kind="constant", value=max(bound.values) if upper else min(bound.values)))
+        return _with(config, WalkBoundConfig(kind="constant", value=max(bound.values) if upper else min(bound.values)))
     return config
 
 
-def _periodic(config: BarrierConfig) -> BarrierConfig:
+def _periodic(config: WalkBarrierConfig) -> WalkBarrierConfig:
     if config.bound.kind == "orbit_peak":
         return _with(config, config.bound.model_copy(update={"kind": "orbit"}))
     return config
 
 
-def _with(config: BarrierConfig, bound: BoundConfig) -> BarrierConfig:
+def _with(config: WalkBarrierConfig, bound: WalkBoundConfig) -> WalkBarrierConfig:
     return config.model_copy(update={"bound": bound})

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC, in_case
@@ -16,6 +15,7 @@ from pdhocbf_drake.studies.shared.measures import Array, Outcome, Record, SafeOr
 from pdhocbf_drake.studies.shared.pushing import PushedWalk, Trial
 from pdhocbf_drake.studies.shared.template import SettledWalk
 from pdhocbf_drake.studies.worth.results import Measures
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 
 _TEMPLATE_TICKS = 160  # from an event on, and twice as many under a wrong command
 _ROBOT_SECONDS = 2.4
@@ -158,7 +158,7 @@ def _commanded(scenario: Scenario, stride: float) -> Scenario:
     return scenario.model_copy(update={"gait": gait, "barriers": kept})
 
 
-def _made_for(config: BarrierConfig, stride: float) -> BarrierConfig:
-    if not config.bound.kind.startswith("orbit") or config.bound.stride is not None:
+def _made_for(config: WalkBarrierConfig, stride: float) -> WalkBarrierConfig:
+    if not config.bound.follows_orbit or config.bound.stride is not None:
         return config
     return config.model_copy(update={"bound": config.bound.model_copy(update={"stride": stride})})

@@ -1,4 +1,4 @@
-"""The robot as the controller knows it: its own copy of the multibody model, names, limits, soles and orders."""
+"""The controller's model of the robot: a multibody plant of its own, with joint order, limits, gains and soles."""
 
 from __future__ import annotations
 
@@ -6,18 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex
+from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex, RigidBody
 
 from pdhocbf_drake.errors import ModelError
-from pdhocbf_drake.robot.config import SIDES, RobotConfig, Side
-from pdhocbf_drake.robot.ik import WholeBodyIk
+from pdhocbf_drake.robot.config import SIDES, RobotConfig
 from pdhocbf_drake.robot.locate import load_robot_config
 from pdhocbf_drake.robot.model import add_model, find_frame, find_joint, per_joint, sole_frame_name
-from pdhocbf_drake.robot.posture import Posture
 
 
 class Sole(NamedTuple):
-    """A sole of the control copy: frame at its centre, half length and half width (2,) [m]."""
+    """A sole: frame of the controller's model at its centre, half length and half width (2,) [m]."""
 
     frame: Frame
     half_size: np.ndarray
@@ -27,11 +25,11 @@ class Biped:
     """A floating base with two six-joint legs: q = [quaternion wxyz, base xyz, 12 joints], v = [ω, ẋ, 12 rates].
 
     Twelve-vectors are ordered left leg then right, each as in `ROLES`, whatever the model's own order is;
-    `q_index`, `v_index` and `u_index` find them in the plant's q, v and actuation.
+    `q_index`, `v_index` and `u_index` are their places in the plant's q, v and actuation.
 
     Attributes:
-        config: what the user wrote.
-        plant: control copy, continuous-time and without geometry; it holds nothing but the robot.
+        config: the robot file.
+        plant: the controller's copy of the model, continuous-time, without geometry and with nothing but the robot.
         mass: total mass [kg].
         joint_names: the model's names of the twelve joints.
         q_index, v_index, u_index: places of the twelve joints in q (19,), v (18,) and actuation (12,).
@@ -47,14 +45,18 @@ class Biped:
         """Loads the model.
 
         Raises:
-            ModelError: something is missing in the model; the message lists what there is.
+            ModelError: the model lacks a link, frame, joint or actuator (the message lists those it has), has moving
+                joints beyond those of the legs, or left and right are swapped.
         """
         self.config = config
         self.plant = plant = MultibodyPlant(0.0)
         instance = add_model(plant, config)
         plant.Finalize()
         name = config.name
-        self._check_base(instance)
+        base = _floating_base(plant, config)
+        _check_joints(plant, instance, config)
+        self.base_q_index = base.floating_positions_start() + np.arange(7)
+        self.base_v_index = base.floating_velocities_start_in_v() + np.arange(6)
         joints = [find_joint(plant, instance, joint, name) for joint in config.joint_names]
         self.joint_names = config.joint_names
         self.q_index = np.array([joint.position_start() for joint in joints])
@@ -82,27 +84,9 @@ class Biped:
     def add_to(self, plant: MultibodyPlant) -> ModelInstanceIndex:
         """Adds the robot, with its geometry where the plant has a scene graph, to a plant to be simulated.
 
-        As long as nothing else in that plant moves, q, v and actuation are ordered as in the control copy.
+        As long as nothing else in that plant moves, q, v and actuation are ordered as in the controller's model.
         """
         return add_model(plant, self.config)
-
-    def sole(self, side: Side) -> Sole:
-        """The sole of that side."""
-        return self.soles[side]
-
-    def posture(self, com: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-        """q (19,) with upright torso, given CoM (3,) and soles (6,) xyz rpy in the world.
-
-        Raises:
-            ModelError: the robot can't reach it.
-        """
-        result = WholeBodyIk(self).solve(Posture(com, left, right), self.bent_knee)
-        if not result.ok:
-            raise ModelError(
-                f"robot {self.config.name!r} can't stand with CoM {np.round(com, 3).tolist()} and soles at "
-                f"{np.round(left[:3], 3).tolist()} and {np.round(right[:3], 3).tolist()} [m]: {result.reason}"
-            )
-        return result.q
 
     def clipped(self, q: np.ndarray) -> np.ndarray:
         """A copy of q (19,) with the joints clipped to their limits and the quaternion normalized."""
@@ -111,25 +95,6 @@ class Biped:
         quaternion = self.base_q_index[:4]
         clipped[quaternion] /= max(float(np.linalg.norm(clipped[quaternion])), 1e-12)
         return clipped
-
-    def _check_base(self, instance: ModelInstanceIndex) -> None:
-        plant, config = self.plant, self.config
-        floating = [plant.get_body(index) for index in sorted(plant.GetFloatingBaseBodies(), key=int)]
-        names = [body.name() for body in floating]
-        if names != [config.base_link] or not floating[0].has_quaternion_dofs():
-            raise ModelError(
-                f"robot {config.name!r}: base_link {config.base_link!r} must be the one floating link; "
-                f"floating are: {', '.join(names) or 'none'}"
-            )
-        moving = [plant.get_joint(index) for index in plant.GetJointIndices(instance)]
-        extra = {joint.name() for joint in moving if joint.num_velocities() == 1} - set(config.joint_names)
-        if extra or plant.num_velocities() != 18:
-            raise ModelError(
-                f"robot {config.name!r} has moving joints beyond the twelve of its legs: "
-                f"{', '.join(sorted(extra)) or 'none with a name'}; give each an angle in fixed_joints"
-            )
-        self.base_q_index = floating[0].floating_positions_start() + np.arange(7)
-        self.base_v_index = floating[0].floating_velocities_start_in_v() + np.arange(6)
 
     def _check_sides(self) -> None:
         """Forward is x and up is z, so the left sole is where y is greater."""
@@ -153,3 +118,26 @@ class Biped:
         angles = [list(self.config.leg(side).bent_knee.model_dump().values()) for side in SIDES]
         q[self.q_index] = np.ravel(angles)
         return self.clipped(q)
+
+
+def _floating_base(plant: MultibodyPlant, config: RobotConfig) -> RigidBody:
+    """The one floating link; raises `ModelError` where that is not `base_link`."""
+    floating = [plant.get_body(index) for index in sorted(plant.GetFloatingBaseBodies(), key=int)]
+    names = [body.name() for body in floating]
+    if names != [config.base_link] or not floating[0].has_quaternion_dofs():
+        raise ModelError(
+            f"robot {config.name!r}: base_link {config.base_link!r} must be the one floating link; "
+            f"floating are: {', '.join(names) or 'none'}"
+        )
+    return floating[0]
+
+
+def _check_joints(plant: MultibodyPlant, instance: ModelInstanceIndex, config: RobotConfig) -> None:
+    """Raises `ModelError` where anything but the floating base and the legs' joints moves."""
+    joints = [plant.get_joint(index) for index in plant.GetJointIndices(instance)]
+    extra = {joint.name() for joint in joints if joint.num_velocities() == 1} - set(config.joint_names)
+    if extra or plant.num_velocities() != 6 + len(config.joint_names):
+        raise ModelError(
+            f"robot {config.name!r} has moving joints beyond the twelve of its legs: "
+            f"{', '.join(sorted(extra)) or 'none with a name'}; give each an angle in fixed_joints"
+        )

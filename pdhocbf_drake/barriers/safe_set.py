@@ -1,4 +1,8 @@
-"""Joint feasibility: barriers that share one input must leave some of it. This is checked, not assumed."""
+"""The safe set ∩ C_i(k), i < m, eq. (10): which states are in it, and whether an input can keep them there.
+
+From a state of this set, ψ_m ≥ 0 at every tick keeps h ≥ 0 (Theorem 1). Whether some input satisfies ψ_m ≥ 0 of all
+barriers at once is a question of its own: `input_interval` answers it at one state, `feasible_width` over the set.
+"""
 
 from __future__ import annotations
 
@@ -11,22 +15,58 @@ from pydrake.solvers import ClpSolver, MathematicalProgram
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_vector
-from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
-from pdhocbf_drake.barriers.membership import initial_psi
-from pdhocbf_drake.barriers.recursion import linear_rates
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, rollout
+from pdhocbf_drake.barriers.recursion import linear_rates, psi_along
+from pdhocbf_drake.barriers.relative_degree import enforced_psi
 from pdhocbf_drake.barriers.rows import check_affine
-from pdhocbf_drake.barriers.sensitivity import enforced_psi
 from pdhocbf_drake.errors import InputError
 
 
+def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> dict[str, float]:
+    """The values that must be ≥ 0 at x(k), because no input can change them [unit of h].
+
+    These are ψ_0(k), …, ψ_{m−1}(k); where the relative degree r exceeds m, also ψ_m(k), …, ψ_m(k+r−m−1).
+    Their keys are "psi_0", "psi_1", …, and "psi_1, 1 tick later," for what follows ψ_m(k).
+    """
+    degree = barrier.relative_degree
+    # h up to k+r−1 does not depend on the inputs, so any inputs give it.
+    states = rollout(system, k, np.asarray(x, dtype=float), np.zeros((degree - 1, system.m)))
+    levels = psi_along([float(barrier.h(k + j, state)) for j, state in enumerate(states)], barrier.class_k)
+    values = {f"psi_{i}": float(level[0]) for i, level in enumerate(levels) if len(level)}
+    for j, value in enumerate(levels[-1][1:], start=1):
+        values[f"psi_{barrier.order}, {j} tick{'s' * (j > 1)} later,"] = float(value)
+    return values
+
+
+def in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> bool:
+    """Whether ψ_i(k) ≥ 0 for all i < m: then ψ_m ≥ 0 from k on keeps h ≥ 0 (Theorem 1)."""
+    return all(value >= 0 for value in initial_psi(barrier, system, k, x).values())
+
+
+def check_in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> None:
+    """Refuses a state outside the safe set.
+
+    Raises:
+        InputError: the state is outside; the message names the first negative ψ_i and its value.
+    """
+    values = initial_psi(barrier, system, k, x)
+    for which, value in values.items():
+        if not value >= 0:  # NaN too
+            unit = f" {barrier.unit}" if barrier.unit not in ("", "1") else ""
+            raise InputError(
+                f'barrier "{barrier.name}": the state at tick {k} is outside the safe set: '
+                f"{which} is {value:.6g}{unit}, but at least 0 is needed"
+            )
+
+
 class WorstCase(NamedTuple):
-    """The tightest case over a safe set.
+    """The state of a safe set at which the barriers leave the narrowest interval of inputs.
 
     Attributes:
-        width: least width of the interval of inputs that all barriers allow [unit of u]; negative where
-            they exclude each other, infinite where no two oppose each other.
-        state: a state of the safe set with that width, (n,).
-        opponents: names of the two barriers that meet there.
+        width: width of that interval [unit of u]; negative where the barriers exclude each other, infinite where no
+            two of them limit the input from opposite sides.
+        state: the state, (n,).
+        opponents: names of the two barriers that limit the input there.
     """
 
     width: float
@@ -61,7 +101,7 @@ def input_interval(system: PeriodicSystem, barriers: Sequence[Barrier], k: int, 
 
 
 def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrier], k: int) -> WorstCase:
-    """The least width of `input_interval` over the whole common safe set ∩ C_i(k), linear class-K functions.
+    """The least width of `input_interval` over the whole common safe set ∩ C_i(k), for linear class-K functions.
 
     Every limit on u is then affine in x and the safe set a polytope, so the worst case over each pair of opposed
     barriers is a linear program. A width ≥ 0 at every phase certifies that the barriers can be kept together for
@@ -111,7 +151,7 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
 def _affine_in_state(
     system: PeriodicAffineSystem, barriers: Sequence[AffineBarrier], k: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Offsets and slopes of all ψ_i(k), i < m, as affine functions of x: read off at 0 and the unit vectors."""
+    """Offsets and slopes of all ψ_i(k), i < m, as affine functions of x, from their values at 0 and at unit vectors."""
 
     def values(x: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.concatenate([list(initial_psi(barrier, system, k, x).values()) for barrier in barriers])
@@ -123,6 +163,7 @@ def _affine_in_state(
 def _enforced_row(
     system: PeriodicAffineSystem, barrier: AffineBarrier, k: int
 ) -> tuple[float, NDArray[np.float64], float]:
+    """(a, b, c) with ψ_m(k) = a + b·x + c·u."""
     offset, gradient = enforced_psi(barrier, system, k, np.zeros(system.n), np.zeros(1))
     if gradient[0] == 0:
         raise InputError(f'barrier "{barrier.name}": the input does not show in psi_{barrier.order} at tick {k}')
