@@ -98,7 +98,7 @@ def test_the_page_loads_nothing_and_escapes_what_it_is_given(tmp_path):
         "A <title>",
         ["1 < 2"],
         [Picture("one", "a caption", figure, {"x [m]": [0, 1], "y [m]": [0, 1]})],
-        numbers=[Number("n", 2.0, 2.1, "m", "pdhocbf run a", 0.2, True)],
+        numbers=[Number("n", 2.0, 2.1, "m", 0.2, True, "pdhocbf run a")],
         frames={"page": "<p>inside</p>"},
     )
     write_report({"one": section}, tmp_path, 60.0)
@@ -141,7 +141,7 @@ def test_columns_of_a_picture_have_one_length():
     [(1.0, 1.1, 0.2, True), (1.0, 1.3, 0.2, False), (1.0, 1.0, None, None), (None, 1.0, 0.1, None)],
 )
 def test_agreement_is_claimed_only_where_there_is_a_tolerance(paper, ours, tolerance, agrees):
-    assert Number("n", paper, ours, "1", "c", tolerance).agrees is agrees
+    assert Number("n", paper, ours, "1", tolerance).agrees is agrees
 
 
 def test_numbers_are_shown_with_four_digits_and_none_as_a_dash():

@@ -62,8 +62,8 @@ def _angle(first, second):
 def test_the_two_rows_of_lemma_2_are_one_when_discretised_to_match_and_two_as_printed(runs):
     setting = runs.walk(*FREE).mpc.problems[0].setting
     for phase in (0, 13, 39):
-        assert _angle(matching(setting, phase)[0], matching_terminal(setting, phase)[0]) < 1e-7
-        assert _angle(literal(setting, phase)[0], literal_terminal(setting, phase)[0]) > 1e-3
+        assert _angle(matching(setting, phase), matching_terminal(setting, phase)) < 1e-7
+        assert _angle(literal(setting, phase), literal_terminal(setting, phase)) > 1e-3
 
 
 def test_printed_together_they_contradict_each_other_where_the_footholds_are_fixed(runs):

@@ -65,10 +65,10 @@ def test_lemma_2_says_what_the_rows_did():
     other = Attempt(3, Reason.SOLVED, np.full(3, 0.004))
     stuck = Attempt(1, Reason.INFEASIBLE, np.zeros(1))
     same = {name: walks for name in VARIANTS}
-    assert "walks, with a velocity that differs by 0 mm/s" in lemma_2.finding({"fixed": same, "adaptive": same})
+    assert "walks, with a velocity that differs by 0 mm/s" in lemma_2.finding(same, same)
     changed = same | {"(33) and (34), matching": other}
     lost = same | {"(33) and (34), literal": stuck}
-    said = lemma_2.finding({"fixed": lost, "adaptive": changed})
+    said = lemma_2.finding(lost, changed)
     assert "differs by 4 mm/s" in said
     assert said.endswith("with fixed footholds: no solution after 1 tick.")
 

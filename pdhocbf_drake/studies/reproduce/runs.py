@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future
 from contextlib import ExitStack
 from datetime import datetime, timezone
-from functools import lru_cache
 from typing import Any
 
 from pdhocbf_drake.simulation.build import Walk, build_walk
@@ -16,7 +15,6 @@ from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.reproduce.calibration import Calibration, calibrate
 from pdhocbf_drake.studies.shared.pool import result_of, worker_pool
 
 Request = tuple[str, str]
@@ -24,7 +22,7 @@ Request = tuple[str, str]
 
 
 class Runs:
-    """Runs by scenario and overrides; a worker process simulates ahead while this one evaluates.
+    """Runs and walks by scenario and overrides; a worker process simulates ahead while this one evaluates.
 
     Use as a context, which ends the worker.
 
@@ -36,10 +34,8 @@ class Runs:
         self.report: Callable[[str], None] = lambda words: None
         self._done: dict[Request, Run] = {}
         self._ahead: dict[Request, Future[tuple[RunLog, datetime, float]]] = {}
+        self._walks: dict[Request, Walk] = {}
         self._stack = ExitStack()
-        self._pool: ProcessPoolExecutor | None = None
-        self.walk = lru_cache(maxsize=16)(self._walk)
-        self.calibration = lru_cache(maxsize=1)(self._calibration)
 
     def __enter__(self) -> Runs:
         return self
@@ -49,11 +45,9 @@ class Runs:
 
     def prepare(self, requests: Iterable[Request]) -> None:
         """Has the worker process simulate these, in this order."""
-        for request in requests:
-            if request not in self._ahead and request not in self._done:
-                if self._pool is None:
-                    self._pool = self._stack.enter_context(worker_pool(1))
-                self._ahead[request] = self._pool.submit(_simulated, *request)
+        if wanted := dict.fromkeys(requests):
+            pool = self._stack.enter_context(worker_pool(1))
+            self._ahead |= {request: pool.submit(_simulated, *request) for request in wanted}
 
     def run(self, name: str, text: str = "") -> Run:
         """The run of a scenario with overrides."""
@@ -68,14 +62,15 @@ class Runs:
             self._done[request] = Run(scenario, log, Provenance.of_run(scenario, started, wall))
         return self._done[request]
 
-    def _walk(self, name: str, text: str = "") -> Walk:
-        return build_walk(load_scenario(name, text))
-
-    def _calibration(self) -> Calibration:
-        self.report("calibrating the template to (38)")
-        return calibrate()
+    def walk(self, name: str, text: str = "") -> Walk:
+        """The walk of a scenario with overrides, its controller compiled."""
+        request = (name, text)
+        if request not in self._walks:
+            self._walks[request] = build_walk(load_scenario(name, text))
+        return self._walks[request]
 
 
 def _simulated(name: str, text: str) -> tuple[RunLog, datetime, float]:
+    """The log, when the simulation began, and the time that it took [s]."""
     started, clock = datetime.now(timezone.utc), time.perf_counter()
     return simulate(load_scenario(name, text)), started, time.perf_counter() - clock
