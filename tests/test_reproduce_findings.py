@@ -77,5 +77,5 @@ def test_the_slips_that_left_no_solution_are_those_that_did():
     said = literal.finding({"one": True, "another": False, "a third": True})
     assert said == "Slips that leave the QP without a solution: one, a third (of one, another, a third)."
     assert "solution: none (" in literal.finding({"one": False})
-    assert literal._refusal("mpc: {horizon: 60}").startswith("refused: ")
-    assert literal._refusal("") == "accepted"
+    assert literal.refusal_of("mpc: {horizon: 60}").startswith("refused: ")
+    assert literal.refusal_of("") == "accepted"

@@ -1,4 +1,4 @@
-"""The problems of closed-loop runs, recorded so that every route can be timed on the same ones."""
+"""Problems of closed-loop runs, recorded so that every route is timed on the same ones."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ KICK = 0.04  # a sudden change of the CoM velocity [m/s]
 KICK_EVERY = 97  # [ticks]: no multiple of a step, so that kicks meet all phases
 
 
+AXES = (0, 1)
+
+
 class Tick(NamedTuple):
     """The arguments of `PeriodicMpc.solve` at tick k."""
 
@@ -25,6 +28,10 @@ class Tick(NamedTuple):
     stance: np.ndarray
     bounds: dict[str, np.ndarray]
     last: Plan | None
+
+    def guess(self, axis: int) -> np.ndarray | None:
+        """Active rows of the last plan on one axis; None without one."""
+        return None if self.last is None else self.last.active[axis]
 
 
 class Recording(NamedTuple):

@@ -1,8 +1,9 @@
-"""The ways from a measured state to the decisions of both axes that are timed against each other."""
+"""Ways from a measured state to the decisions of both axes, to be timed against each other."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,12 +12,11 @@ from scipy.sparse import csc_matrix
 
 from pdhocbf_drake.qp import DaqpQp, ParametricQp
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.studies.bench.clock import now
-from pdhocbf_drake.studies.bench.recording import Tick, solve, theta
+from pdhocbf_drake.studies.bench.recording import AXES, Tick, solve, theta
 from pdhocbf_drake.studies.bench.sparse_program import sparse_qp
+from pdhocbf_drake.studies.bench.timing import now
 
-AXES = (0, 1)
-SparseQps = list[list[ParametricQp]]
+SparseQps = Sequence[Sequence[ParametricQp]]
 
 
 class Route(ABC):
@@ -34,7 +34,7 @@ class Route(ABC):
         self.failures = 0
 
     def seconds(self, given: Tick) -> float:
-        """How long this tick takes [s]."""
+        """The time that this tick takes [s]."""
         start = now()
         self.decide(given)
         return now() - start
@@ -65,10 +65,7 @@ class Core(Route):
 
     def __init__(self, walk: Walk) -> None:
         super().__init__(walk)
-        self._solvers = [
-            [DaqpQp(qp, problem.bound_rows, problem.guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
-            for qps, problem in zip(self.mpc.qps, self.mpc.problems, strict=True)
-        ]
+        self._solvers = daqp_solvers(walk)
 
     def seconds(self, given: Tick) -> float:
         total = 0.0
@@ -78,7 +75,7 @@ class Core(Route):
             start = now()
             solver.prepare(parameters)
             total += now() - start
-            solver.solve(parameters, None if given.last is None else given.last.active[axis])
+            solver.solve(parameters, given.guess(axis))
             total += solver.core_seconds
         return total
 
@@ -86,55 +83,80 @@ class Core(Route):
         raise NotImplementedError("this is a clock, not a route")
 
 
-class Rebuilt(Route):
-    """Drake as it comes: a new `MathematicalProgram` at every tick, matrices at hand, Clarabel with its defaults."""
-
-    name = "Drake rebuilt"
+class QpRoute(Route):
+    """A solver of compiled programs, one for each axis and phase; subclasses set it up and call it."""
 
     def __init__(self, walk: Walk, qps: SparseQps) -> None:
         super().__init__(walk)
-        self._qps = qps
-        self._parts = [[_parts(qp) for qp in axis] for axis in self._qps]
-        self._solver = ClarabelSolver()
+        self.qps = qps
+        self._ready = [[self._set_up(qp) for qp in axis] for axis in qps]
 
     def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
         answers = []
         for axis in AXES:
-            phase = given.tick % len(self._qps[axis])
-            f, low, high = self._qps[axis][phase].vectors(theta(self.mpc, given, axis))
-            prog, w, _, _ = _program(*self._parts[axis][phase], f, low, high)
-            result = self._solver.Solve(prog, None, None)
-            self.failures += not result.is_success()
-            answers.append(result.GetSolution(w))
+            phase = given.tick % len(self.qps[axis])
+            f, low, high = self.qps[axis][phase].vectors(theta(self.mpc, given, axis))
+            solved, decisions = self._run(self._ready[axis][phase], f, low, high)
+            self.failures += not solved
+            answers.append(decisions)
         return tuple(answers)
 
+    @abstractmethod
+    def _set_up(self, qp: ParametricQp) -> Any:
+        """All of a program that can be prepared before its vectors are given."""
 
-class Updated(Route):
+    @abstractmethod
+    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
+        """Whether min ½ wᵀPw + fᵀw with low ≤ Aw ≤ high was solved, and w."""
+
+
+class Rebuilt(QpRoute):
+    """Drake as it comes: a new `MathematicalProgram` at every tick, matrices at hand, Clarabel with its defaults."""
+
+    name = "Drake rebuilt"
+    _solver = ClarabelSolver()
+
+    def _set_up(self, qp: ParametricQp) -> Any:
+        return _matrices(qp)
+
+    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
+        P, A = ready
+        prog, w, _, _ = _program(P, A, f, low, high)
+        result = self._solver.Solve(prog, None, None)
+        return result.is_success(), result.GetSolution(w)
+
+
+class Updated(QpRoute):
     """Drake at its best: one program a phase, vectors updated, Clarabel without refinement, scaling and presolve."""
 
     name = "Drake updated"
 
     def __init__(self, walk: Walk, qps: SparseQps) -> None:
-        super().__init__(walk)
-        self._qps = qps
-        self._programs = [[_program(*_parts(qp), *_at_zero(qp)) for qp in axis] for axis in self._qps]
+        super().__init__(walk, qps)
         self._solver, self._options = ClarabelSolver(), SolverOptions()
         for name in ("iterative_refinement_enable", "equilibrate_enable", "presolve_enable"):
             self._options.SetOption(ClarabelSolver.id(), name, 0)
 
-    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
-        answers = []
-        for axis in AXES:
-            phase = given.tick % len(self._qps[axis])
-            f, low, high = self._qps[axis][phase].vectors(theta(self.mpc, given, axis))
-            prog, w, cost, rows = self._programs[axis][phase]
-            cost.UpdateCoefficients(cost.Q(), f[: len(cost.b())], 0.0, is_convex=True)
-            rows.UpdateLowerBound(low)
-            rows.UpdateUpperBound(high)
-            result = self._solver.Solve(prog, None, self._options)
-            self.failures += not result.is_success()
-            answers.append(result.GetSolution(w))
-        return tuple(answers)
+    def _set_up(self, qp: ParametricQp) -> Any:
+        free = np.full(len(qp.A), np.inf)
+        P, A = _matrices(qp)
+        return _program(P, A, qp.linear.offset, -free, free)
+
+    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
+        prog, w, cost, rows = ready
+        cost.UpdateCoefficients(cost.Q(), f[: len(cost.b())], 0.0, is_convex=True)
+        rows.UpdateLowerBound(low)
+        rows.UpdateUpperBound(high)
+        result = self._solver.Solve(prog, None, self._options)
+        return result.is_success(), result.GetSolution(w)
+
+
+def daqp_solvers(walk: Walk) -> list[list[DaqpQp]]:
+    """DAQP on our programs of both axes and all phases."""
+    return [
+        [DaqpQp(qp, problem.bound_rows, problem.guess_rows(qps, phase)) for phase, qp in enumerate(qps)]
+        for qps, problem in zip(walk.mpc.qps, walk.mpc.problems, strict=True)
+    ]
 
 
 def sparse_qps(walk: Walk) -> SparseQps:
@@ -142,14 +164,10 @@ def sparse_qps(walk: Walk) -> SparseQps:
     return [[sparse_qp(walk, axis, phase) for phase in range(walk.gait.period)] for axis in AXES]
 
 
-def _parts(qp: ParametricQp) -> tuple[np.ndarray, Any]:
+def _matrices(qp: ParametricQp) -> tuple[np.ndarray, Any]:
     """P without the states, which cost nothing and come last; A, sparse."""
     count = int(np.flatnonzero(qp.P.any(axis=1))[-1]) + 1
     return np.asfortranarray(qp.P[:count, :count]), csc_matrix(qp.A)
-
-
-def _at_zero(qp: ParametricQp) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return qp.linear.offset, np.full(len(qp.A), -np.inf), np.full(len(qp.A), np.inf)
 
 
 def _program(P: np.ndarray, A: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple:

@@ -1,36 +1,51 @@
-"""Times routes on the same problems, interleaved, so that what else the machine does meets all of them."""
+"""The clock of the benchmark, and routes timed in turns on the same problems."""
 
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from pdhocbf_drake.studies.bench.recording import Tick
-from pdhocbf_drake.studies.bench.routes import Route
+
+now = time.process_time
+"""Processor time of this process [s].
+
+On an idle machine it runs with the wall clock, since nothing here sleeps or uses a second thread. On a shared one it
+leaves out what other processes take, though not what they do to the caches: hence turns, medians and ratios.
+"""
 
 
 def time_routes(
-    routes: Sequence[Route], ticks: Sequence[Tick], passes: int, block: int, progress: Callable[[float], None]
+    routes: Mapping[str, Callable[[Tick], float]],
+    ticks: Sequence[Tick],
+    passes: int,
+    block: int,
+    progress: Callable[[float], None] = lambda share: None,
 ) -> dict[str, np.ndarray]:
     """Seconds of each tick in each pass, by the route's name, shape (passes, ticks).
 
     The routes take turns after every `block` ticks (one step of the walk), each block once unclocked before the first
-    pass. The garbage collector waits outside, where it would strike one route for what another one left.
+    pass. The garbage collector runs between them, where it does not slow one route for the objects of another.
+
+    Args:
+        routes: by name, the seconds that a tick takes.
+        progress: called with the share that is done.
     """
-    seconds = {route.name: np.empty((passes, len(ticks))) for route in routes}
-    for route in routes:
+    seconds = {name: np.empty((passes, len(ticks))) for name in routes}
+    for spent in routes.values():
         for given in ticks[:block]:
-            route.seconds(given)
+            spent(given)
     for number in range(passes):
         for start in range(0, len(ticks), block):
-            for route in routes:
+            for name, spent in routes.items():
                 gc.collect(0)
                 gc.disable()
                 try:
                     for i in range(start, min(start + block, len(ticks))):
-                        seconds[route.name][number, i] = route.seconds(ticks[i])
+                        seconds[name][number, i] = spent(ticks[i])
                 finally:
                     gc.enable()
             progress((number * len(ticks) + start) / (passes * len(ticks)))
@@ -38,5 +53,5 @@ def time_routes(
 
 
 def typical(seconds: np.ndarray) -> np.ndarray:
-    """Each tick's median over the passes, which a preempted pass does not move, shape (ticks,)."""
+    """The median of each tick over the passes, which a preempted pass does not move, shape (ticks,)."""
     return np.asarray(np.median(seconds, axis=0))

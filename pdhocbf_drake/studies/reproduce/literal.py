@@ -37,7 +37,7 @@ def literal_against_corrected(runs: Runs) -> Section:
     eta, both = literal_attempts(runs)
     base, jump, measured = (_robot_walk(runs.run(*r)) for r in (ROBOT[PERIODIC], NO_DOUBLE_SUPPORT, MEASURED_ZMP))
     kick, phases = f"after a kick of {1e3 * _KICK:g} mm/s", len(_PHASES)
-    degree = _refusal("barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}")
+    degree = refusal_of("barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}")
     slips = {
         "η for ω in (28)–(34)": (f"{in_words(eta)} (see Lemma 2)", "ω = √η, periodic where η is"),
         "both (33) and (34)": (
@@ -52,7 +52,7 @@ def literal_against_corrected(runs: Runs) -> Section:
         "measured ZMP as the MPC's state (Remark 8)": (measured, base),
         "relative degree 1 (25)": (degree, "computed from the dynamics: 2 with the ZMP velocity as input"),
         "H no multiple of the gait": (
-            _refusal("mpc: {horizon: 60}"),
+            refusal_of("mpc: {horizon: 60}"),
             f"H = {runs.walk(*SOFT).mpc.config.horizon}",
         ),
     }
@@ -110,7 +110,7 @@ def _robot_walk(run: Run) -> str:
     )
 
 
-def _refusal(text: str) -> str:
+def refusal_of(text: str) -> str:
     """The error message for `paper_vhip` with these overrides, or "accepted"."""
     try:
         build_walk(load_scenario("paper_vhip", text))
