@@ -12,9 +12,8 @@ from pdhocbf_drake.qp import has_daqp
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.bench import accuracy, loops, other_solvers, own_tick, startup
-from pdhocbf_drake.studies.bench.recording import record
-from pdhocbf_drake.studies.bench.routes import Core, Ours, Rebuilt, Route, Updated, sparse_qps
-from pdhocbf_drake.studies.bench.timing import time_routes, typical
+from pdhocbf_drake.studies.bench.recording import record, time_routes, typical
+from pdhocbf_drake.studies.bench.routes import Rebuilt, Route, Updated, core, ours, sparse_qps
 
 Report = Callable[[float], None]
 """Called with the share of the benchmark that is done."""
@@ -88,7 +87,7 @@ def _time_ticks(
     effort: Effort, walk: Walk, drake: Sequence[Route], others: Sequence[Route], results: dict[str, Any], report: Report
 ) -> None:
     """The routes on the same nominal and perturbed ticks."""
-    routes = {route.name: route.seconds for route in (Ours(walk), Core(walk), *drake)}
+    routes = {"ours": ours(walk), "solver core": core(walk), **{route.name: route.seconds for route in drake}}
     block = walk.gait.period
     results["ticks"], ratios = {}, results["ratios"]
     for run, begun in (("nominal", 0.0), ("perturbed", 0.15)):
@@ -100,10 +99,10 @@ def _time_ticks(
         seconds = time_routes(routes, ticks, effort.passes, block, progress)
         seconds |= time_routes({route.name: route.seconds for route in others}, ticks[:block], 1, block)
         results["ticks"][run] = {name: _summary(times) for name, times in seconds.items()}
-        ours = typical(seconds["ours"])
-        ratios[f"stock_over_ours_{run}"] = float(np.median(typical(seconds["Drake rebuilt"]) / ours))
-    ratios["ours_over_core"] = float(np.median(ours / typical(seconds["solver core"])))
-    for name, times in (("p99_over_median", ours), ("p99_over_median_every_pass", seconds["ours"])):
+        own = typical(seconds["ours"])
+        ratios[f"stock_over_ours_{run}"] = float(np.median(typical(seconds["Drake rebuilt"]) / own))
+    ratios["ours_over_core"] = float(np.median(own / typical(seconds["solver core"])))
+    for name, times in (("p99_over_median", own), ("p99_over_median_every_pass", seconds["ours"])):
         ratios[name] = float(np.quantile(times, 0.99) / np.median(times))
 
 

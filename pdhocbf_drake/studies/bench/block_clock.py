@@ -11,7 +11,7 @@ from pydrake.systems.framework import LeafSystem
 from pdhocbf_drake import systems
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.simulation import simulate as _every_block_is_loaded_by  # noqa: F401
-from pdhocbf_drake.studies.bench.timing import now
+from pdhocbf_drake.studies.bench.recording import now
 
 _CALLED_BY_DRAKE = {("context", *rest) for rest in ((), ("output",), ("values",), ("value",), ("state",))}
 """Names of the arguments of a block's functions that Drake calls."""

@@ -17,8 +17,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
 from pdhocbf_drake.studies.bench.bare_plant import bare_plant, replayed_plant
 from pdhocbf_drake.studies.bench.block_clock import block_clock
-from pdhocbf_drake.studies.bench.recording import record
-from pdhocbf_drake.studies.bench.timing import now
+from pdhocbf_drake.studies.bench.recording import now, record
 from pdhocbf_drake.systems.unbundled import leaf_of
 
 _CHUNK = 0.2  # [s] of simulated time between turns

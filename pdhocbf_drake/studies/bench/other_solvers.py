@@ -9,7 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.qp import ParametricQp
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.studies.bench.routes import QpRoute, SparseQps
+from pdhocbf_drake.studies.bench.routes import Qps, Route
 
 ACCURACY = 1e-9
 """Tolerance of these solvers; DAQP and Clarabel have one that is at least as tight."""
@@ -20,7 +20,7 @@ def _finite(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.maximum(low, -_FAR), np.minimum(high, _FAR)
 
 
-class Piqp(QpRoute):
+class Piqp(Route):
     """PIQP's sparse interior-point method on the sparse program."""
 
     name = "PIQP"
@@ -37,20 +37,21 @@ class Piqp(QpRoute):
         # PIQP forgets a bound for good that is infinite at first.
         low, high = (bound.offset[~equal] for bound in (qp.lower, qp.upper))
         solver.setup(csc_matrix(qp.P), f, A, np.zeros(A.shape[0]), G, low, high)
-        return solver, equal, piqp.PIQP_SOLVED
+        return solver, equal
 
-    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
-        solver, equal, solved = ready
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        solver, equal = ready
         solver.update(c=f, b=low[equal], h_l=low[~equal], h_u=high[~equal])
-        return solver.solve() == solved, np.array(solver.result.x)
+        solver.solve()
+        return np.array(solver.result.x)
 
 
-class ProxQp(QpRoute):
+class ProxQp(Route):
     """ProxQP's dense augmented-Lagrangian method on our condensed program."""
 
     name = "ProxQP"
 
-    def __init__(self, walk: Walk, qps: SparseQps) -> None:
+    def __init__(self, walk: Walk, qps: Qps) -> None:
         super().__init__(walk, walk.mpc.qps)
 
     def _set_up(self, qp: ParametricQp) -> Any:
@@ -61,17 +62,17 @@ class ProxQp(QpRoute):
         solver.settings.eps_abs, solver.settings.eps_rel = ACCURACY, 0.0
         low, high = _finite(qp.lower.offset[~equal], qp.upper.offset[~equal])
         solver.init(qp.P, qp.linear.offset, qp.A[equal], np.zeros(int(equal.sum())), qp.A[~equal], low, high)
-        return solver, equal, proxqp.QPSolverOutput.PROXQP_SOLVED
+        return solver, equal
 
-    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
-        solver, equal, solved = ready
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        solver, equal = ready
         lower, upper = _finite(low[~equal], high[~equal])
         solver.update(H=None, g=f, A=None, b=low[equal], C=None, l=lower, u=upper)
         solver.solve()
-        return solver.results.info.status == solved, np.array(solver.results.x)
+        return np.array(solver.results.x)
 
 
-class Osqp(QpRoute):
+class Osqp(Route):
     """OSQP on the sparse program, from the last solution of that phase; its default accuracy is far from enough."""
 
     name = "OSQP"
@@ -88,20 +89,19 @@ class Osqp(QpRoute):
         )  # fmt: skip
         return solver
 
-    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         lower, upper = _finite(low, high)
         ready.update(q=f, l=lower, u=upper)
-        result = ready.solve(raise_error=False)
-        return result.info.status == "solved", np.array(result.x)
+        return np.array(ready.solve(raise_error=False).x)
 
 
 def _equalities(qp: ParametricQp) -> np.ndarray:
     return np.array((qp.lower.offset == qp.upper.offset) & np.all(qp.lower.matrix == qp.upper.matrix, axis=1))
 
 
-def installed() -> list[type[QpRoute]]:
+def installed() -> list[type[Route]]:
     """The routes whose solver is installed."""
     if find_spec("scipy") is None:
         return []
-    known: dict[str, type[QpRoute]] = {"piqp": Piqp, "proxsuite": ProxQp, "osqp": Osqp}
+    known: dict[str, type[Route]] = {"piqp": Piqp, "proxsuite": ProxQp, "osqp": Osqp}
     return [route for module, route in known.items() if find_spec(module) is not None]

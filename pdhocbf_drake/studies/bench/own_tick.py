@@ -10,9 +10,8 @@ import numpy as np
 from pdhocbf_drake.qp import DaqpQp
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.bench.recording import AXES, Tick, record, solve, theta
-from pdhocbf_drake.studies.bench.routes import Ours, daqp_solvers
-from pdhocbf_drake.studies.bench.timing import now, time_routes, typical
+from pdhocbf_drake.studies.bench.recording import AXES, Tick, now, record, solve, theta, time_routes, typical
+from pdhocbf_drake.studies.bench.routes import daqp_solvers, ours
 
 TIMED = 120  # ticks
 STEP = 0.4  # duration of a step, however many ticks it has [s]
@@ -70,7 +69,7 @@ def grow(cases: list[tuple[int, int]], passes: int) -> list[dict[str, Any]]:
         walk = build_walk(load_scenario("vhip", text))
         built = now() - start
         ticks = record(walk, TIMED, perturbed=True).ticks
-        seconds = time_routes({"ours": Ours(walk).seconds}, ticks, passes, gait // 2)["ours"]
+        seconds = time_routes({"ours": ours(walk)}, ticks, passes, gait // 2)["ours"]
         median = float(np.median(typical(seconds)))
         rows.append({"horizon": horizon, "ticks_per_gait": gait, "tick_seconds_median": median, "start_seconds": built})
     return rows

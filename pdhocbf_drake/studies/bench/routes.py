@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,66 +12,36 @@ from scipy.sparse import csc_matrix
 
 from pdhocbf_drake.qp import DaqpQp, ParametricQp
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.studies.bench.recording import AXES, Tick, solve, theta
+from pdhocbf_drake.studies.bench.recording import AXES, Tick, now, solve, theta
 from pdhocbf_drake.studies.bench.sparse_program import sparse_qp
-from pdhocbf_drake.studies.bench.timing import now
 
-SparseQps = Sequence[Sequence[ParametricQp]]
+Qps = Sequence[Sequence[ParametricQp]]
+Seconds = Callable[[Tick], float]
 
 
-class Route(ABC):
-    """One way to solve x and y of a tick; what can be prepared before the walk is prepared in the constructor.
+def ours(walk: Walk) -> Seconds:
+    """The time of `PeriodicMpc.solve`: state, stance and bounds in, plan out."""
 
-    Attributes:
-        name: as printed.
-        failures: solves that did not end as optimal.
-    """
-
-    name = ""
-
-    def __init__(self, walk: Walk) -> None:
-        self.mpc = walk.mpc
-        self.failures = 0
-
-    def seconds(self, given: Tick) -> float:
-        """The time that this tick takes [s]."""
+    def seconds(given: Tick) -> float:
         start = now()
-        self.decide(given)
+        solve(walk.mpc, given)
         return now() - start
 
-    @abstractmethod
-    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
-        """The decisions of x and of y."""
+    return seconds
 
 
-class Ours(Route):
-    """`PeriodicMpc.solve`: state, stance and bounds in, plan out."""
-
-    name = "ours"
-
-    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
-        plan = solve(self.mpc, given)
-        self.failures += plan.fallbacks > 0
-        return tuple(plan.inputs)
-
-
-class Core(Route):
-    """The least that ours can take: the solver's own clock, plus one product of its map with θ.
+def core(walk: Walk) -> Seconds:
+    """The least time that ours can take: the solver's own clock, plus one product of its map with θ.
 
     The product is ours, of the few coefficients that matter; the dense one takes several times as long.
     """
+    solvers = daqp_solvers(walk)
 
-    name = "solver core"
-
-    def __init__(self, walk: Walk) -> None:
-        super().__init__(walk)
-        self._solvers = daqp_solvers(walk)
-
-    def seconds(self, given: Tick) -> float:
+    def seconds(given: Tick) -> float:
         total = 0.0
         for axis in AXES:
-            solver = self._solvers[axis][given.tick % len(self._solvers[axis])]
-            parameters = theta(self.mpc, given, axis)
+            solver = solvers[axis][given.tick % len(solvers[axis])]
+            parameters = theta(walk.mpc, given, axis)
             start = now()
             solver.prepare(parameters)
             total += now() - start
@@ -79,38 +49,48 @@ class Core(Route):
             total += solver.core_seconds
         return total
 
-    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
-        raise NotImplementedError("this is a clock, not a route")
+    return seconds
 
 
-class QpRoute(Route):
-    """A solver of compiled programs, one for each axis and phase; subclasses set it up and call it."""
+class Route(ABC):
+    """Another solver of compiled programs, one for each axis and phase, set up before the walk.
 
-    def __init__(self, walk: Walk, qps: SparseQps) -> None:
-        super().__init__(walk)
-        self.qps = qps
+    Attributes:
+        name: as printed.
+        qps: the programs, `qps[axis][phase]`.
+    """
+
+    name = ""
+
+    def __init__(self, walk: Walk, qps: Qps) -> None:
+        self.mpc, self.qps = walk.mpc, qps
         self._ready = [[self._set_up(qp) for qp in axis] for axis in qps]
 
-    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
+    def seconds(self, given: Tick) -> float:
+        """The time that this tick takes [s]."""
+        start = now()
+        self.decide(given)
+        return now() - start
+
+    def decide(self, given: Tick) -> list[np.ndarray]:
+        """The decisions of x and of y."""
         answers = []
         for axis in AXES:
             phase = given.tick % len(self.qps[axis])
-            f, low, high = self.qps[axis][phase].vectors(theta(self.mpc, given, axis))
-            solved, decisions = self._run(self._ready[axis][phase], f, low, high)
-            self.failures += not solved
-            answers.append(decisions)
-        return tuple(answers)
+            vectors = self.qps[axis][phase].vectors(theta(self.mpc, given, axis))
+            answers.append(self._solve(self._ready[axis][phase], *vectors))
+        return answers
 
     @abstractmethod
     def _set_up(self, qp: ParametricQp) -> Any:
         """All of a program that can be prepared before its vectors are given."""
 
     @abstractmethod
-    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
-        """Whether min ½ wᵀPw + fᵀw with low ≤ Aw ≤ high was solved, and w."""
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """The w that minimizes ½ wᵀPw + fᵀw with low ≤ Aw ≤ high."""
 
 
-class Rebuilt(QpRoute):
+class Rebuilt(Route):
     """Drake as it comes: a new `MathematicalProgram` at every tick, matrices at hand, Clarabel with its defaults."""
 
     name = "Drake rebuilt"
@@ -119,19 +99,18 @@ class Rebuilt(QpRoute):
     def _set_up(self, qp: ParametricQp) -> Any:
         return _matrices(qp)
 
-    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         P, A = ready
         prog, w, _, _ = _program(P, A, f, low, high)
-        result = self._solver.Solve(prog, None, None)
-        return result.is_success(), result.GetSolution(w)
+        return self._solver.Solve(prog, None, None).GetSolution(w)
 
 
-class Updated(QpRoute):
+class Updated(Route):
     """Drake at its best: one program a phase, vectors updated, Clarabel without refinement, scaling and presolve."""
 
     name = "Drake updated"
 
-    def __init__(self, walk: Walk, qps: SparseQps) -> None:
+    def __init__(self, walk: Walk, qps: Qps) -> None:
         super().__init__(walk, qps)
         self._solver, self._options = ClarabelSolver(), SolverOptions()
         for name in ("iterative_refinement_enable", "equilibrate_enable", "presolve_enable"):
@@ -142,13 +121,12 @@ class Updated(QpRoute):
         P, A = _matrices(qp)
         return _program(P, A, qp.linear.offset, -free, free)
 
-    def _run(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         prog, w, cost, rows = ready
         cost.UpdateCoefficients(cost.Q(), f[: len(cost.b())], 0.0, is_convex=True)
         rows.UpdateLowerBound(low)
         rows.UpdateUpperBound(high)
-        result = self._solver.Solve(prog, None, self._options)
-        return result.is_success(), result.GetSolution(w)
+        return self._solver.Solve(prog, None, self._options).GetSolution(w)
 
 
 def daqp_solvers(walk: Walk) -> list[list[DaqpQp]]:
@@ -159,7 +137,7 @@ def daqp_solvers(walk: Walk) -> list[list[DaqpQp]]:
     ]
 
 
-def sparse_qps(walk: Walk) -> SparseQps:
+def sparse_qps(walk: Walk) -> Qps:
     """`sparse_qp` of both axes and all phases."""
     return [[sparse_qp(walk, axis, phase) for phase in range(walk.gait.period)] for axis in AXES]
 

@@ -69,9 +69,7 @@ def chosen(only: str | None) -> list[str]:
     return [key for key in PARTS if key in asked]
 
 
-def make_sections(
-    keys: Sequence[str], runs: Runs, report: Progress = lambda done, words="": None
-) -> dict[str, Section]:
+def make_sections(keys: Sequence[str], runs: Runs, report: Progress) -> dict[str, Section]:
     """The sections with these keys, in that order.
 
     Args:

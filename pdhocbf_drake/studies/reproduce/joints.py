@@ -26,7 +26,7 @@ _LEG = [joint.removeprefix("left_").replace("_", " ") for joint in JOINTS[:6]]
 
 def figure_6(runs: Runs) -> Section:
     """Angles, velocities and torques, and the part of each limit that they use."""
-    run = runs.run(*ROBOT[PERIODIC])
+    run = runs.run(ROBOT[PERIODIC])
     limits = robot_limits(run.scenario)
     if limits is None:
         raise RuntimeError("Fig. 6 needs a robot")

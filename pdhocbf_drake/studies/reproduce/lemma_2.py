@@ -44,7 +44,7 @@ def lemma_2(runs: Runs) -> Section:
         }
         for name, tried in adaptive.items()
     ]
-    walk = runs.walk(*FIXED)
+    walk = runs.walk(FIXED)
     horizon, tick, eta = walk.mpc.config.horizon, walk.gait.config.tick, float(walk.vhip.eta[0])
     omega, time = math.sqrt(eta), horizon * tick
     change, until = difference(adaptive[_MATCHING], adaptive[_ONE]), "ticks until infeasible"
@@ -90,7 +90,7 @@ def literal_attempts(runs: Runs) -> tuple[Attempt, Attempt]:
 
 def attempts(runs: Runs, request: Request, names: Sequence[str]) -> dict[str, Attempt]:
     """These variants, each from the same settled walk on."""
-    mpc = runs.walk(*request).mpc
+    mpc = runs.walk(request).mpc
     memory, found = settled(mpc, _FIRST), {}
     for name in names:
         runs.report(f"Lemma 2 with {'fixed' if request == FIXED else 'adaptive'} footholds: {name}")

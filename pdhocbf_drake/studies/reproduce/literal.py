@@ -35,7 +35,7 @@ def literal_against_corrected(runs: Runs) -> Section:
     runs.report("gamma = 1 as a hard constraint after a kick")
     hard, soft = _after_kicks(runs, HARD), _after_kicks(runs, SOFT)
     eta, both = literal_attempts(runs)
-    base, jump, measured = (_robot_walk(runs.run(*r)) for r in (ROBOT[PERIODIC], NO_DOUBLE_SUPPORT, MEASURED_ZMP))
+    base, jump, measured = (_robot_walk(runs.run(r)) for r in (ROBOT[PERIODIC], NO_DOUBLE_SUPPORT, MEASURED_ZMP))
     kick, phases = f"after a kick of {1e3 * _KICK:g} mm/s", len(_PHASES)
     degree = refusal_of("barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}")
     slips = {
@@ -53,7 +53,7 @@ def literal_against_corrected(runs: Runs) -> Section:
         "relative degree 1 (25)": (degree, "computed from the dynamics: 2 with the ZMP velocity as input"),
         "H no multiple of the gait": (
             refusal_of("mpc: {horizon: 60}"),
-            f"H = {runs.walk(*SOFT).mpc.config.horizon}",
+            f"H = {runs.walk(SOFT).mpc.config.horizon}",
         ),
     }
     rows = [{"slip": slip, "to the letter": one, "corrected": other} for slip, (one, other) in slips.items()]
@@ -85,7 +85,7 @@ def finding(lost: Mapping[str, bool]) -> str:
 
 def _after_kicks(runs: Runs, request: Request) -> int:
     """Number of phases at which the program of the scenario has no solution at some tick after the kick."""
-    walk, hard = SettledWalk(runs.walk(*request)), request == HARD
+    walk, hard = SettledWalk(runs.walk(request)), request == HARD
     kick, count = np.array([[_KICK, 0.0]]), 0
     for phase in _PHASES:
         rows = walk_template(walk.walk.mpc, walk.starts[phase], walk.first + phase, _AFTER, kick)

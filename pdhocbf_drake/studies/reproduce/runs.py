@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import Future
 from contextlib import ExitStack
 from datetime import datetime, timezone
-from typing import Any
 
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.provenance import Provenance
@@ -18,11 +17,11 @@ from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.shared.pool import result_of, worker_pool
 
 Request = tuple[str, str]
-"""A scenario's name and the YAML laid over it."""
+"""A scenario's name and the YAML that is laid over it."""
 
 
-class Runs:
-    """Runs and walks by scenario and overrides; a worker process simulates ahead while this one evaluates.
+class Runs(ExitStack):
+    """Runs and walks of scenarios, each made once; a worker process simulates ahead while this one evaluates.
 
     Use as a context, which ends the worker.
 
@@ -31,42 +30,34 @@ class Runs:
     """
 
     def __init__(self) -> None:
+        super().__init__()
         self.report: Callable[[str], None] = lambda words: None
         self._done: dict[Request, Run] = {}
         self._ahead: dict[Request, Future[tuple[RunLog, datetime, float]]] = {}
         self._walks: dict[Request, Walk] = {}
-        self._stack = ExitStack()
-
-    def __enter__(self) -> Runs:
-        return self
-
-    def __exit__(self, *error: Any) -> None:
-        self._stack.close()
 
     def prepare(self, requests: Iterable[Request]) -> None:
         """Has the worker process simulate these, in this order."""
         if wanted := dict.fromkeys(requests):
-            pool = self._stack.enter_context(worker_pool(1))
+            pool = self.enter_context(worker_pool(1))
             self._ahead |= {request: pool.submit(_simulated, *request) for request in wanted}
 
-    def run(self, name: str, text: str = "") -> Run:
-        """The run of a scenario with overrides."""
-        request = (name, text)
+    def run(self, request: Request) -> Run:
+        """The run of a scenario."""
         if request not in self._done:
             if request in self._ahead:
                 log, started, wall = result_of(self._ahead.pop(request))
             else:
-                self.report(f"simulating {name} {text}".rstrip())
-                log, started, wall = _simulated(name, text)
-            scenario = load_scenario(name, text)
+                self.report("simulating " + " ".join(request).rstrip())
+                log, started, wall = _simulated(*request)
+            scenario = load_scenario(*request)
             self._done[request] = Run(scenario, log, Provenance.of_run(scenario, started, wall))
         return self._done[request]
 
-    def walk(self, name: str, text: str = "") -> Walk:
-        """The walk of a scenario with overrides, its controller compiled."""
-        request = (name, text)
+    def walk(self, request: Request) -> Walk:
+        """The walk of a scenario, its controller compiled."""
         if request not in self._walks:
-            self._walks[request] = build_walk(load_scenario(name, text))
+            self._walks[request] = build_walk(load_scenario(*request))
         return self._walks[request]
 
 

@@ -19,7 +19,7 @@ _EVERY = 5  # [ticks] between two drawn pendulums
 
 def figures_2_and_3(runs: Runs) -> Section:
     """One gait of the template, from the side and from above."""
-    run = runs.run(*TEMPLATE[PERIODIC])
+    run = runs.run(TEMPLATE[PERIODIC])
     rows = np.arange(_FIRST, _FIRST + _TICKS + 1)
     config = run.scenario.gait
     return Section(

@@ -34,7 +34,7 @@ Pixels = NDArray[np.float64]
 
 def figure_5(runs: Runs) -> Section:
     """Five poses of one gait in two views, and the replay of the run."""
-    run = runs.run(*ROBOT[PERIODIC])
+    run = runs.run(ROBOT[PERIODIC])
     runs.report("rendering the snapshots")
     gait = run.scenario.gait
     first = gait.start_steps * gait.ticks_per_step + _SETTLED * gait.ticks_per_gait

@@ -32,7 +32,7 @@ def figure_7_robot(runs: Runs) -> Section:
     data: dict[str, np.ndarray] = {}
     for axis, (event, requests) in zip(axes, EVENTS.items(), strict=True):
         for case, request in requests.items():
-            run = runs.run(*request)
+            run = runs.run(request)
             time, speed = run.log.time[_FROM:], _speed(run)
             axis.plot(time, speed, color=palette.CASES[case], ls=STYLES[case], label=LABELS[case])
             data.setdefault("time [s]", time)
@@ -61,7 +61,7 @@ def figure_7_robot(runs: Runs) -> Section:
 
 def _finding(runs: Runs) -> str:
     """The velocities in both events, case by case."""
-    push, order = ({case: runs.run(*request) for case, request in event.items()} for event in EVENTS.values())
+    push, order = ({case: runs.run(request) for case, request in event.items()} for event in EVENTS.values())
     peak = {case: _speed(run).max() for case, run in push.items()}
     gait = push[NONE].scenario.gait
     right = gait.stride / (gait.ticks_per_step * gait.tick)

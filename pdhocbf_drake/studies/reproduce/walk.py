@@ -115,4 +115,4 @@ def margins(runs: Runs) -> Section:
 
 
 def _cases(runs: Runs, requests: dict[str, Request]) -> Cases:
-    return {case: runs.run(*request) for case, request in requests.items()}
+    return {case: runs.run(request) for case, request in requests.items()}
