@@ -1,4 +1,4 @@
-"""The benchmark measures what it says; nothing here depends on how fast this machine is."""
+"""The benchmark measures the named quantities; no test depends on the speed of this machine."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(startup, "resident_growth", lambda *_: 0.0)
 
 
-def test_the_numbers_promised_are_written(
+def test_all_numbers_are_written_and_printed(
     small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(benchmark, "QUICK", TINY)
@@ -88,7 +88,7 @@ def test_a_folder_that_is_not_there_is_refused_before_anything_is_measured(tmp_p
         command.run(argparse.Namespace(quick=True, json=tmp_path / "none" / "bench.json"))
 
 
-def test_without_daqp_the_benchmark_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_daqp_the_benchmark_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(benchmark, "has_daqp", lambda: False)
     with pytest.raises(InputError, match="pip install daqp"):
         benchmark.measure(TINY, lambda _: None)
@@ -143,7 +143,7 @@ def test_blocks_add_up_to_the_whole_and_the_classes_are_put_back() -> None:
     assert (PeriodicMpc.solve, dict(vars(GaitReference))) == before
 
 
-def test_calls_are_counted_and_drakes_own_are_told_apart() -> None:
+def test_calls_are_counted_and_drakes_own_are_counted_apart() -> None:
     template = loops.calls(load_scenario("vhip", SHORT), 0.4)
     robot = loops.calls(load_scenario("walking_nobarrier", SHORT), 0.4)
     assert 50 < template["python_calls_per_tick"] < robot["python_calls_per_tick"]

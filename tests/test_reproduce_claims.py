@@ -1,4 +1,4 @@
-"""What the reproduction says of the theorem, of Lemma 2 and of unsafe events, on small cases."""
+"""The reproduction's statements on the theorem, on Lemma 2 and on unsafe events, in small cases."""
 
 from __future__ import annotations
 

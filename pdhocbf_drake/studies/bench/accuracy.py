@@ -18,7 +18,7 @@ from pdhocbf_drake.studies.bench.routes import Route, Updated
 
 TOLERANCE = 1e-12
 """Primal violation, and wrong sign of a multiplier relative to the largest one, that a reference may have."""
-_NEAR = 1e-6  # rows of the start this near to a bound are taken to be active at first
+_NEAR = 1e-6  # rows of the start that are this near to a bound are active at first
 _ROUNDS = 60
 
 

@@ -29,6 +29,7 @@ class BlockClock:
         self._inner: list[float] = []
 
     def clear(self) -> None:
+        """Sets all to zero."""
         self.seconds.clear()
 
     def around(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:

@@ -34,7 +34,7 @@ class Piqp(Route):
         solver.settings.eps_abs = solver.settings.eps_rel = ACCURACY
         f = qp.linear.offset
         A, G = csc_matrix(qp.A[equal]), csc_matrix(qp.A[~equal])
-        # PIQP forgets a bound for good that is infinite at first.
+        # A bound that is infinite here is left out by PIQP for good.
         low, high = (bound.offset[~equal] for bound in (qp.lower, qp.upper))
         solver.setup(csc_matrix(qp.P), f, A, np.zeros(A.shape[0]), G, low, high)
         return solver, equal
@@ -73,7 +73,7 @@ class ProxQp(Route):
 
 
 class Osqp(Route):
-    """OSQP on the sparse program, from the last solution of that phase; its default accuracy is far from enough."""
+    """OSQP on the sparse program, from the last solution of that phase; its default accuracy is too low."""
 
     name = "OSQP"
 
@@ -96,6 +96,7 @@ class Osqp(Route):
 
 
 def _equalities(qp: ParametricQp) -> np.ndarray:
+    """Which rows have one value as lower and upper bound, whatever θ."""
     return np.array((qp.lower.offset == qp.upper.offset) & np.all(qp.lower.matrix == qp.upper.matrix, axis=1))
 
 

@@ -23,7 +23,7 @@ def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
 
     "theta" is the parameters' assembly; "bounds" their map, with the optimum without constraints; "guess" the warm
     start; "update" hands vectors to DAQP, which factorizes the guessed active set; "core" is DAQP's own clock, "call"
-    what its Python interface adds; "decisions" the map to w, with cost and flags; "plan" what is left of the whole.
+    the time that its Python interface adds; "decisions" the map to w, with cost and flags; "plan" the rest.
     """
     solvers = daqp_solvers(walk)
     rows = np.empty((passes, len(ticks), len(_PARTS) + 1))

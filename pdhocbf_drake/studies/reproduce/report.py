@@ -64,7 +64,7 @@ class Picture(NamedTuple):
 
     Attributes:
         name: file name without ending.
-        caption: what it shows.
+        caption: the sentence below it.
         figure: a matplotlib figure.
         data: columns of equal length by name, with the unit in the name; they become the CSV.
     """

@@ -1,4 +1,4 @@
-"""Runs of scenarios, made when first needed, kept, and shared by all parts of the reproduction."""
+"""Runs of scenarios, simulated when first needed, kept, and shared by all parts of the reproduction."""
 
 from __future__ import annotations
 

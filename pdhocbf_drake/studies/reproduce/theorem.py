@@ -36,7 +36,7 @@ def theorem_1(runs: Runs) -> Section:
         "Lemma 1 and Theorem 1",
         [
             "Lemma 1 as printed allows any class-K function. It is false: α(s) = 2s is one, and b(1) = b(0) − 2b(0) "
-            "= −b(0) satisfies b(1) − b(0) ≥ −α(b(0)). What is needed is α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ "
+            "= −b(0) satisfies b(1) − b(0) ≥ −α(b(0)). It needs α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ "
             "1. Then ψ_{i−1}(k+1) = ψ_i(k) + (id − α_i)(ψ_{i−1}(k)) ≥ 0, and induction runs from ψ_m down to h.",
             "Corrected Theorem 1: if ψ_i(0) ≥ 0 for all i < m, ψ_m(k) ≥ 0 for all k, and every α_i(s) ≤ s on s ≥ 0, "
             "then h(k) ≥ 0 for all k. Neither a periodic trajectory (7) nor a periodic controller is used; (7) would "

@@ -10,20 +10,11 @@ import numpy as np
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend, panels
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.reproduce import unsafe_findings as findings
 from pdhocbf_drake.studies.reproduce.calibration import PAPER_PERIODIC
 from pdhocbf_drake.studies.reproduce.report import LABELS, STYLES, Number, Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Request, Runs
-from pdhocbf_drake.studies.reproduce.unsafe_findings import (
-    BARRIERS,
-    bound,
-    command_table,
-    conclusions,
-    count,
-    finding,
-    kick_table,
-    push_table,
-    speed,
-)
+from pdhocbf_drake.studies.reproduce.unsafe_findings import BARRIERS, bound, count, speed
 from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC
 from pdhocbf_drake.studies.shared.measures import ACTS, Array, Outcome
 from pdhocbf_drake.studies.shared.template import Laboratory
@@ -69,20 +60,18 @@ def figure_7(runs: Runs) -> Section:
         ("fig7_push", f"a push of {_SHOWN_PUSH:g} m/s² for {step}", pushes[_SHOWN_PUSH], 100),
         ("fig7_command", wrong, orders[_SHOWN_COMMAND], 200),
     ]
-    noticed = {
-        f"kick of {1e3 * size:g} mm/s: phases of {period} at which {LABELS[case]} has h < 0 at once": count(
-            o.notices == 0 for o in kicks[size][case]
-        )
-        for size in KICKS
-        for case in BARRIERS
-    }
+    noticed = [
+        Number(f"kick of {1e3 * size:g} mm/s: phases of {period} at which {LABELS[case]} has h < 0 at once",
+            None, count(o.notices == 0 for o in kicks[size][case]), "phases")
+        for size in KICKS for case in BARRIERS
+    ]  # fmt: skip
     return Section(
         "Fig. 7: unsafe events, as an experiment",
-        [_DEFINITIONS, *conclusions(kicks, orders, nominal)],
+        [_DEFINITIONS, *findings.conclusions(kicks, orders, nominal)],
         [*(_trajectories(gait, nominal, *event) for event in events), _phases(kicks)],
-        [kick_table(kicks), push_table(pushes, step), command_table(orders, stride)],
-        [Number(name, None, phases, "phases") for name, phases in noticed.items()],
-        finding(kicks, pushes, orders),
+        [findings.kick_table(kicks), findings.push_table(pushes, step), findings.command_table(orders, stride)],
+        noticed,
+        findings.finding(kicks, pushes, orders),
     )
 
 
@@ -131,9 +120,8 @@ def _phases(kicks: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
         title = f"{1e3 * size:g} mm/s"
         for case, outcomes in cases.items():
             colour = palette.CASES[case]
-            recovers, at_once = (
-                np.array(v) for v in zip(*((o.recovers, o.notices == 0) for o in outcomes), strict=True)
-            )
+            recovers = np.array([o.recovers for o in outcomes])
+            at_once = np.array([o.notices == 0 for o in outcomes])
             axis.plot(recovers, color=colour, ls=STYLES[case], label=LABELS[case])
             data[f"{title}: recovery, {LABELS[case]} [ticks]"] = recovers
             if case in BARRIERS:

@@ -41,7 +41,7 @@ def figure_4(runs: Runs) -> Section:
     return Section(
         "Fig. 4: the two cases",
         [
-            "In both cases the walk is what the controller would do anyway: over both systems the least h is "
+            "In both cases the barrier leaves the walk as it is: over both systems the least h is "
             f"{1e3 * least:.2g} mm/s, the largest slack {1e3 * slack:.2g} mm/s, and the two trajectories differ by at "
             f"most {1e3 * apart[0]:.2g} mm (template) and {1e3 * apart[1]:.2g} mm (robot). Fig. 4(a) of the paper says "
             "the same (“almost no difference”). The cases differ in where the bound was drawn."
