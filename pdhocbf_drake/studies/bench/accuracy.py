@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.qp import ParametricQp, QpSolver, make_solver
+from pdhocbf_drake.qp import ParametricQp
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.studies.bench.recording import AXES, Tick, theta
 from pdhocbf_drake.studies.bench.routes import Route, Updated
@@ -106,22 +106,18 @@ def _stationary(
 
 def gaps(walk: Walk, ticks: Sequence[Tick], others: Sequence[Route]) -> dict[str, list[Gap]]:
     """The gap of ours and of every other route at each tick and axis, to one reference."""
-    mpc = walk.mpc
-    solvers: dict[tuple[int, int], QpSolver] = {}
-    first = next(route for route in others if isinstance(route, Updated))
+    mpc, first = walk.mpc, next(route for route in others if isinstance(route, Updated))
     found: dict[str, list[Gap]] = {name: [] for name in ("ours", *(route.name for route in others))}
     for given in ticks:
         phase = given.tick % walk.gait.period
         answers = {route.name: route.decide(given) for route in others}
         for axis in AXES:
-            qp, parameters, problem = mpc.qps[axis][phase], theta(mpc, given, axis), mpc.problems[axis]
-            if (axis, phase) not in solvers:
-                rows = problem.guess_rows(mpc.qps[axis], phase)
-                solvers[axis, phase] = make_solver(mpc.config.solver, qp, problem.bound_rows, rows)
-            own = {"ours": solvers[axis, phase].solve(parameters, given.guess(axis)).decisions}
-            start = answers[first.name][axis][: len(qp.P)]
-            for name, decisions in (own | {name: answer[axis] for name, answer in answers.items()}).items():
-                found[name].append(gap(qp, parameters, decisions[: len(qp.P)], start))
+            qp, parameters = mpc.qps[axis][phase], theta(mpc, given, axis)
+            decisions = {name: answer[axis][: len(qp.P)] for name, answer in answers.items()}
+            start = decisions[first.name]
+            decisions["ours"] = mpc.solvers[axis][phase].solve(parameters, given.guess(axis)).decisions
+            for name, w in decisions.items():
+                found[name].append(gap(qp, parameters, w, start))
     return found
 
 

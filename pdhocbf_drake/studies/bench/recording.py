@@ -1,4 +1,4 @@
-"""Problems of closed-loop runs, recorded so that every route is timed on the same ones, in turns."""
+"""Problems of closed-loop runs, recorded so that every route is timed on the same ones, and the clock for that."""
 
 from __future__ import annotations
 
@@ -18,8 +18,6 @@ from pdhocbf_drake.simulation.build import Walk
 NOISE = 0.004  # standard deviation of the change of the CoM velocity at every tick [m/s]
 KICK = 0.04  # a sudden change of the CoM velocity [m/s]
 KICK_EVERY = 97  # [ticks]: no multiple of a step, so that kicks meet all phases
-
-
 AXES = (0, 1)
 now = time.process_time
 """Processor time of this process [s].

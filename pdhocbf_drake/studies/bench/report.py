@@ -1,4 +1,4 @@
-"""The numbers of the benchmark as text, and its two plots: the time of a tick by route, and how that grows."""
+"""The numbers of the benchmark as text, and its two plots: the time of a tick by route, and its growth."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from pdhocbf_drake.analysis.drawing import styled
+from pdhocbf_drake.analysis.drawing import panels, styled
 from pdhocbf_drake.analysis.palette import LIMIT, RUNS
 from pdhocbf_drake.terminal import table
 
@@ -123,8 +123,7 @@ def draw(results: dict[str, Any]) -> dict[str, Figure]:
 
 
 def _routes(results: dict[str, Any]) -> Figure:
-    figure = Figure(figsize=(7.5, 3.6), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = panels(1, height=3.1, width=7.5)
     names = list(results["ticks"]["nominal"])
     for offset, (run, colour) in enumerate(zip(("nominal", "perturbed"), RUNS, strict=False)):
         times = [results["ticks"][run][name] for name in names]
@@ -142,8 +141,7 @@ def _routes(results: dict[str, Any]) -> Figure:
 
 
 def _growth(results: dict[str, Any]) -> Figure:
-    figure = Figure(figsize=(5.5, 3.6), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = panels(1, height=3.1, width=5.5)
     times: dict[int, list[tuple[int, float]]] = {}
     for row in results["growth"]:
         times.setdefault(row["ticks_per_gait"], []).append((row["horizon"], 1e6 * row["tick_seconds_median"]))
