@@ -60,7 +60,7 @@ def test_how_tight_a_constant_bound_can_be_is_read_off_the_walk():
         assert words in "\n".join(conclusions(_kicks(one, one, one), _event(one, one, one), NOMINAL))
 
 
-def test_lemma_2_says_what_the_rows_did():
+def test_lemma_2_states_the_effect_of_the_rows():
     walks = Attempt(3, Reason.SOLVED, np.zeros(3))
     other = Attempt(3, Reason.SOLVED, np.full(3, 0.004))
     stuck = Attempt(1, Reason.INFEASIBLE, np.zeros(1))

@@ -30,11 +30,7 @@ def start_up(scenario: str, rounds: int) -> dict[str, float]:
     compiles the programs of a disturbed walk, which are otherwise compiled when they are first needed.
     """
     start = _START.format(name=scenario)
-    codes = {
-        "ready_seconds": start,
-        "prepared_seconds": start + _PREPARE,
-        "import_drake_seconds": "import pydrake.all",
-    }
+    codes = {"ready_seconds": start, "prepared_seconds": start + _PREPARE, "import_drake_seconds": "import pydrake.all"}
     times = [[_spent(code) for code in codes.values()] for _ in range(rounds)]
     return dict(zip(codes, np.median(times, axis=0).tolist(), strict=True))
 

@@ -51,10 +51,7 @@ def literal_against_corrected(runs: Runs) -> Section:
         "no double support (27)": (jump, base),
         "measured ZMP as the MPC's state (Remark 8)": (measured, base),
         "relative degree 1 (25)": (degree, "computed from the dynamics: 2 with the ZMP velocity as input"),
-        "H no multiple of the gait": (
-            refusal_of("mpc: {horizon: 60}"),
-            f"H = {runs.walk(SOFT).mpc.config.horizon}",
-        ),
+        "H no multiple of the gait": (refusal_of("mpc: {horizon: 60}"), f"H = {runs.walk(SOFT).mpc.config.horizon}"),
     }
     rows = [{"slip": slip, "to the letter": one, "corrected": other} for slip, (one, other) in slips.items()]
     lost = {

@@ -77,12 +77,9 @@ def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.
         orbits: forward CoM velocity over a step by gait, filled in as needed.
     """
     gait, mpc = dict(data["gait"]), dict(data["mpc"])
-    gamma, margin = 1.0, PAPER_PERIODIC
-    if key == "gamma":
-        gamma = value
-    elif key == "margin":
-        margin = value
-    else:
+    gamma = value if key == "gamma" else 1.0
+    margin = value if key == "margin" else PAPER_PERIODIC
+    if key in _GAITS:
         gait[key] = value
     if key == "ticks_per_step":
         # A slower step at the same speed; Lemma 2 needs a horizon of two steps.
