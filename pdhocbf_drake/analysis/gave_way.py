@@ -21,7 +21,7 @@ class GaveWay(NamedTuple):
 
     Attributes:
         ticks: the tick at which it was made, (T,); negative for the start, which nobody planned.
-        reasons: its `mpc.solution.Reason`, (T,).
+        reasons: its `mpc.plan.Reason`, (T,).
         names: of the constraints, "barrier NAME" or "step x" for example, (n,).
         units: of the amounts, (n,).
         amounts: by how much each is missed, (T, n).

@@ -32,7 +32,7 @@ class MpcMetrics(BaseModel):
         description="ticks at which the first solver found no optimum of the problem that the scenario states, "
         "any slack of a hard barrier included"
     )
-    degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.solution.Reason`)")
+    degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.plan.Reason`)")
     slack_max: float | None = Field(description="largest slack of any barrier row that a plan paid for [its unit]")
     tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
     tick_seconds_p99: float | None = Field(description="99th percentile of it [s]")
