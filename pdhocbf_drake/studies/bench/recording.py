@@ -23,7 +23,7 @@ now = time.process_time
 """Processor time of this process [s].
 
 On an idle machine it runs with the wall clock, since nothing here sleeps or uses a second thread. On a shared one it
-leaves out what other processes take, though not what they do to the caches: hence turns, medians and ratios.
+leaves out the time of other processes, though not their effect on the caches: hence turns, medians and ratios.
 """
 
 

@@ -11,7 +11,7 @@ from pdhocbf_drake.analysis.drawing import panels, styled
 from pdhocbf_drake.analysis.palette import LIMIT, RUNS
 from pdhocbf_drake.terminal import table
 
-_ASKED: dict[str, tuple[str, Callable[[float], bool]]] = {
+_WANTED: dict[str, tuple[str, Callable[[float], bool]]] = {
     "stock_over_ours_nominal": ("≥ 20", lambda x: x >= 20),
     "stock_over_ours_perturbed": ("≥ 14", lambda x: x >= 14),
     "ours_over_core": ("≤ 6", lambda x: x <= 6),
@@ -104,8 +104,8 @@ def _growth_table(results: dict[str, Any]) -> str:
 def _ratios(results: dict[str, Any]) -> str:
     rows = []
     for name, value in results["ratios"].items():
-        asked, met = _ASKED.get(name, ("", bool))
-        rows.append([name, value, asked, met(value) if asked else ""])
+        wanted, met = _WANTED.get(name, ("", bool))
+        rows.append([name, value, wanted, met(value) if wanted else ""])
     template = results["template"]
     share = f"of the template loop's time {100 * template['framework_share']:.0f} % is the framework's"
     floor = results["robot"]["replayed_over_bare_plant"]

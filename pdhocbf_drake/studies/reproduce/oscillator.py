@@ -63,7 +63,7 @@ def figure_1(runs: Runs) -> Section:
             Number("relative degree of the x1 barriers, (18)", 2, degrees[0], "1", 0.0),
             Number("relative degree of the x2 barriers, (18)", 1, degrees[2], "1", 0.0),
         ],
-        "The barriers do what Fig. 1 shows; they counteract the drift of the paper's own discretisation.",
+        "The barriers hold the state as in Fig. 1; they counteract the drift of the paper's own discretisation.",
     )
 
 
