@@ -11,10 +11,9 @@ import pytest
 import synthetic
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.products import figures_of, metrics_of
 from pdhocbf_drake.analysis.replay import replay_html
 from pdhocbf_drake.analysis.replay_markers import safety_along
-from pdhocbf_drake.analysis.report import ReportedRun, report_html
+from pdhocbf_drake.analysis.report import report_html, reported
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.run_folder import Run
 
@@ -121,15 +120,14 @@ def test_footholds_appear_when_they_are_taken(opened):
 def test_the_report_holds_its_replay_and_asks_nothing_of_a_network(browser, tmp_path):
     run = synthetic.run("vhip", 2.0)
     path = tmp_path / "report.html"
-    path.write_text(
-        report_html([ReportedRun(run, metrics_of(run), figures_of(run), replay_html(run))]), encoding="utf-8"
-    )
+    one = reported(run, replay_html(run))
+    path.write_text(report_html([one]), encoding="utf-8")
     shown = Opened(browser, path)
     assert [url for url in shown.requests if not url.startswith(("file:", "data:", "blob:", "about:"))] == []
     assert shown.complaints == []
     frame = next(frame for frame in shown.page.frames if frame != shown.page.main_frame)
     assert frame.evaluate("typeof viewer") == "object"
-    assert shown.page.locator("img").count() == len(figures_of(run))
+    assert shown.page.locator("img").count() == len(one.figures)
     assert shown.page.evaluate("[...document.images].every(image => image.naturalWidth > 100)")
 
 

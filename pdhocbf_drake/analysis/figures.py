@@ -1,4 +1,4 @@
-"""Which figures a run has, in the order in which they are read."""
+"""All figures of a run, in the order of its report, and writing them."""
 
 from __future__ import annotations
 

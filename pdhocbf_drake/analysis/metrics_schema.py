@@ -12,10 +12,10 @@ class BarrierMetrics(BaseModel):
 
     h_min: float | None = Field(description="least h [unit]")
     h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
-    violations: int | None = Field(description="ticks with h < 0, or with an h that is no number")
+    violations: int | None = Field(description="ticks with h < 0 or NaN")
     psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
-    slack_max: float | None = Field(description="largest slack of one of its rows that a plan paid for [unit]")
-    softened_ticks: int | None = Field(description="ticks, at any time, whose plan paid for such a slack")
+    slack_max: float | None = Field(description="largest slack of its rows in a plan [unit]")
+    softened_ticks: int | None = Field(description="ticks, at any time, whose plan has such a slack")
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
     relative_degree: int = Field(description="declared relative degree, in ticks")
     unit: str = Field(description="unit of h")
@@ -32,15 +32,15 @@ class MpcMetrics(BaseModel):
         description="ticks at which the first solver found no optimum of the problem that the scenario states, "
         "any slack of a hard barrier included"
     )
-    degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.solution.Reason`)")
-    slack_max: float | None = Field(description="largest slack of any barrier row that a plan paid for [its unit]")
+    degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.plan.Reason`)")
+    slack_max: float | None = Field(description="largest slack of any barrier row in a plan [its unit]")
     tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
     tick_seconds_p99: float | None = Field(description="99th percentile of it [s]")
     solver: str = Field(description="the first solver of each tick")
 
 
 class Metrics(BaseModel):
-    """One run in numbers; null where a quantity does not apply."""
+    """The numbers of one run; null where a quantity does not apply."""
 
     model_config = ConfigDict(frozen=True)
 
@@ -54,7 +54,7 @@ class Metrics(BaseModel):
     real_time_factor: float | None = Field(description="simulated over wall time")
     steps_taken: int | None = Field(description="completed steps of one foot")
     distance: float | None = Field(description="CoM along x, end less start [m]")
-    distance_commanded: float | None = Field(description="where the commanded walk is by then: (steps − ½)·stride [m]")
+    distance_commanded: float | None = Field(description="distance of the commanded walk, (steps − ½)·stride [m]")
     mean_speed: float | None = Field(description="mean CoM velocity along x from from_time on [m/s]")
     lateral_drift: float | None = Field(
         description="|mean CoM y of the last gait less that at the start|, once a whole gait was walked [m]"

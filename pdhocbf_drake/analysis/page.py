@@ -1,4 +1,4 @@
-"""A page that loads nothing: a template filled in, with every figure inside it."""
+"""HTML pages that load nothing: a template filled in, and figures as data inside it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TEMPLATE: Final = "report.html.j2"
 
 
 def page(room: str, filters: dict[str, Callable[..., str]] | None = None, **values: Any) -> str:
-    """The room's `report.html.j2` with its values; text is escaped, and a value that is missing is an error."""
+    """The room's `report.html.j2` with its values; text is escaped, and a missing value is an error."""
     environment = Environment(
         loader=PackageLoader(f"pdhocbf_drake.{room}", "."),
         autoescape=select_autoescape(default=True),
@@ -37,5 +37,5 @@ def png(figure: Figure) -> bytes:
 
 
 def data_url(image: bytes) -> str:
-    """A PNG as the address that shows it from inside a page."""
+    """A PNG as a `data:` URL."""
     return "data:image/png;base64," + base64.b64encode(image).decode("ascii")

@@ -1,4 +1,4 @@
-"""What a replay of a walk shows beside the body: CoM, ZMP, its box, and footholds planned and taken."""
+"""Markers of a walk's replay: CoM, ZMP and its box, planned and taken footholds; and the colour of safety."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _FOOTHOLD, _OUTLINE, _BOX, _PLANNED, _MEASURED = 0.001, 0.003, 0.005, 0.008, 0.0
 
 
 class Foothold(NamedTuple):
-    """A sole on the ground: row of the log from which it stands, side, centre [m] and half size [m]."""
+    """A sole on the ground: the row of the log from which it stands, side, centre (2,) [m] and half size (2,) [m]."""
 
     row: int
     side: str
@@ -29,8 +29,8 @@ class Markers:
 
     Args:
         com_z: height of the measured CoM at each row, (T,) [m].
-        safety: 0 (h ≤ 0) to 1 (as safe as usual) at each row, (T,); None without a barrier.
-        taken: footholds, in the order in which they were taken.
+        safety: `safety_along` the log, (T,); None without a barrier.
+        taken: the footholds.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Markers:
             _outline(stage, path, half)
 
     def draw(self, row: int) -> None:
-        """Moves everything to where it was at that row."""
+        """Places the markers as at that row of the log."""
         stage, log = self._stage, self._log
         x, _, x_zmp, y, _, y_zmp = log["lip_state"][row]
         z = self._com_z[row]
@@ -75,12 +75,16 @@ class Markers:
         for number, foothold in enumerate(self._taken):
             stage.show(_taken_path(number), row >= foothold.row)
         if self._safety is not None:
-            # Few shades, so that a colour is recorded when it is seen to change and not at every frame.
-            stage.colour("CoM measured", palette.safety_colour(round(12 * self._safety[row]) / 12, 1.0))
+            colour_by_safety(stage, "CoM measured", self._safety[row])
+
+
+def colour_by_safety(stage: Stage, path: str, safety: float) -> None:
+    """Colours the shape at a path by 0 (h ≤ 0) to 1; in few shades, since each change of colour is recorded."""
+    stage.colour(path, palette.safety_colour(round(12 * safety) / 12, 1.0))
 
 
 def safety_along(h: np.ndarray, from_row: int) -> np.ndarray | None:
-    """The least of the barriers at each row: 0 at the limit, 1 where h is as large as it usually is, (T,)."""
+    """Least h of n barriers (T, n) at each row over its median from `from_row` on, limited to [0, 1], (T,); or None."""
     if h.shape[1] == 0:
         return None
     steady = h[from_row:] if len(h) > from_row else h

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.products import write_replay
+from pdhocbf_drake.analysis.report import write_replay
 from pdhocbf_drake.simulation.run_folder import REPLAY, read_run
 
 

@@ -9,9 +9,9 @@ from pathlib import Path
 
 from pydrake.geometry import Meshcat
 
-from pdhocbf_drake.analysis.gave_way import gave_way_rows
+from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
+from pdhocbf_drake.analysis.report import write_metrics, write_replay, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.simulation.checks import unused_settings
@@ -55,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
             done, lost = list[str](), _STOPPED
         else:
             done, lost = _write_pages(recorded, metrics, folder, not options.no_replay)
-    _tell([*summary_rows(metrics), *gave_way_rows(recorded)], place, done)
+    _tell([*summary_rows(metrics), *degraded_rows(recorded)], place, done)
     if lost:
         say(f"pdhocbf: {lost}; `pdhocbf report {place}` makes up what is missing")
     return _exit_code(recorded.log.ending, place) or bool(lost)
