@@ -124,13 +124,13 @@ def test_a_log_beside_a_scenario_of_another_kind_is_refused(tmp_path):
     with new_run_folder(tmp_path / "bare") as folder:
         bare = synthetic.scenario("vhip").model_copy(update={"barriers": {}})
         write_run(folder, synthetic.run("vhip")._replace(scenario=bare))
-    with pytest.raises(RunFolderError, match="the scenario has 0 barriers and the log's h has 1"):
+    with pytest.raises(RunFolderError, match="its log's h has 1 columns, and its scenario needs 0"):
         read_run(tmp_path / "bare")
     other = synthetic.run("vhip")
     other.log.signals["barrier_slack"] = np.zeros((len(other.log), 2))
     with new_run_folder(tmp_path / "other") as folder:
         write_run(folder, other)
-    with pytest.raises(RunFolderError, match="the scenario has 1 barriers and the log's barrier_slack has 2"):
+    with pytest.raises(RunFolderError, match="its log's barrier_slack has 2 columns, and its scenario needs 1"):
         read_run(tmp_path / "other")
 
 

@@ -12,7 +12,7 @@ from pydrake.systems.primitives import MatrixGain
 
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.simulation.diagram import add_controller, connect_controller, start_of
+from pdhocbf_drake.simulation.diagram import add_controller, connect_controller
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -34,11 +34,12 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     config = walk.gait.config
     wiring = Wiring(config.tick)
     posture = initial_posture(walk, biped)
-    initial, feet = start_of(walk)
     plant = add_robot(wiring.builder, scenario, biped, posture)
     robot = model_instance(plant, biped)
     if meshcat is not None:
-        from pydrake.visualization import AddDefaultVisualization  # loads matplotlib, which a plain run can do without
+        from pydrake.visualization import (
+            AddDefaultVisualization,  # loads matplotlib, which a run that is not shown does not need
+        )
 
         AddDefaultVisualization(wiring.builder, meshcat)
     wiring.offer("robot_state", plant.get_state_output_port())
@@ -50,7 +51,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
 
-    controller = add_controller(wiring, walk, initial, feet, LATENCY * plant.time_step())
+    controller = add_controller(wiring, walk, LATENCY * plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
     kinematics = wiring.add("inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick)))
     offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon, swing_lever(biped, posture)))
@@ -59,7 +60,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
     connect_controller(wiring, walk, controller)
     wiring.connect(controller, "zmp_offset")
-    wiring.connect_measured(controller, "foot_state")
+    wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan")
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step")
@@ -78,10 +79,9 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
-    """q (19,) at tick 0: CoM over the middle of the feet at its commanded height."""
-    _, feet = start_of(walk)
-    height = walk.gait.height(0)[0]
-    return upright_posture(biped, np.array([0.0, 0.0, height]), sole_pose(*feet[0]), sole_pose(*feet[1]))
+    """q (19,) at tick 0: the CoM over the middle of the feet at its commanded height."""
+    left, right = (sole_pose(*foot) for foot in walk.gait.feet_at_start)
+    return upright_posture(biped, np.array([0.0, 0.0, walk.gait.height(0)[0]]), left, right)
 
 
 def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray) -> MultibodyPlant:

@@ -1,4 +1,4 @@
-"""Checks of a scenario's values against each other, and the keys that its system does not use."""
+"""Checks of a scenario's values against each other; and the keys that its system does not use."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pdhocbf_drake.walking.com_height import GRAVITY
 _LONGEST_STEP = 10.0  # [s]
 _LARGEST_GROWTH = 100.0  # of ω·H·δ; the tail covers five horizons, and e^709 is the largest double
 _MOST_STEPS = 1000  # of the plant in a tick
-_MOST_ENTRIES = 4e7  # of an H x H matrix for each phase, which takes fifty bytes an entry in all
+_MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an entry
 
 # Keys that a system does not read. "pushes.body" is that of each push.
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
@@ -25,11 +25,7 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
 
 
 def check_scenario(scenario: Scenario) -> None:
-    """Refuses values that are valid each by itself, but contradict each other.
-
-    Raises:
-        InputError: with the key, the value given and the allowed ones.
-    """
+    """Raises `InputError` for values that are valid each by itself, but contradict each other."""
     if scenario.duration < scenario.tick * (1.0 - 1e-9):
         _refuse("duration", f"must be at least a tick of {scenario.tick:g} s", scenario.duration)
     if scenario.system == "van_der_pol":
