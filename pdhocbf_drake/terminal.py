@@ -1,4 +1,4 @@
-"""What commands print: how far a long one is, and tables of aligned columns."""
+"""Output of commands: progress of a long one, lines on standard error, and tables of aligned columns."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from typing import Any, Protocol
 
 from tqdm import tqdm
 
-_LINES = 10  # plain lines a command, and more where they would be far apart:
+_LINES = 10  # plain lines of a command, and more where they would be far apart:
 _SILENCE = 60.0  # the longest time between two of them [s]
-_PATIENCE = 10.0  # time without a first report after which one line says that the command is alive [s]
+_PATIENCE = 10.0  # time without a first report after which one line says that the command is running [s]
 
 
 class Progress(Protocol):
-    """Reports how much is done, in the unit of the total, with a few words on it."""
+    """Reports the amount done, in the unit of the total, with a few words on it."""
 
     def __call__(self, done: float, words: str = "", /) -> None: ...
 
 
 @contextmanager
 def shown_progress(name: str, total: float, unit: str, done: float = 0, every: bool = False) -> Iterator[Progress]:
-    """Shows on standard error how far a command is: a bar with the time left on a terminal, plain lines otherwise.
+    """Shows a command's progress on standard error: a bar with the time left on a terminal, plain lines otherwise.
 
     Args:
         name: printed first.
@@ -84,12 +84,12 @@ def _lines(name: str, total: float, unit: str, done: float, every: bool) -> Iter
 
 
 def _share(done: float, total: float) -> int:
-    """How many of the plain lines are due."""
+    """The number of plain lines that are due."""
     return int(_LINES * done / total + 1e-9)
 
 
 def say(text: str) -> None:
-    """Prints one line on standard error; a command goes on when nobody can read it any more."""
+    """Prints one line on standard error; an error in that, such as a closed terminal, does not stop a command."""
     with suppress(OSError):
         print(text, file=sys.stderr, flush=True)
 
