@@ -16,6 +16,7 @@ from pdhocbf_drake.analysis.replay_markers import safety_along
 from pdhocbf_drake.analysis.report import report_html, reported
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.run_folder import Run
+from pdhocbf_drake.simulation.run_log import RunLog
 
 SEEK = "t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.set_dirty(); }"
 NODE = "path => { const o = viewer.scene_tree.find(['drake', 'world', ...path]).object; return [o.position, o.scale]; }"
@@ -148,5 +149,8 @@ def test_a_log_without_motion_is_refused():
 
 def test_safety_is_the_least_of_the_barriers():
     h = np.array([[0.1, 0.2], [0.05, 0.2], [0.1, 0.0], [0.1, -1.0], [9.0, 9.0], [0.1, 0.2]])
-    assert safety_along(h, 0) == pytest.approx([1.0, 0.5, 0.0, 0.0, 1.0, 1.0])
-    assert safety_along(np.zeros((5, 0)), 0) is None
+    run = synthetic.run("vhip")
+    run = run._replace(scenario=run.scenario.model_copy(update={"from_time": 0.0}))
+    two = run._replace(log=RunLog({"h": h}, np.arange(6.0)))
+    assert safety_along(two) == pytest.approx([1.0, 0.5, 0.0, 0.0, 1.0, 1.0])
+    assert safety_along(run._replace(log=RunLog({}, np.arange(6.0)))) is None

@@ -41,7 +41,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         wall_seconds=wall_seconds,
         real_time_factor=simulated / wall_seconds if wall_seconds > 0 else None,
         steps_taken=steps_taken(log) if walks else None,
-        distance=_finite(np.subtract(*log.element("lip_state", "x")[[-1, 0]])) if walks else None,
+        distance=_finite(np.diff(log.element("lip_state", "x")[[0, -1]]).item()) if walks else None,
         distance_commanded=_distance_commanded(scenario, log) if walks else None,
         mean_speed=_statistic(np.mean, log.after(scenario.from_time).element("lip_state", "vx")) if walks else None,
         lateral_drift=_drift(scenario, log, log.element("lip_state", "y")) if walks else None,

@@ -42,15 +42,13 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
         for row in touchdown_rows(log, side):
             start = row - int(log.element("gait_phase", "tick")[row])
             taken.append(Foothold(max(0, start), side, sole_centres(log, side)[row], biped.soles[side].half_size))
-    markers = Markers(stage, log, log.element("com_z", "z"), _safety(run), taken)
-    follow = _follow(stage, run)
+    markers = Markers(stage, run, log.element("com_z", "z"), taken)
 
     def draw(row: int, time: float) -> None:
         context.SetTime(time)
         plant.SetPositions(plant.GetMyMutableContextFromRoot(context), positions[row])
         visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(context))
         markers.draw(row)
-        follow(row)
 
     return draw
 
@@ -65,8 +63,7 @@ def template_scene(stage: Stage, run: Run) -> Draw:
         if support[row] != 0
     ]
     height = log.element("com_height", "z")
-    markers = Markers(stage, log, height, _safety(run), taken)
-    follow = _follow(stage, run)
+    markers = Markers(stage, run, height, taken)
     length = 0.8 * float(height.min())
     stage.add("pendulum/tube", Cylinder(0.014, length), palette.LIMIT)
     stage.add("pendulum/rod", Cylinder(0.009, length), palette.LIMIT)
@@ -79,7 +76,6 @@ def template_scene(stage: Stage, run: Run) -> Draw:
         stage.place("pendulum/tube", RigidTransform(turn, foot + along * length / 2))
         stage.place("pendulum/rod", RigidTransform(turn, mass - along * length / 2))
         markers.draw(row)
-        follow(row)
 
     return draw
 
@@ -91,7 +87,7 @@ def oscillator_scene(stage: Stage, run: Run) -> Draw:
     stage.add("tube", Box(1.0, 1.0, 0.002), palette.BARRIERS[0], 0.35)
     stage.add("state", Sphere(0.03), palette.MEASURED_COM)
     stage.add_trace("trace", np.column_stack([state, np.full(len(state), 0.004)]))
-    safety = _safety(run)
+    safety = safety_along(run)
     stage.ground(-1.0, 1.0)
     stage.aim([0.0, 0.0, 0.0], [0.01, -1.6, 2.6])
 
@@ -101,27 +97,9 @@ def oscillator_scene(stage: Stage, run: Run) -> Draw:
         stage.move("state", [x1, x2, 0.03])
         stage.move("tube", [x1 + (upper_1 - lower_1) / 2, x2 + (upper_2 - lower_2) / 2, 0.002])
         stage.scale("tube", [round(upper_1 + lower_1, 4), round(upper_2 + lower_2, 4), 1.0])
-        if safety is not None:
-            colour_by_safety(stage, "state", safety[row])
+        colour_by_safety(stage, "state", safety, row)
 
     return draw
-
-
-def _safety(run: Run) -> np.ndarray | None:
-    if "h" not in run.log:
-        return None
-    return safety_along(run.log["h"], round(run.scenario.from_time / run.scenario.tick))
-
-
-def _follow(stage: Stage, run: Run) -> Callable[[int], None]:
-    """Lays the ground, and returns a function that moves the view along with the CoM's mean over a gait."""
-    x = run.log.element("lip_state", "x")
-    stage.ground(float(x.min()), float(x.max()))
-    stage.aim([0.05, 0.0, 0.45], [0.85, -1.3, 0.4])
-    half = run.scenario.gait.ticks_per_gait // 2
-    window = np.full(2 * half + 1, 1.0 / (2 * half + 1))
-    mean = np.convolve(np.pad(x, half, mode="edge"), window, mode="valid")
-    return lambda row: stage.follow([mean[row], 0.0, 0.0])
 
 
 def rows_of(log: RunLog, frames_per_second: int) -> list[tuple[int, float]]:

@@ -99,28 +99,28 @@ class RunLog:
     @classmethod
     def load(cls, path: Path) -> RunLog:
         """The log in a file of `save`, signals of older logs under their present names; raises `RunFolderError`."""
+        problem = ""
         try:
             if not zipfile.is_zipfile(path):
                 path.open("rb").close()  # raises where the file is missing or unreadable
-                raise RunFolderError(f"{path} is not a run's log: it is no .npz file, or a damaged one")
+                raise InputError("it is no .npz file, or a damaged one")
             with np.load(path, allow_pickle=False) as data:
                 signals = {_RENAMED.get(name, name): data[name] for name in data.files if name not in _RESERVED}
                 if not all(table.dtype.kind in "fiub" for table in (*signals.values(), data["time"])):
-                    raise ValueError
+                    raise InputError("it is damaged")
                 log = cls(signals, data["time"], str(data["ending"]))
+            problem = log._problem()
         except FileNotFoundError:
             raise RunFolderError(f"{path} does not exist") from None
-        except InputError as error:
-            raise RunFolderError(f"{path} is not a run's log: {error}") from None
-        except RunFolderError:
-            raise
         except OSError as error:
             raise RunFolderError(f"{path} cannot be read: {error.strerror or 'it is damaged'}") from None
+        except InputError as error:
+            problem = str(error)
         except KeyError as error:
-            raise RunFolderError(f"{path} is not a run's log: it has no {error.args[0]}") from None
+            problem = f"it has no {error.args[0]}"
         except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
-            raise RunFolderError(f"{path} is not a run's log: it is damaged") from None
-        if problem := log._problem():
+            problem = "it is damaged"
+        if problem:
             raise RunFolderError(f"{path} is not a run's log: {problem}")
         return log
 
