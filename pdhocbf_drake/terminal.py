@@ -34,14 +34,14 @@ def shown_progress(name: str, total: float, unit: str, done: float = 0, every: b
         done: amount that an earlier command has done; it does not count towards the pace.
         every: print a line at each report instead of `_LINES` lines in all. Without effect on a terminal.
     """
-    show = _bar if sys.stderr.isatty() else _lines
-    with show(name, total, unit, done, every) as progress:
+    digits = ".1f" if isinstance(total, float) else ".0f"
+    amounts = total, unit, done, digits
+    with _bar(name, *amounts) if sys.stderr.isatty() else _lines(name, *amounts, every) as progress:
         yield progress
 
 
 @contextmanager
-def _bar(name: str, total: float, unit: str, done: float, _: bool) -> Iterator[Progress]:
-    digits = ".1f" if isinstance(total, float) else ".0f"
+def _bar(name: str, total: float, unit: str, done: float, digits: str) -> Iterator[Progress]:
     amount = f"{{n:{digits}}} of {{total:{digits}}} {unit}"
     form = f"{{desc}} {{percentage:3.0f}}%|{{bar}}| {amount} [{{elapsed}}<{{remaining}}{{postfix}}]"
     with tqdm(total=total, initial=done, desc=name, bar_format=form, file=sys.stderr) as bar:
@@ -56,10 +56,9 @@ def _bar(name: str, total: float, unit: str, done: float, _: bool) -> Iterator[P
 
 
 @contextmanager
-def _lines(name: str, total: float, unit: str, done: float, every: bool) -> Iterator[Progress]:
+def _lines(name: str, total: float, unit: str, done: float, digits: str, every: bool) -> Iterator[Progress]:
     started = printed_at = time.monotonic()
     printed = _share(done, total)
-    digits = ".1f" if isinstance(total, float) else ".0f"
 
     def progress(now: float, words: str = "") -> None:
         nonlocal printed, printed_at
@@ -100,15 +99,11 @@ def table(rows: Sequence[Sequence[Any]], header: Sequence[str] = ()) -> str:
     A column of numbers alone is aligned to the right. None and NaN are dashes, floats have four significant digits.
     """
     columns = list(zip(*rows, strict=True)) or [()] * len(header)
-    right = [all(value is None or isinstance(value, (int, float)) for value in column) for column in columns]
+    numbers = [all(value is None or isinstance(value, (int, float)) for value in column) for column in columns]
     cells = [list(header)] * bool(header) + [[_cell(value) for value in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = [
-        "  ".join(
-            cell.rjust(width) if r else cell.ljust(width) for cell, width, r in zip(row, widths, right, strict=True)
-        )
-        for row in cells
-    ]
+    formats = [f"{{:{'>' if number else '<'}{width}}}" for number, width in zip(numbers, widths, strict=True)]
+    lines = ["  ".join(formats).format(*row) for row in cells]
     if header:
         lines.insert(1, "-" * len(lines[0]))
     return "\n".join(line.rstrip() for line in lines)

@@ -1,4 +1,4 @@
-"""The replay in a headless browser: it shows something, it moves, it is right about h, it asks nothing of a network."""
+"""The replay in a headless browser: not blank, moving, with colours that follow h, without a network."""
 
 from __future__ import annotations
 

@@ -97,9 +97,8 @@ def _quantities(runs: Sequence[Run]) -> Figure:
 def _margins(runs: Sequence[Run]) -> Figure:
     figure, axes = panels(1, height=3.0)
     for run, colour in zip(runs, cycle(palette.RUNS), strict=False):
-        for (barrier, use), style in zip(
-            barriers_of(run.scenario).items(), cycle(("-", "--", "-.", ":")), strict=False
-        ):
+        uses = barriers_of(run.scenario).items()
+        for (barrier, use), style in zip(uses, cycle(("-", "--", "-.", ":")), strict=False):
             h = run.log["h"][:, use.column]
             axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{run.scenario.name}: {barrier}")
     axes[0].axhline(0.0, color=palette.LIMIT, ls=":")

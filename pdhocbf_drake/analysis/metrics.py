@@ -52,7 +52,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         slip_max=_finite(slip_max(log)) if body else None,
         joint_torque_peak=_finite(np.abs(log["actuation"]).max()) if body else None,
         torque_limit_hits=int((np.abs(log["actuation"]) >= _AT_LIMIT * body.effort).sum()) if body else None,
-        joint_position_margin_min=_position_margin(log["joint_state"][:, :12], body.position) if body else None,
+        joint_position_margin_min=_position_margin(log, body) if body else None,
         joint_speed_margin_min=_finite((body.speed - np.abs(log["joint_state"][:, 12:])).min()) if body else None,
         barriers=_barrier_metrics(scenario, log),
         mpc=_mpc_metrics(scenario, log),
@@ -96,8 +96,9 @@ def _zmp_outside(log: RunLog) -> float:
     return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp, _ROUNDING).mean())
 
 
-def _position_margin(angles: Array, limits: Array) -> float | None:
-    return _finite(np.minimum(angles - limits[:, 0], limits[:, 1] - angles).min())
+def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:
+    angles, (lowest, highest) = log["joint_state"][:, :12], limits.position.T
+    return _finite(np.minimum(angles - lowest, highest - angles).min())
 
 
 def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetrics]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict, Field
 
 
-class BarrierMetrics(BaseModel):
-    """One barrier on the measured state, from `from_time` on."""
-
+class _Table(BaseModel):
     model_config = ConfigDict(frozen=True)
+
+
+class BarrierMetrics(_Table):
+    """One barrier on the measured state, from `from_time` on."""
 
     h_min: float | None = Field(description="least h [unit]")
     h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
@@ -21,10 +23,8 @@ class BarrierMetrics(BaseModel):
     unit: str = Field(description="unit of h")
 
 
-class MpcMetrics(BaseModel):
+class MpcMetrics(_Table):
     """The solves of the controller; on the oscillator, of its barrier filter."""
-
-    model_config = ConfigDict(frozen=True)
 
     solves: int = Field(description="ticks with a solve")
     fallbacks: int = Field(description="ticks that used the last plan, shifted, instead of a new one")
@@ -39,10 +39,8 @@ class MpcMetrics(BaseModel):
     solver: str = Field(description="the first solver of each tick")
 
 
-class Metrics(BaseModel):
+class Metrics(_Table):
     """The numbers of one run; null where a quantity does not apply."""
-
-    model_config = ConfigDict(frozen=True)
 
     schema_: int = Field(1, alias="schema", description="version of this table")
     scenario: str = Field(description="name of the scenario")

@@ -5,14 +5,12 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import save, styled
-
-_TEMPLATE: Final = "report.html.j2"
 
 
 def page(room: str, filters: dict[str, Callable[..., str]] | None = None, **values: Any) -> str:
@@ -25,7 +23,7 @@ def page(room: str, filters: dict[str, Callable[..., str]] | None = None, **valu
         lstrip_blocks=True,
     )
     environment.filters.update(filters or {})
-    return environment.get_template(_TEMPLATE).render(**values)
+    return environment.get_template("report.html.j2").render(**values)
 
 
 def png(figure: Figure) -> bytes:

@@ -1,12 +1,12 @@
-"""Diagram of the controller on the multibody robot, which stands on flat ground."""
+"""Diagram of the controller on the multibody robot on flat ground."""
 
 from __future__ import annotations
 
 import numpy as np
-from pydrake.geometry import Box, Meshcat, ProximityProperties, RoleAssign, SceneGraph
+from pydrake.geometry import Box, Meshcat, ProximityProperties, Role, RoleAssign, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, PdControllerGains
+from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
@@ -37,9 +37,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     plant = add_robot(wiring.builder, scenario, biped, posture)
     robot = model_instance(plant, biped)
     if meshcat is not None:
-        from pydrake.visualization import (
-            AddDefaultVisualization,  # loads matplotlib, which a run that is not shown does not need
-        )
+        # This loads matplotlib, which a run that is not shown does not need.
+        from pydrake.visualization import AddDefaultVisualization
 
         AddDefaultVisualization(wiring.builder, meshcat)
     wiring.offer("robot_state", plant.get_state_output_port())
@@ -104,11 +103,10 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
 def _set_friction(plant: MultibodyPlant, scene_graph: SceneGraph, friction: CoulombFriction) -> None:
     """Gives every geometry the same friction, since Drake takes the harmonic mean of the two in contact."""
     inspector = scene_graph.model_inspector()
-    for body in (plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())):
-        for geometry in plant.GetCollisionGeometriesForBody(body):
-            properties = ProximityProperties(inspector.GetProximityProperties(geometry))
-            properties.UpdateProperty("material", "coulomb_friction", friction)
-            scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+        properties.UpdateProperty("material", "coulomb_friction", friction)
+        scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
 def _set_gains(plant: MultibodyPlant, biped: Biped) -> None:
@@ -116,11 +114,11 @@ def _set_gains(plant: MultibodyPlant, biped: Biped) -> None:
 
     It is implicit, and so stable at any gain and step.
     """
-    gains = dict(zip(biped.joint_names, zip(biped.kp, biped.kd, strict=True), strict=True))
+    joints = zip(biped.joint_names, biped.kp, biped.kd, strict=True)
+    gains = {name: PdControllerGains(p=p, d=d) for name, p, d in joints}
     # A plant that is not finalized lists no actuators by model instance.
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
-        p, d = gains[actuator.joint().name()]
-        actuator.set_controller_gains(PdControllerGains(p=p, d=d))
+        actuator.set_controller_gains(gains[actuator.joint().name()])
 
 
 def add_joint_sensors(wiring: Wiring, plant: MultibodyPlant, biped: Biped) -> None:
