@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from logs import differences
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import Reason
@@ -64,7 +65,7 @@ def test_a_push_that_no_simulation_follows_is_an_ending_too(walk: PushedWalk) ->
 def test_the_same_trial_twice_is_the_same(walk: PushedWalk) -> None:
     force = np.array([0.0, -50.0, 0.0])
     first, second = walk.trial(20, force, 0.1, 1.0), walk.trial(20, force, 0.1, 1.0)
-    assert first.log.differences(second.log) == []
+    assert differences(first.log, second.log) == []
 
 
 def test_swing_reference_never_jumps_under_a_push(walk: PushedWalk) -> None:

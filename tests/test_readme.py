@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from pdhocbf_drake.mpc.terms import TERMS
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 
 ROOT = Path(__file__).parents[1]
@@ -54,12 +55,20 @@ def test_pictures_and_files_that_it_links_exist() -> None:
     assert all((ROOT / link).exists() for link in links)
 
 
-def test_its_python_runs_and_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
-    blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", README, re.DOTALL)
+@pytest.mark.parametrize("page", ["README.md", "docs/mpc.md"])
+def test_its_python_runs_and_prints_what_it_says(page: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", text, re.DOTALL)
     assert blocks
     for number, (code, printed) in enumerate(blocks, start=1):
-        exec(compile(code, f"README.md, Python block {number}", "exec"), {})
+        exec(compile(code, f"{page}, Python block {number}", "exec"), {})
         assert capsys.readouterr().out == printed
+
+
+def test_the_page_of_the_mpc_names_every_term_with_its_file_and_parameters() -> None:
+    page = (ROOT / "docs" / "mpc.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| `(\w+)\.py` \|", page, re.MULTILINE)
+    assert rows == [(kind.__name__, kind.__module__.rpartition(".")[2]) for kind in TERMS]
 
 
 def test_every_packaged_scenario_is_named() -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.mpc.loop import Measurement, walk_template
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -18,7 +18,7 @@ from pdhocbf_drake.studies.shared.cases import NONE, PERIODIC, in_case
 from pdhocbf_drake.studies.shared.measures import ACTS, Record, SafeOrbit, WithoutBarriers, first_tick
 from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.results import write_json
-from pdhocbf_drake.studies.shared.template import settled
+from pdhocbf_drake.studies.shared.template import SettledWalk, settled
 from pdhocbf_drake.terminal import shown_progress, table
 
 SHORT = "{gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40}}"
@@ -86,6 +86,11 @@ def test_the_action_is_the_difference_of_the_planned_zmp_velocities() -> None:
     free = WithoutBarriers(build_walk(in_case(scenario, NONE)).mpc)
     (row,) = walk_template(mpc, settled(mpc, 200), 200, 1, np.array([[0.05, 0.0]]))
     assert free.action(row.before, Measurement(row.tick, row.state), row.plan) > 0.1
+
+
+def test_a_walk_with_an_end_has_no_steady_state_for_events() -> None:
+    with pytest.raises(InputError, match="walk without an end"):
+        SettledWalk(build_walk(load_scenario("vhip_nobarrier", "gait: {walk_steps: 4}")))
 
 
 def _square(number: int) -> int:

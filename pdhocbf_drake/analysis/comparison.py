@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, bounded_quantities, measured, units_of
-from pdhocbf_drake.analysis.drawing import label, legend, panels, styled, time_axis
+from pdhocbf_drake.analysis.drawing import label, over_time, panels, styled
 from pdhocbf_drake.analysis.figures import Drawn
 from pdhocbf_drake.barriers.margin import margin_ratio, safety_margin
 from pdhocbf_drake.errors import InputError
@@ -89,9 +89,7 @@ def _quantities(runs: Sequence[Run]) -> Figure:
                     bound = bound_along(run.log, run.scenario, use)
                     axis.plot(run.log.time, bound, color=colour, ls="--", label=f"{name}: bound of {barrier}")
         label(axis, quantity.label, quantity.unit)
-    legend(axes[0], 3)
-    time_axis(axes)
-    return figure
+    return over_time(figure, 3)
 
 
 def _margins(runs: Sequence[Run]) -> Figure:
@@ -103,6 +101,4 @@ def _margins(runs: Sequence[Run]) -> Figure:
             axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{run.scenario.name}: {barrier}")
     axes[0].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[0], "h", units_of(run.scenario for run in runs))
-    legend(axes[0], 3)
-    time_axis(axes)
-    return figure
+    return over_time(figure, 3)

@@ -62,6 +62,14 @@ def time_axis(axes: list[Axes]) -> None:
         axis.margins(x=0)
 
 
+def over_time(figure: Figure, columns: int = 4, every_panel: bool = False) -> Figure:
+    """The figure with its time axis, and with a legend above the first or every panel."""
+    for axes in figure.axes if every_panel else figure.axes[:1]:
+        legend(axes, columns)
+    time_axis(figure.axes)
+    return figure
+
+
 def save(figure: Figure, path: Path | BinaryIO) -> None:
     """Writes a PNG without a date in it, so that the same run gives the same bytes."""
     figure.savefig(path, format="png", metadata={"Software": None})

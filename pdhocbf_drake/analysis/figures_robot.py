@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
+from pdhocbf_drake.analysis.drawing import label, over_time, panels
 from pdhocbf_drake.analysis.feet import zmp_margins
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
@@ -29,10 +29,7 @@ def tracking(run: Run, limits: RobotLimits) -> Figure:
                  label="ZMP to the edge of the support")  # fmt: skip
     axes[1].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[1], "margin", "mm")
-    for axis in axes:
-        legend(axis, 3)
-    time_axis(axes)
-    return figure
+    return over_time(figure, 3, every_panel=True)
 
 
 def joints(run: Run) -> Figure:
@@ -56,6 +53,4 @@ def _by_leg(run: Run, values: np.ndarray, name: str, unit: str, width: float) ->
         for joint, colour in enumerate(palette.JOINTS):
             axis.plot(run.log.time, values[:, first + joint], color=colour, lw=width, label=_LEG[joint])
         label(axis, f"{side} {name}", unit)
-    legend(axes[0], 6)
-    time_axis(axes)
-    return figure
+    return over_time(figure, 6)

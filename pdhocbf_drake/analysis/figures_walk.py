@@ -15,7 +15,7 @@ from pdhocbf_drake.analysis.barrier_margins import (
     planned,
     units_of,
 )  # fmt: skip
-from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
+from pdhocbf_drake.analysis.drawing import label, legend, over_time, panels
 from pdhocbf_drake.analysis.feet import sole_corners, step_starts, touchdown_rows
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.recursion import psi_along
@@ -36,9 +36,7 @@ def com_and_zmp(run: Run) -> Figure:
         planned_com = log.element("com_reference", name)
         axis.plot(log.time, planned_com, color=palette.PLANNED_COM, ls="--", label="CoM, planned")
         label(axis, name, "m")
-    legend(axes[0], 5)
-    time_axis(axes)
-    return figure
+    return over_time(figure, 5)
 
 
 def quantities_steady(run: Run) -> Figure:
@@ -67,9 +65,7 @@ def quantities(run: Run) -> Figure:
                 colour = palette.barrier_colour(use.column)
                 axis.plot(log.time, bound_along(log, scenario, use), color=colour, label=f"bound of {barrier}")
         label(axis, quantity.label, quantity.unit)
-    legend(axes[0])
-    time_axis(axes)
-    return figure
+    return over_time(figure)
 
 
 def barriers(run: Run) -> Figure:
@@ -89,9 +85,7 @@ def barriers(run: Run) -> Figure:
             axis.set_ylim(*_with_space(np.append(levels[0][log.time >= scenario.from_time], 0.0)))
         axis.set_title(f"{name}: h, judged after the shaded start", loc="right")
         label(axis, "h", use.unit)
-    legend(axes[0])
-    time_axis(axes)
-    return figure
+    return over_time(figure)
 
 
 def _with_space(values: np.ndarray) -> tuple[float, float]:
@@ -147,7 +141,4 @@ def solver(run: Run) -> Figure:
     fell_back = log.element("solver_status", "fallbacks") > 0
     axes[1].plot(log.time[fell_back], np.zeros(fell_back.sum()), "kx", label="fallback")
     label(axes[1], "slack", units_of([scenario]))
-    for axis in axes:
-        legend(axis)
-    time_axis(axes)
-    return figure
+    return over_time(figure, every_panel=True)

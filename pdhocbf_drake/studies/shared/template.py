@@ -6,6 +6,7 @@ from copy import copy
 
 import numpy as np
 
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, walk_template
 from pdhocbf_drake.mpc.memory import Memory
@@ -25,6 +26,9 @@ class SettledWalk:
         first: the tick of phase 0.
         starts: the controller's memory before each tick of a gait, by phase.
         undisturbed: one gait without an event.
+
+    Raises:
+        InputError: the walk has an end.
     """
 
     def __init__(self, walk: Walk, free: PeriodicMpc | None = None) -> None:
@@ -33,6 +37,8 @@ class SettledWalk:
             walk: the walk.
             free: the same problem without barriers, to measure their action with; None where the walk has none.
         """
+        if walk.gait.config.walk_steps is not None:
+            raise InputError("gait.walk_steps: events are tried on a walk without an end (null)")
         self.walk = walk
         self._mpc = walk.mpc
         self._free = free
