@@ -61,7 +61,13 @@ class ModelErrorConfig(Config):
 
 
 class MeasurementNoise(Config):
-    """Standard deviations of white noise on CoM [m], CoM velocity [m/s] and ZMP [m]; the same in x and y."""
+    """Standard deviations of white noise, drawn anew at every tick, the same in x and y.
+
+    Attributes:
+        com: of the CoM [m].
+        velocity: of the CoM velocity [m/s].
+        zmp: of the ZMP [m].
+    """
 
     com: Annotated[float, within(0.0, 10.0, "m")] = 0.0
     velocity: Annotated[float, within(0.0, 10.0, "m/s")] = 0.0
