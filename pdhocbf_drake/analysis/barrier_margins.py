@@ -65,7 +65,7 @@ def units_of(scenarios: Iterable[Scenario]) -> str:
     return ", ".join(dict.fromkeys(units)) or SPEEDS[0].unit
 
 
-def bounded_quantities(scenarios: Iterable[Scenario]) -> list[Quantity]:
+def quantities_of(scenarios: Iterable[Scenario]) -> list[Quantity]:
     """The quantities that walks bound, each once, those of x first; the forward speed if there is none."""
     bounded = {config.quantity for scenario in scenarios for config in scenario.barriers.values()} or {SPEEDS[0]}
     return sorted(bounded, key=lambda quantity: (quantity.axis, quantity.name))

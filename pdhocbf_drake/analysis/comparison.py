@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, bounded_quantities, measured, units_of
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, quantities_of, units_of
 from pdhocbf_drake.analysis.drawing import label, over_time, panels, styled
 from pdhocbf_drake.analysis.figures import Drawn
 from pdhocbf_drake.barriers.margin import margin_ratio, safety_margin
@@ -70,7 +70,7 @@ def comparison_figures(runs: Sequence[Run]) -> list[Drawn]:
     if len(walks) < 2:
         return []
     with styled():
-        names = " and ".join(quantity.label for quantity in bounded_quantities(run.scenario for run in walks))
+        names = " and ".join(quantity.label for quantity in quantities_of(run.scenario for run in walks))
         drawn = [Drawn("velocities", f"{names} of each run, under its bounds", _quantities(walks))]
         if any(run.scenario.barriers for run in walks):
             drawn.append(Drawn("margins", "Barriers of each run on the measured state", _margins(walks)))
@@ -78,7 +78,7 @@ def comparison_figures(runs: Sequence[Run]) -> list[Drawn]:
 
 
 def _quantities(runs: Sequence[Run]) -> Figure:
-    bounded = bounded_quantities(run.scenario for run in runs)
+    bounded = quantities_of(run.scenario for run in runs)
     figure, axes = panels(len(bounded), height=3.2)
     for axis, quantity in zip(axes, bounded, strict=True):
         for run, colour in zip(runs, cycle(palette.RUNS), strict=False):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import figures_oscillator, figures_robot, figures_walk
-from pdhocbf_drake.analysis.barrier_margins import bounded_quantities
+from pdhocbf_drake.analysis.barrier_margins import quantities_of
 from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
@@ -46,7 +46,7 @@ def write_figures(figures: list[Drawn], folder: Path) -> None:
 
 
 def _walk(run: Run, limits: RobotLimits | None) -> Iterator[Drawn]:
-    names = " and ".join(quantity.label for quantity in bounded_quantities([run.scenario]))
+    names = " and ".join(quantity.label for quantity in quantities_of([run.scenario]))
     yield Drawn("velocity", f"{names}, planned and measured, under the bounds", figures_walk.quantities(run))
     if run.log.time[-1] > run.scenario.from_time:
         steady = figures_walk.quantities_steady(run)

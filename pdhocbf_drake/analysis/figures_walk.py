@@ -7,14 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import (
-    barriers_of,
-    bound_along,
-    bounded_quantities,
-    measured,
-    planned,
-    units_of,
-)  # fmt: skip
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, planned, quantities_of, units_of
 from pdhocbf_drake.analysis.drawing import label, legend, over_time, panels
 from pdhocbf_drake.analysis.feet import sole_corners, step_starts, touchdown_rows
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
@@ -55,7 +48,7 @@ def quantities_steady(run: Run) -> Figure:
 def quantities(run: Run) -> Figure:
     """The bounded quantities and their bounds, as the paper's Fig. 4(b); the forward speed where nothing is bounded."""
     log, scenario = run.log, run.scenario
-    bounded = bounded_quantities([scenario])
+    bounded = quantities_of([scenario])
     figure, axes = panels(len(bounded), height=3.0)
     for axis, quantity in zip(axes, bounded, strict=True):
         axis.plot(log.time, measured(run, quantity), color=palette.MEASURED_COM, label="measured")
