@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the replay again and prints where it is."""
+    """Writes the replay again and prints its path."""
     replay(read_run(options.run), options.run / REPLAY)
     print(options.run / REPLAY)
     return 0

@@ -5,20 +5,21 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.products import report, write_metrics, write_report
+from pdhocbf_drake.analysis.products import report
 from pdhocbf_drake.analysis.replay import replay_html
+from pdhocbf_drake.analysis.report import write_metrics, write_report
 from pdhocbf_drake.errors import InputError, RunFolderError
 from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Runs, and where to write."""
+    """Runs, and the file to write."""
     parser.add_argument("runs", type=Path, nargs="+", metavar="RUN")
     parser.add_argument("--out", type=Path, metavar="FILE", help="where to write it; ./comparison.html for several")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the report, with metrics and figures again for a single run, and prints where it is."""
+    """Writes the report, for a single run its metrics and figures too, and prints the report's path."""
     folders: list[Path] = options.runs
     runs = [read_run(folder) for folder in folders]
     if len(runs) == 1 and options.out is None:
@@ -34,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _replay(recorded: Run, folder: Path) -> str | None:
-    """The replay that the folder holds, or one made now; None for a log without motion."""
+    """The replay in the run folder, or a new one; None for a log without motion."""
     try:
         return (folder / REPLAY).read_text(encoding="utf-8")
     except OSError:

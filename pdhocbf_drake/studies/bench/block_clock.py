@@ -1,4 +1,4 @@
-"""Where a tick's time goes: a clock around the Python of every block."""
+"""A clock around the Python of every block, for the part of each in a tick's time."""
 
 from __future__ import annotations
 
@@ -11,19 +11,14 @@ from pydrake.systems.framework import LeafSystem
 from pdhocbf_drake import systems
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.simulation import simulate as _every_block_is_loaded_by  # noqa: F401
-from pdhocbf_drake.studies.bench.clock import now
+from pdhocbf_drake.studies.bench.recording import now
 
-_CALLED_BY_DRAKE = (
-    ("context", "output"),
-    ("context", "values"),
-    ("context", "value"),
-    ("context",),
-    ("context", "state"),
-)
+_CALLED_BY_DRAKE = {("context", *rest) for rest in ((), ("output",), ("values",), ("value",), ("state",))}
+"""Names of the arguments of a block's functions that Drake calls."""
 
 
 class BlockClock:
-    """Seconds spent in each block's own code, without what other blocks did for it, since `clear`.
+    """Seconds spent since `clear` in each block's own code, without the blocks that it calls.
 
     Attributes:
         seconds: by the block's name; "PeriodicMpc" is the solve inside "MpcController".
@@ -34,6 +29,7 @@ class BlockClock:
         self._inner: list[float] = []
 
     def clear(self) -> None:
+        """Sets all to zero."""
         self.seconds.clear()
 
     def around(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -59,9 +55,9 @@ def block_clock() -> Iterator[BlockClock]:
     clock = BlockClock()
     changed: list[tuple[type, str, Any]] = []
     try:
-        for block in _python_blocks():
+        for block in LeafSystem.__subclasses__():
             for name, function in list(vars(block).items()):
-                if callable(function) and _is_callback(function):
+                if block.__module__.startswith(systems.__name__) and _is_callback(function):
                     changed.append((block, name, function))
                     setattr(block, name, clock.around(block.__name__, function))
         changed.append((PeriodicMpc, "solve", PeriodicMpc.solve))
@@ -72,10 +68,6 @@ def block_clock() -> Iterator[BlockClock]:
             setattr(owner, name, function)
 
 
-def _python_blocks() -> list[type]:
-    return [block for block in LeafSystem.__subclasses__() if block.__module__.startswith(systems.__name__)]
-
-
-def _is_callback(function: Callable[..., Any]) -> bool:
+def _is_callback(function: Any) -> bool:
     code = getattr(function, "__code__", None)
     return code is not None and code.co_varnames[1 : code.co_argcount] in _CALLED_BY_DRAKE

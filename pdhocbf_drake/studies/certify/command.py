@@ -1,4 +1,4 @@
-"""`pdhocbf certify`: whether bounds can be kept for ever, at which phase not, their cost, and the largest push."""
+"""`pdhocbf certify`: whether bounds can be kept for ever, at which phase they fail, their cost, the largest push."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
 from pdhocbf_drake.simulation.run_folder import FIGURES, new_run_folder
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.certify.certificate import STAGES
 from pdhocbf_drake.studies.certify.report import certificate_lines, system_data
-from pdhocbf_drake.studies.certify.scenario_certificate import STAGES
 from pdhocbf_drake.studies.certify.study import CERTIFICATE, ENTRIES, TERMINAL, certify
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.terminal import shown_progress, table
@@ -21,7 +21,7 @@ from pdhocbf_drake.yaml_text import read_yaml
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """A scenario or system, the reach, the trial, and the folder of the results."""
     parser.add_argument(
         "scenario", metavar="SCENARIO",
         help="as for run; or a YAML file of another periodic linear system with A, B, states and inputs",
@@ -40,13 +40,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Certifies, writes and prints; gives the exit code. A bound that is not enforceable is an answer, not an error."""
+    """Certifies, writes and prints; returns the exit code, 0 for a bound that is not enforceable too."""
     system = _linear_system(options.scenario)
     return _certify_walk(options) if system is None else _certify_system(system, options)
 
 
 def _linear_system(scenario: str) -> LinearSystemConfig | None:
-    """The linear system in a file, if it holds one instead of a scenario."""
+    """The linear system in a file; None if the file holds a scenario."""
     path = Path(scenario)
     if path.suffix not in (".yaml", ".yml"):
         return None

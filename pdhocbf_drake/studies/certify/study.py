@@ -12,8 +12,8 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.studies.certify.certificate import STAGES, ScenarioCertificate, certify_scenario
 from pdhocbf_drake.studies.certify.report import certificate_data
-from pdhocbf_drake.studies.certify.scenario_certificate import STAGES, ScenarioCertificate, certify_scenario
 from pdhocbf_drake.studies.certify.terminal import terminal_sets
 from pdhocbf_drake.studies.certify.trial import Trial, try_sets
 from pdhocbf_drake.studies.shared.results import write_json

@@ -18,12 +18,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the pushes to try, and the folder of the results."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
     add_overrides(parser)
-    parser.add_argument(
-        "--directions",
-        default="+x,-x,+y,-y",
-        metavar="LIST",
-        help="such as +x,+y or forward,left; one that begins with a minus as --directions=-x,+y",
-    )
+    directions = "such as +x,+y or forward,left; one that begins with a minus as --directions=-x,+y"
+    parser.add_argument("--directions", default="+x,-x,+y,-y", metavar="LIST", help=directions)
     phases = "how many, evenly spread over the gait, or a list of its ticks such as 0,10,20 (or '0,' for one)"
     parser.add_argument("--phases", default="8", metavar="N|LIST", help=phases)
     parser.add_argument("--barriers", default=",".join(CASES), metavar="LIST", help="which of " + ", ".join(CASES))
