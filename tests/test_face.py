@@ -89,3 +89,13 @@ def test_code_that_reaches_deeper_would_be_found() -> None:
     deep = "import pdhocbf_drake.mpc\nfrom pdhocbf_drake.qp.compiler import AffineMap\nfrom pdhocbf_drake import jit"
     assert len(uses_of(deep)) == 3
     assert not any(map(offered, uses_of(deep)))
+
+
+def test_the_changelog_promises_every_name() -> None:
+    promised = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8").partition("## Unreleased")[0]
+    assert {name for name in FACE if f"`{name}`" in promised} == FACE
+
+
+def test_the_readme_names_every_example() -> None:
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert all(f"(examples/{path.name})" in readme for path in (ROOT / "examples").glob("*.py"))
