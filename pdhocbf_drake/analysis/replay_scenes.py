@@ -18,6 +18,7 @@ from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.config import SIDES
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.walking import Gait
 
 Draw = Callable[[int, float], None]
 """Draws a row of the log at a time of the recording [s]."""
@@ -55,7 +56,8 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
 
 def template_scene(stage: Stage, run: Run) -> Draw:
     """The variable-height pendulum: a point mass on a telescopic leg from the ZMP."""
-    log, box = run.log, np.array(run.scenario.gait.zmp_box) / 2
+    log, gait = run.log, Gait(run.scenario.gait)
+    box = gait.region.half(gait.step(gait.config.start_steps))
     starts, support = step_starts(log), log.element("gait_phase", "support")
     taken = [
         Foothold(row, "left" if support[row] > 0 else "right", log["stance_plan"][row, 2:4], box)

@@ -70,7 +70,7 @@ def _demanding(*equations: Callable[[Setting, int], Row]) -> type[Stability]:
             for equation in equations:
                 row = np.concatenate(equation(self.setting, program.phase))
                 # Scaled, so that the solver's tolerance means the same for every variant.
-                program.equal_zero(row[None] / np.abs(row).max(), variables, "stability")
+                program.equal_zero(row[None] / np.abs(row).max(), variables, *self.rows)
 
     return OtherRows
 

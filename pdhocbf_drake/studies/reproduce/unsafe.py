@@ -113,7 +113,7 @@ def _trajectories(
 
 def _phases(kicks: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
     """Ticks until recovery by the phase of the kick, one panel for each size."""
-    figure, axes = panels(len(KICKS), height=2.08)
+    figure, axes = panels(len(KICKS), height=2.075)
     period = len(kicks[KICKS[0]][NONE])
     data: dict[str, np.ndarray] = {"phase [ticks]": np.arange(period)}
     for axis, (size, cases) in zip(axes, kicks.items(), strict=True):
