@@ -1,11 +1,13 @@
-"""Where a tick's time goes: a clock around the Python of every block."""
+"""Where a tick's time goes: a clock around the Python of every block, and one around Drake's arithmetic on the robot."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame
 from pydrake.systems.framework import LeafSystem
 
 from pdhocbf_drake import systems
@@ -56,19 +58,39 @@ class BlockClock:
 @contextmanager
 def block_clock() -> Iterator[BlockClock]:
     """Diagrams that are built inside have their blocks timed; the classes are put back afterwards."""
+    blocks = [
+        (block, name, block.__name__.strip("_"))
+        for block in _python_blocks()
+        for name, function in vars(block).items()
+        if callable(function) and _is_callback(function)
+    ]
+    with _clock_around([*blocks, (PeriodicMpc, "solve", "PeriodicMpc")]) as clock:
+        yield clock
+
+
+@contextmanager
+def drake_clock() -> Iterator[BlockClock]:
+    """Times Drake's kinematics and dynamics of the robot under the name "Drake"; the classes are put back afterwards.
+
+    A profiler would not do: calls into nanobind, which binds Drake from 1.52 on, are invisible to it.
+    """
+    owners = (MultibodyPlant, Frame)
+    names = [(owner, name) for owner in owners for name in vars(owner) if name.startswith(("Calc", "Map", "Set"))]
+    with _clock_around([(owner, name, "Drake") for owner, name in names]) as clock:
+        yield clock
+
+
+@contextmanager
+def _clock_around(functions: Sequence[tuple[type, str, str]]) -> Iterator[BlockClock]:
+    """Times each function, given as its class, its name there, and the name to sum its seconds under."""
     clock = BlockClock()
-    changed: list[tuple[type, str, Any]] = []
+    before = [(owner, name, vars(owner)[name]) for owner, name, _ in functions]
     try:
-        for block in _python_blocks():
-            for name, function in list(vars(block).items()):
-                if callable(function) and _is_callback(function):
-                    changed.append((block, name, function))
-                    setattr(block, name, clock.around(block.__name__.strip("_"), function))
-        changed.append((PeriodicMpc, "solve", PeriodicMpc.solve))
-        PeriodicMpc.solve = clock.around("PeriodicMpc", PeriodicMpc.solve)  # type: ignore[method-assign]
+        for owner, name, label in functions:
+            setattr(owner, name, clock.around(label, getattr(owner, name)))
         yield clock
     finally:
-        for owner, name, function in changed:
+        for owner, name, function in before:
             setattr(owner, name, function)
 
 
