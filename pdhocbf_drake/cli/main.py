@@ -7,13 +7,13 @@ from __future__ import annotations
 
 import argparse
 import errno
-import importlib
 import os
 import sys
 from collections.abc import Sequence
 from typing import Any, Final
 
 import pdhocbf_drake
+from pdhocbf_drake.cli.loading import load
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.stopping import stop_requests
 
@@ -79,6 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(module: Any, options: argparse.Namespace) -> int:
+    load("pydrake")
     try:
         code: int = module.run(options)
         return code
@@ -104,7 +105,7 @@ def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, argparse.Arg
     for verb, (what, place) in _VERBS.items():
         subparser = verbs.add_parser(verb, help=what, description=f"{what[0].upper()}{what[1:]}.", epilog=_CODES)
         if verb == asked:
-            module = importlib.import_module(f"pdhocbf_drake.{place}")
+            module = load(f"pdhocbf_drake.{place}")
             module.add_arguments(subparser)
             used = subparser
     return parser, used, module

@@ -1,4 +1,4 @@
-"""Where a tick's time goes: a clock around the Python of every block, and one around Drake's arithmetic on the robot."""
+"""Where a tick's time goes: clocks around the Python of every block and around Drake's arithmetic on the robot."""
 
 from __future__ import annotations
 
