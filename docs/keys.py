@@ -9,19 +9,19 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.barriers.config import BarrierConfig, BoundConfig
 from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, MeasurementNoise, ModelErrorConfig
 from pdhocbf_drake.simulation.scenario import Push, Scenario
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
 PAGE = Path(__file__).parent / "scenario.md"
 CONFIGS: dict[str, type[BaseModel]] = {
     "": Scenario,
     "gait.": GaitConfig,
-    "barriers.NAME.": BarrierConfig,
-    "barriers.NAME.bound.": BoundConfig,
+    "barriers.NAME.": WalkBarrierConfig,
+    "barriers.NAME.bound.": WalkBoundConfig,
     "mpc.": MpcConfig,
     "mpc.recovery.": RecoveryConfig,
     "pushes.0.": Push,
@@ -47,9 +47,9 @@ def keys_table() -> str:
 
 
 def meanings(model: type[BaseModel]) -> dict[str, str]:
-    """What the docstring's "Attributes" say of each field; a line may speak of several."""
-    text = (inspect.getdoc(model) or "").partition("Attributes:\n")[2]
-    entries = re.findall(r"^ {4}(\w[\w, ]*): (.*(?:\n {8}.*)*)", text, re.MULTILINE)
+    """The text of each field under "Attributes" of a config and its bases; a line may describe several fields."""
+    texts = [(inspect.cleandoc(kind.__doc__ or "")).partition("Attributes:\n")[2] for kind in reversed(model.__mro__)]
+    entries = re.findall(r"^ {4}(\w[\w, ]*): (.*(?:\n {8}.*)*)", "\n\n".join(texts), re.MULTILINE)
     return {name: re.sub(r"\s*\n\s*", " ", said) for names, said in entries for name in names.split(", ")}
 
 

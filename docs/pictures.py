@@ -12,9 +12,11 @@ from itertools import zip_longest
 from pathlib import Path
 
 import pydot
+from pydrake.systems.framework import Diagram
 
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
+from pdhocbf_drake.systems.unbundled import leaf_of
 
 HERE = Path(__file__).parent
 
@@ -39,14 +41,24 @@ def main() -> None:
     for part in parts:
         for name in gone:
             part.del_node(name)
+    classes = unbundled_classes(logged.diagram)
     for name, node in nodes.items():
-        if node.get_label():
-            node.set_label(slim(str(node.get_label()), {port for block, port in used if block == name}))
+        if label := str(node.get_label() or ""):
+            system = re.search(r"name=(\w+)", label)
+            if system is not None and system[1] in classes:
+                label = label.replace("<B>Diagram</B>", f"<B>{classes[system[1]]}</B>")
+            node.set_label(slim(label, {port for block, port in used if block == name}))
     graph.set_rankdir("LR")
     source = HERE / "diagram.dot"
     source.write_text(graph.to_string(), encoding="utf-8")
     subprocess.run(["dot", "-Tsvg", "-o", HERE / "diagram.svg", source], check=True)
     source.unlink()
+
+
+def unbundled_classes(diagram: Diagram) -> dict[str, str]:
+    """The class of each block whose outputs are apart, by the name of its diagram, which Drake draws in its place."""
+    inside = [system for system in diagram.GetSystems() if isinstance(system, Diagram)]
+    return {d.get_name(): type(leaf_of(d)).__name__ for d in inside if d.HasSubsystemNamed("leaf")}
 
 
 def slim(label: str, used: set[str]) -> str:

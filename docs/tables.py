@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
-from pdhocbf_drake.simulation.signals import SIGNALS
+from pdhocbf_drake.systems.signals import LOGGED
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -47,8 +47,8 @@ def _held(room: str) -> str:
 
 
 def signals_table() -> str:
-    """One row a signal."""
-    rows = [f"| `{s.name}` | {s.system} | {s.size} | {s.unit} | {s.meaning} |" for s in SIGNALS]
+    """One row for each logged signal."""
+    rows = [f"| `{s.name}` | {s.system} | {s.size} | {s.unit} | {s.meaning} |" for s in LOGGED]
     return "\n".join(["| signal | system | size | unit | meaning |", "|---|---|---|---|---|", *rows])
 
 

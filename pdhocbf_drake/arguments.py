@@ -1,4 +1,4 @@
-"""Command-line arguments that several verbs have in common."""
+"""Command-line arguments that several commands share."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
-    """`--text YAML`, once: of two the first would be lost without a word."""
+    """Adds `--text YAML`; given twice it is an error, since the first one would be lost."""
     what = "overrides, such as 'gait: {stride: 0.1}'"
     parser.add_argument("--text", default="", metavar="YAML", action=_Once, help=what)
 

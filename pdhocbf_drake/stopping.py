@@ -1,4 +1,4 @@
-"""How a command is asked to stop: Ctrl-C, SIGTERM, and SIGHUP when its terminal closes."""
+"""Requests to stop a command: Ctrl-C, SIGTERM, and SIGHUP when its terminal closes."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ from contextlib import contextmanager
 from types import FrameType
 from typing import Any
 
-_ASKING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 @contextmanager
 def stop_requests() -> Iterator[threading.Event]:
-    """An event that the first request to stop sets; the second one takes effect at once."""
+    """An event that the first request to stop sets; the second request raises `KeyboardInterrupt`."""
     requested = threading.Event()
 
-    def ask(number: int, frame: FrameType | None) -> None:
+    def request(number: int, frame: FrameType | None) -> None:
         if requested.is_set():
             raise KeyboardInterrupt
         requested.set()
 
-    with _handled_by(ask):
+    with _handled_by(request):
         yield requested
 
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Every request to stop is a `KeyboardInterrupt` inside, so that nothing is left half done."""
+    """Every request to stop raises `KeyboardInterrupt` inside, so that `finally` clauses run."""
     with _handled_by(signal.default_int_handler):
         yield
 
@@ -36,10 +36,10 @@ def interruptible() -> Iterator[None]:
 @contextmanager
 def _handled_by(handler: Callable[[int, FrameType | None], Any]) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
-        yield  # Python takes signals in the main thread only
+        yield  # only the main thread can set signal handlers
         return
-    # What is ignored, as nohup has it, stays ignored.
-    numbers = [number for number in _ASKING if signal.getsignal(number) != signal.SIG_IGN]
+    # Signals that the process ignores, as under nohup, stay ignored.
+    numbers = [number for number in _SIGNALS if signal.getsignal(number) != signal.SIG_IGN]
     before = {number: signal.signal(number, handler) for number in numbers}
     try:
         yield

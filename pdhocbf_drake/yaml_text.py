@@ -1,4 +1,4 @@
-"""YAML as users write it: 1e4 is a number, a key given twice is an error, and maps merge in depth."""
+"""Reads and writes YAML: numbers as in YAML 1.2, duplicate keys are errors, and maps merge in depth."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from yaml.constructor import ConstructorError
 from pdhocbf_drake.config import shown
 from pdhocbf_drake.errors import InputError
 
-# YAML 1.2's numbers. Version 1.1, which PyYAML reads, takes 1e4 for a word, 010 for 8 and 1:30 for 90.
+# Numbers of YAML 1.2. PyYAML reads version 1.1, in which 1e4 is text, 010 is 8 and 1:30 is 90.
 _INT = re.compile(r"^(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)$")
 _FLOAT = re.compile(
     r"^(?:[-+]?(?:\.[0-9]+|[0-9]+\.[0-9]*)(?:[eE][-+]?[0-9]+)?|[-+]?[0-9]+[eE][-+]?[0-9]+"
@@ -20,11 +20,11 @@ _FLOAT = re.compile(
 )
 _NUMBERS = {"tag:yaml.org,2002:int": _INT, "tag:yaml.org,2002:float": _FLOAT}
 _PLAIN = {f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "seq", "map", "merge")}
-_MOST_VALUES = 1_000_000  # that the aliases of a file may stand for
+_MOST_VALUES = 1_000_000  # of a file whose aliases are replaced by the values that they refer to
 
 
 class _Loader(yaml.SafeLoader):
-    """PyYAML's safe loader with YAML 1.2 numbers, plain values only and no silent duplicates."""
+    """PyYAML's safe loader with YAML 1.2 numbers, plain values only, and an error for a duplicate key."""
 
     def get_single_data(self) -> Any:
         node = self.get_single_node()
@@ -34,17 +34,21 @@ class _Loader(yaml.SafeLoader):
         return self.construct_document(node)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen = set()
+        keys = set()
         for key_node, _ in node.value:
             key = key_node.value
-            if key in seen:
+            if key in keys:
                 raise ConstructorError(None, None, f"key '{key}' is given twice", key_node.start_mark)
-            seen.add(key)
+            keys.add(key)
         return super().construct_mapping(node, deep)
 
 
 def _check(node: yaml.Node, counts: dict[int, int | None]) -> int:
-    """How many values a node stands for; refuses what is no tree of plain values, or a tree beyond all measure."""
+    """The number of values of a node, with its aliases replaced by what they refer to.
+
+    Raises:
+        ConstructorError: the node is no tree of plain values, or has too many.
+    """
     if id(node) in counts:
         known = counts[id(node)]
         if known is None:
@@ -73,11 +77,11 @@ def _integer(loader: _Loader, node: yaml.ScalarNode) -> int:
 
 
 class _Dumper(yaml.SafeDumper):
-    """Quotes a word that is a number to either version."""
+    """Quotes text that is a number in either version of YAML."""
 
 
 _Loader.yaml_implicit_resolvers = {
-    # A date is a word here: no key wants one, and a word gets the clearer message.
+    # Dates are read as text: no key takes one, and the message about text is clearer.
     first: [(tag, pattern) for tag, pattern in pairs if tag not in _NUMBERS and not tag.endswith(":timestamp")]
     for first, pairs in _Loader.yaml_implicit_resolvers.items()
 }
@@ -88,7 +92,7 @@ for _tag, _pattern in _NUMBERS.items():
 
 
 def parse_yaml(text: str, where: str) -> Any:
-    """Plain data from YAML text; raises `InputError` that says where the text is wrong."""
+    """Plain data from YAML text; raises `InputError` with the line and column of a mistake."""
     try:
         return yaml.load(text, Loader=_Loader)
     except yaml.YAMLError as error:
@@ -118,9 +122,9 @@ def read_yaml(path: Path) -> Any:
 
 
 def merge(base: Any, over: Any) -> Any:
-    """`over` laid on `base`: maps merge key by key, anything else replaces.
+    """`base` with the values of `over`: maps merge key by key, any other value replaces the old one.
 
-    A map that names another `kind` replaces the old one whole, since the old one's keys belong to the old kind.
+    A map with another `kind` replaces the old map as a whole, since the old keys belong to the old kind.
     """
     if not (isinstance(base, dict) and isinstance(over, dict)):
         return over
@@ -130,6 +134,6 @@ def merge(base: Any, over: Any) -> Any:
 
 
 def write_yaml(data: Any, path: Path) -> None:
-    """Writes plain data, keys in their given order."""
+    """Writes plain data, with its keys in their order."""
     text = yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
     path.write_text(text, encoding="utf-8")

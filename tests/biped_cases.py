@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from pydrake.math import RollPitchYaw
 
 from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk, sole_pose
 
@@ -17,6 +18,17 @@ def biped() -> Biped:
 @cache
 def ik() -> WholeBodyIk:
     return WholeBodyIk(biped())
+
+
+def posture_at(q: np.ndarray) -> Posture:
+    """CoM, soles and torso at q (19,), by Drake's own kinematics."""
+    context = biped().plant.CreateDefaultContext()
+    biped().plant.SetPositions(context, q)
+    frames = (biped().soles["left"].frame, biped().soles["right"].frame, biped().torso_frame)
+    poses = [frame.CalcPoseInWorld(context) for frame in frames]
+    angles = [RollPitchYaw(pose.rotation()).vector() for pose in poses]
+    left, right = (np.concatenate([poses[i].translation(), angles[i]]) for i in range(2))
+    return Posture(biped().plant.CalcCenterOfMassPositionInWorld(context), left, right, angles[2])
 
 
 def standing(height: float = 0.58) -> Posture:

@@ -9,7 +9,7 @@ from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.signals import SIGNALS
+from pdhocbf_drake.systems.signals import LOGGED
 
 N, START, STRIDE, WIDTH, TICK, H = 40, 2, 0.15, 0.16, 0.01, 80
 SPEED = STRIDE / (N * TICK)
@@ -53,7 +53,7 @@ def walk_log(robot: bool = True, duration: float = 4.0, ending: str = FINISHED) 
         "zmp_box": np.stack(
             [stance[:, 0] - 0.05, stance[:, 0] + 0.05, stance[:, 1] - 0.05, stance[:, 1] + 0.05], axis=1
         ),
-        "velocity_bound": bounds,
+        "barrier_bound": bounds,
         "h": (bounds[:, 0] - velocity)[:, None],
         "lip_state": np.stack([x, velocity, stance[:, 0], y, zero, stance[:, 1]], axis=1),
         "com_reference": np.stack([x + 0.003, velocity, zero, y - 0.004, zero, zero], axis=1),
@@ -126,5 +126,5 @@ def provenance() -> Provenance:
 
 
 def signal_names() -> set[str]:
-    """The names of the one table."""
-    return {signal.name for signal in SIGNALS}
+    """The names of all logged signals."""
+    return {signal.name for signal in LOGGED}

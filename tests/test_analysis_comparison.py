@@ -32,7 +32,8 @@ def test_the_start_counts_if_it_is_asked_for():
 
 def test_single_barriers_are_compared_whatever_their_names():
     (found,) = compare(run(0.01, "periodic"), run(0.02, "constant"), from_time=2.0)
-    assert found.names == ("periodic", "constant") and found.ratio == pytest.approx(0.5)
+    assert found.names == ("periodic", "constant")
+    assert found.ratio == pytest.approx(0.5)
 
 
 def test_nothing_to_compare_is_told():
@@ -46,6 +47,18 @@ def test_nothing_to_compare_is_told():
     broken.log["h"][300] = float("nan")
     with pytest.raises(InputError, match="there can't be compared: h of its barrier forward_speed is no number"):
         compare(run(0.01), broken, 2.0, ("here", "there"))
+
+
+def test_a_barrier_on_the_lateral_speed_needs_a_whole_gait():
+    def lateral(margin: float) -> Run:
+        one = run(margin)
+        barriers = {name: config.model_copy(update={"axis": "y"}) for name, config in one.scenario.barriers.items()}
+        return one._replace(scenario=one.scenario.model_copy(update={"barriers": barriers}))
+
+    assert compare(run(0.01), run(0.02), 3.5)
+    assert compare(lateral(0.01), lateral(0.02), 3.2)
+    with pytest.raises(InputError, match=r"the first run has less than a period of 0\.8 s from 3\.5 s on"):
+        compare(lateral(0.01), lateral(0.02), 3.5)
 
 
 def test_comparison_figures_are_for_several_walks():

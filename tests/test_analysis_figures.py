@@ -65,8 +65,24 @@ def test_measured_and_planned_differ_in_colour_and_style():
     run = synthetic.run("vhip")
     velocity = next(drawn for drawn in make_figures(run, None) if drawn.name == "velocity")
     lines = {line.get_label(): line for line in velocity.figure.axes[0].lines}
-    assert lines["measured"].get_color() == palette.MEASURED_COM and lines["measured"].get_linestyle() == "-"
-    assert lines["planned"].get_color() == palette.PLANNED_COM and lines["planned"].get_linestyle() == "--"
+    assert lines["measured"].get_color() == palette.MEASURED_COM
+    assert lines["measured"].get_linestyle() == "-"
+    assert lines["planned"].get_color() == palette.PLANNED_COM
+    assert lines["planned"].get_linestyle() == "--"
+
+
+def test_there_is_a_panel_for_each_bounded_quantity():
+    run = synthetic.run("vhip")
+    config = run.scenario.barriers["forward_speed"]
+    barriers = {"sideways": config.model_copy(update={"axis": "y"}), "ahead": config}
+    two = run._replace(scenario=run.scenario.model_copy(update={"barriers": barriers}))
+    for name in ("h", "barrier_bound"):
+        two.log.signals[name] = np.hstack([two.log[name], two.log[name]])
+    velocity = next(drawn for drawn in make_figures(two, None) if drawn.name == "velocity")
+    labels = [axes.get_ylabel() for axes in velocity.figure.axes]
+    assert labels == ["CoM velocity in x [m/s]", "CoM velocity in y [m/s]"]
+    bounds = [[line.get_label() for line in axes.lines][2:] for axes in velocity.figure.axes]
+    assert bounds == [["bound of ahead"], ["bound of sideways"]]
 
 
 def test_figures_leave_a_users_settings_alone():
@@ -112,4 +128,5 @@ def test_the_safety_colour_runs_from_red_to_green():
     assert palette.safety_colour(-1.0, 0.1) == palette.safety_colour(0.0, 0.1) == palette.rgb(palette.UNSAFE)
     assert palette.safety_colour(0.1, 0.1) == palette.safety_colour(5.0, 0.1) == palette.rgb(palette.SAFE)
     red, green = zip(*(palette.safety_colour(h, 0.1)[:2] for h in np.linspace(0.0, 0.1, 9)), strict=True)
-    assert list(red) == sorted(red, reverse=True) and list(green) == sorted(green)
+    assert list(red) == sorted(red, reverse=True)
+    assert list(green) == sorted(green)

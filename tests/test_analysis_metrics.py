@@ -42,7 +42,8 @@ def log() -> RunLog:
 
 def test_every_promised_key_is_there_and_documented(log):
     data = json.loads(metrics(log).to_json())
-    assert set(data) >= PROMISED and data["schema"] == 1
+    assert set(data) >= PROMISED
+    assert data["schema"] == 1
     barrier = {"h_min", "h_mean", "violations", "psi_min", "gamma", "relative_degree", "unit"}
     barrier |= {"slack_max", "softened_ticks"}
     assert set(data["barriers"]["forward_speed"]) == barrier
@@ -56,19 +57,22 @@ def test_every_promised_key_is_there_and_documented(log):
 def test_a_known_walk(log):
     found = metrics(log)
     assert (found.steps_taken, found.fell, found.template) == (8, False, False)
-    assert found.simulated_seconds == pytest.approx(4.0) and found.real_time_factor == pytest.approx(2.0)
+    assert found.simulated_seconds == pytest.approx(4.0)
+    assert found.real_time_factor == pytest.approx(2.0)
     assert found.distance == pytest.approx(SPEED * 4.0)
     assert found.distance_commanded == pytest.approx((8 - 0.5) * STRIDE)
     assert found.mean_speed == pytest.approx(SPEED, abs=1e-3)
     assert found.lateral_drift == pytest.approx(0.0, abs=1e-12)
     assert found.com_rms_error == pytest.approx([0.003, 0.004, 0.005])
     assert (found.joint_torque_peak, found.torque_limit_hits) == (10.0, 0)
-    assert found.joint_position_margin_min == pytest.approx(0.3) and found.joint_speed_margin_min == pytest.approx(5.0)
+    assert found.joint_position_margin_min == pytest.approx(0.3)
+    assert found.joint_speed_margin_min == pytest.approx(5.0)
 
 
 def test_a_known_barrier(log):
     found = metrics(log).barriers["forward_speed"]
-    assert found.h_min == pytest.approx(MARGIN) and found.h_mean == pytest.approx(MARGIN)
+    assert found.h_min == pytest.approx(MARGIN)
+    assert found.h_mean == pytest.approx(MARGIN)
     # Constant h: every psi_i is gamma_i times the one before.
     assert found.psi_min == pytest.approx(0.5 * 0.5 * MARGIN)
     assert (found.violations, found.relative_degree, found.gamma, found.unit) == (0, 2, [0.5, 0.5], "m/s")
@@ -88,7 +92,8 @@ def test_barriers_are_judged_from_from_time_on_only(log):
     assert metrics(log).barriers["forward_speed"].violations == 0
     log["h"][200:203] = [[-0.01], [-0.02], [-0.03]]
     found = metrics(log).barriers["forward_speed"]
-    assert found.violations == 3 and found.h_min == -0.03
+    assert found.violations == 3
+    assert found.h_min == -0.03
     rest = len(log) - 203
     assert found.h_mean == pytest.approx((rest * MARGIN - 0.06) / (rest + 3))
     h = log["h"][200:, 0]
@@ -104,10 +109,12 @@ def test_a_run_that_ends_before_from_time_has_no_margins():
 
 def test_what_does_not_apply_to_a_template_is_null():
     data = json.loads(metrics(synthetic.walk_log(robot=False), None).to_json())
-    assert data["template"] is True and data["com_rms_error"][2] is None
+    assert data["template"] is True
+    assert data["com_rms_error"][2] is None
     for key in ("yaw_drift_deg", "zmp_margin_min", "slip_max", "joint_torque_peak", "torque_limit_hits"):
         assert data[key] is None
-    assert data["steps_taken"] == 8 and data["zmp_outside_fraction"] == 0.0
+    assert data["steps_taken"] == 8
+    assert data["zmp_outside_fraction"] == 0.0
 
 
 def test_an_oscillator_has_barriers_only():
@@ -115,14 +122,18 @@ def test_an_oscillator_has_barriers_only():
         compute_metrics(synthetic.scenario("van_der_pol"), synthetic.oscillator_log(), 1.0, None).to_json()
     )
     assert list(data["barriers"]) == ["x1_upper", "x1_lower", "x2_upper", "x2_lower"]
-    assert data["barriers"]["x1_upper"]["relative_degree"] == 2 and data["barriers"]["x2_lower"]["unit"] == "1/s"
-    assert data["mpc"] is None and data["distance"] is None
+    assert data["barriers"]["x1_upper"]["relative_degree"] == 2
+    assert data["barriers"]["x2_lower"]["unit"] == "1/s"
+    assert data["mpc"] is None
+    assert data["distance"] is None
 
 
 def test_a_fall_is_told_and_its_step_not_counted():
     log = synthetic.walk_log(duration=3.9, ending=FELL)
     found = metrics(log)
-    assert found.fell and found.ending == "fell" and found.steps_taken == 7
+    assert found.fell
+    assert found.ending == "fell"
+    assert found.steps_taken == 7
 
 
 def test_a_foot_that_never_leaves_the_ground_takes_no_step(log):
@@ -196,7 +207,8 @@ def test_solver_failures_and_fallbacks_are_counted(log):
     log["solver_status"][70, 1] = 1.0
     found = metrics(log).mpc
     assert (found.solves, found.failures, found.fallbacks, found.slack_max) == (400, 2, 2, 0.02)
-    assert found.tick_seconds_median == pytest.approx(1e-4) and found.tick_seconds_p99 == pytest.approx(1e-4)
+    assert found.tick_seconds_median == pytest.approx(1e-4)
+    assert found.tick_seconds_p99 == pytest.approx(1e-4)
 
 
 @pytest.mark.parametrize(("barrier", "failures"), [("soft", 5), ("hard", 8)])
@@ -209,7 +221,9 @@ def test_failures_are_ticks_whose_own_problem_had_no_optimum(barrier, failures):
     mpc = run.scenario.mpc.model_copy(update={"barrier": barrier})
     found = compute_metrics(run.scenario.model_copy(update={"mpc": mpc}), run.log, 2.0, None).mpc
     # Where the barrier is soft its slack is part of what the scenario states.
-    assert found.failures == failures and found.degraded["softened"] == 2 and found.degraded["recovering"] == 1
+    assert found.failures == failures
+    assert found.degraded["softened"] == 2
+    assert found.degraded["recovering"] == 1
     assert found.degraded["no_steady_plan"] == 1
 
 
@@ -217,7 +231,8 @@ def test_nan_becomes_null_and_not_a_crash(log):
     log["lip_state"][300, :] = np.nan
     log["h"][300] = np.nan
     data = json.loads(metrics(log).to_json())
-    assert data["com_rms_error"][0] is None and data["zmp_margin_min"] is None
+    assert data["com_rms_error"][0] is None
+    assert data["zmp_margin_min"] is None
     assert data["barriers"]["forward_speed"]["h_min"] is None
 
 
@@ -225,4 +240,6 @@ def test_an_empty_log_has_metrics_too():
     log = synthetic.walk_log()
     empty = RunLog({name: table[:0] for name, table in log.signals.items()}, log.time[:0], "interrupted")
     data = json.loads(metrics(empty).to_json())
-    assert data["ending"] == "interrupted" and data["steps_taken"] is None and data["mpc"]["solves"] == 0
+    assert data["ending"] == "interrupted"
+    assert data["steps_taken"] is None
+    assert data["mpc"]["solves"] == 0

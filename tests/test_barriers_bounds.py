@@ -79,7 +79,7 @@ def test_bounds_of_an_orbit():
         (lambda: bound_of(kind="constant"),
          'bound: a bound of kind "constant" needs value; it takes: value'),
         (lambda: bound_of(kind="orbit", value=1.0),
-         'bound: a bound of kind "orbit" does not use value; it takes: margin, stride'),
+         'bound: a bound of kind "orbit" does not use value; it takes: margin'),
         (lambda: bound_of(kind="square"),
          "bound.kind: must be 'constant', 'harmonic', 'tabulated', 'orbit' or 'orbit_peak' (given: 'square')"),
     ],
@@ -93,7 +93,7 @@ def barrier_config(**keys):
 
 
 def test_barriers_as_described():
-    barrier = make_barrier("vx", barrier_config(gamma=[0.5, 0.2]), [0, 1, 0], constant(0.5))
+    barrier = make_barrier("vx", barrier_config(gamma=[0.5, 0.2], unit="m/s"), [0, 1, 0], constant(0.5))
     assert isinstance(barrier, AffineBarrier)
     assert (barrier.sign, barrier.order, barrier.relative_degree, barrier.unit) == (1, 2, 2, "m/s")
     assert barrier.class_k == (Linear(0.5), Linear(0.2))
@@ -113,13 +113,29 @@ def test_barriers_as_described():
          "(given: [0.5, 5.0])"),
         ({"gamma": 0.5}, "barriers.vx.gamma: must be a list (given: 0.5)"),
         ({"gama": [0.5]},
-         "barriers.vx.gama: unknown key; allowed here: axis, bound, class_k, class_k_scale, gamma, relative_degree, "
-         "side, unit"),
+         "barriers.vx.gama: unknown key; allowed here: bound, class_k, class_k_scale, gamma, relative_degree, side, "
+         "unit"),
         ({"relative_degree": 0}, "barriers.vx.relative_degree: must be at least 1 (given: 0)"),
     ],
 )  # fmt: skip
 def test_wrong_barrier_configs_are_told_in_a_sentence(keys, text):
     assert message(lambda: barrier_config(**keys)) == text
+
+
+def test_the_normal_of_an_affine_barrier_may_vary_with_the_tick():
+    normals = np.array([[1.0, 0.0], [1.0, 0.5], [0.0, 2.0]])
+    barrier = AffineBarrier("b", normals, tabulated([1.0, 2.0]), 1, (0.5,))
+    assert barrier.period == 6
+    assert np.array_equal(barrier.normals(-1, 5), normals[[2, 0, 1, 2, 0]])
+    for k in range(12):
+        assert barrier.h(k, np.array([3.0, 4.0])) == pytest.approx(barrier.bound(k) - normals[k % 3] @ [3.0, 4.0])
+
+
+def test_a_constant_normal_is_a_vector_however_it_is_given():
+    for normal in ([0.0, 1.0], [[0.0, 1.0]], [[0.0, 1.0]] * 3):
+        barrier = AffineBarrier("b", normal, constant(1), 1, (0.5,))
+        assert np.array_equal(barrier.normals(5, 2), [[0.0, 1.0]] * 2)
+    assert AffineBarrier("b", [[0.0, 1.0]], constant(1), 1, (0.5,)).normal.shape == (2,)
 
 
 def test_nan_and_a_missing_scale_are_refused():
@@ -140,6 +156,10 @@ def test_nan_and_a_missing_scale_are_refused():
          "allowed (else psi_i holds inputs for some i < m)"),
         (lambda: AffineBarrier("b", [0.0, 0.0], constant(1), 1, (0.5,)),
          'barrier "b": the normal must be a vector other than zero, given [0.0, 0.0]'),
+        (lambda: AffineBarrier("b", [[1.0], [0.0]], constant(1), 1, (0.5,)),
+         'barrier "b": the normal must be a vector other than zero, given [[1.0], [0.0]]'),
+        (lambda: AffineBarrier("b", 1.0, constant(1), 1, (0.5,)),
+         'barrier "b": the normal must be a vector other than zero, given 1.0'),
         (lambda: AffineBarrier("b", [1.0, 0.0], constant(1), 2, (0.5,)),
          'barrier "b": the sign is +1 (upper bound) or -1 (lower bound), given 2'),
     ],

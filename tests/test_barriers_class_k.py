@@ -24,7 +24,8 @@ def test_twice_s_is_refused_and_would_break_invariance():
 
     b = [1.0]
     b.append(-b[0])
-    assert b[1] - b[0] >= -alpha(b[0]) and b[1] < 0
+    assert b[1] - b[0] >= -alpha(b[0])
+    assert b[1] < 0
     assert message(lambda: Barrier("h", lambda k, x: x[0], 1, (alpha,))) == (
         'barrier "h", class-K function 1: alpha(1e-09) = 2e-09 is above s, but alpha(s) <= s is needed for s >= 0: '
         "otherwise psi >= 0 does not keep h >= 0"
@@ -88,8 +89,10 @@ def test_a_function_of_the_users_own_is_taken():
 @given(st.floats(0.01, 1.0), st.floats(0.01, 10.0), st.floats(1e-9, 1e3), st.floats(1e-9, 1e3))
 def test_saturating_is_class_k(gamma, scale, s, t):
     alpha = Saturating(gamma, scale)
-    assert alpha(0.0) == 0 and alpha(-s) == -alpha(s)
-    assert alpha(s) <= gamma * s * (1 + 1e-12) and alpha(s) <= gamma * scale
+    assert alpha(0.0) == 0
+    assert alpha(-s) == -alpha(s)
+    assert alpha(s) <= gamma * s * (1 + 1e-12)
+    assert alpha(s) <= gamma * scale
     assert alpha(min(s, t)) <= alpha(max(s, t))
     # trying it like a stranger's function agrees with knowing it
     check_class_k(lambda v: alpha(v), "here")

@@ -86,9 +86,11 @@ def test_filtered_input_is_the_nearest_of_the_interval(seed):
     if low <= high:
         assert result.status == "solved"
         assert result.input[0] == pytest.approx(np.clip(wanted, low, high), abs=1e-6)
-        assert np.all(result.psi >= -1e-10) and np.all(result.slack == 0)
+        assert np.all(result.psi >= -1e-10)
+        assert np.all(result.slack == 0)
     else:
-        assert result.status == "softened" and result.slack.max() > 0
+        assert result.status == "softened"
+        assert result.slack.max() > 0
 
 
 def opposed(gap):
@@ -102,7 +104,8 @@ def opposed(gap):
 def test_infeasible_barriers_give_way_and_say_so():
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     result = BarrierFilter(system, opposed(1.0))(0, [0.5], [3.0])
-    assert result.status == "softened" and result.reason == "no input satisfies every barrier at once"
+    assert result.status == "softened"
+    assert result.reason == "no input satisfies every barrier at once"
     assert result.input[0] == pytest.approx(0.0, abs=1e-4)  # halfway between what both ask for
     assert result.slack == pytest.approx([0.25, 0.25], abs=1e-4)
     assert BarrierFilter(system, opposed(-1.0))(0, [-0.5], [3.0]).status == "solved"
@@ -113,7 +116,9 @@ def test_a_row_without_input_at_this_state_is_not_called_solved():
     system = PeriodicAffineSystem([[1.0, 0.0], [0.0, 1.0]], [[0.0], [1.0]])
     barrier = Barrier("product", lambda k, x: (-0.5 if k else 1.0) - x[0] * x[1], 2, (0.5,))
     result = BarrierFilter(system, [barrier])(0, [0.0, 2.0], [1.0])
-    assert result.status == "softened" and result.psi[0] == -1.0 and result.slack[0] == 1.0
+    assert result.status == "softened"
+    assert result.psi[0] == -1.0
+    assert result.slack[0] == 1.0
     assert BarrierFilter(system, [barrier])(0, [1.0, 0.0], [1.0]).status == "solved"
     # at x_1 = 0 either no input helps or any does, at x_1 = 1 those with ψ_1 = −0.5 − u − 0.5 (1 − 0) ≥ 0
     assert input_interval(system, [barrier], 0, [0.0, 2.0]) == (np.inf, -np.inf)
@@ -150,7 +155,8 @@ def test_a_measurement_that_is_not_finite_fails_in_a_defined_way(bad):
     barrier_filter = BarrierFilter(Pendulum(), pendulum_barriers(), lower=[-1.0], upper=[1.0])
     for x, wanted in (([bad, 0.0], [5.0]), ([0.0, 0.0], [bad])):
         result = barrier_filter(0, x, wanted)
-        assert result.status == "failed" and result.reason == "the state or the wanted input is not finite"
+        assert result.status == "failed"
+        assert result.reason == "the state or the wanted input is not finite"
         assert np.all(np.abs(result.input) <= 1.0)
 
 
@@ -176,7 +182,8 @@ def test_an_input_that_keeps_less_than_the_tightening_is_moved():
     barrier = AffineBarrier("x", [1.0], constant(1.0), 1, (1.0,))
     barrier_filter = BarrierFilter(PeriodicAffineSystem([[1.0]], [[1.0]]), [barrier], tightening=0.1)
     result = barrier_filter(0, [0.0], [0.95])
-    assert result.status == "solved" and result.input[0] == pytest.approx(0.9, abs=1e-9)
+    assert result.status == "solved"
+    assert result.input[0] == pytest.approx(0.9, abs=1e-9)
     assert barrier_filter(0, [0.0], [0.89]).input[0] == 0.89
 
 
@@ -191,7 +198,8 @@ def test_a_failed_solve_lets_the_wanted_input_through_and_says_what_is_missing(m
     barrier = AffineBarrier("x", [1.0], constant(1.0), 1, (0.5,))
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     result = BarrierFilter(system, [barrier], upper=[2.0], tightening=0.25)(0, [0.0], [3.0])
-    assert result.status == "failed" and result.reason == "the solver stopped with kIterationLimit"
+    assert result.status == "failed"
+    assert result.reason == "the solver stopped with kIterationLimit"
     assert (result.input[0], result.psi[0], result.slack[0]) == (2.0, -1.5, 1.75)
 
 

@@ -256,7 +256,9 @@ def test_a_bound_keeps_its_own_values():
     values = [1.0, 2.0]
     bound = Bound(values)
     values[0] = 5.0
-    assert bound.values == (1.0, 2.0) and bound == Bound(np.array([1.0, 2.0])) and hash(bound)
+    assert bound.values == (1.0, 2.0)
+    assert bound == Bound(np.array([1.0, 2.0]))
+    assert hash(bound)
 
 
 def test_no_barriers_leave_every_input():

@@ -28,13 +28,14 @@ from pdhocbf_drake.errors import InputError
 
 
 def random_case(seed, n=3, inputs=2, order=2, sign=1, degree=None):
-    """A periodic system and a barrier of that relative degree (m if None), in coordinates that do not show it."""
+    """A periodic system and a barrier of that relative degree (m if None), whose normal varies with the phase."""
     rng = np.random.default_rng(seed)
     A, B, c = rng.normal(size=(3, n, n)), rng.normal(size=(3, n, inputs)), rng.normal(size=(3, n))
     for i in range((degree or order) - 1):  # state i is reached through state i + 1 only
         B[:, i], A[:, i, i + 2 :] = 0.0, 0.0
     T, _ = np.linalg.qr(rng.normal(size=(n, n)))
-    barrier = AffineBarrier("b", T[:, 0], tabulated(rng.normal(size=4)), sign, rng.uniform(0.1, 1, order), "m/s")
+    normals = rng.uniform(0.5, 1.5, (2, 1)) * T[:, 0]
+    barrier = AffineBarrier("b", normals, tabulated(rng.normal(size=4)), sign, rng.uniform(0.1, 1, order), "m/s")
     return rng, PeriodicAffineSystem(T @ A @ T.T, T @ B, c), barrier
 
 
@@ -110,10 +111,11 @@ def test_rows_that_no_input_reaches_are_left_out_in_any_coordinates(seed):
     barrier = AffineBarrier("b", usual.normal, usual.bound, 1, usual.class_k, "m", relative_degree=2)
     prog = MathematicalProgram()
     u = prog.NewContinuousVariables(6, 2, "u")
-    outside = barrier.normal * (barrier.bound(0) + 100.0)
+    outside = barrier.normals(0, 1)[0] * (barrier.bound(0) + 100.0)
     add_barrier_rows(prog, barrier, system, 0, outside, u)
     result = Solve(prog)
-    assert result.is_success() and np.abs(result.GetSolution(u)).max() < 1e6
+    assert result.is_success()
+    assert np.abs(result.GetSolution(u)).max() < 1e6
 
 
 def test_a_horizon_of_psi_rows_keeps_h_nonnegative():
@@ -130,7 +132,8 @@ def test_a_horizon_of_psi_rows_keeps_h_nonnegative():
         result = Solve(prog)
         assert result.is_success()
         least[rows] = record(barrier, rollout(system, 0, x, result.GetSolution(u))).h_min
-    assert least[True] > -1e-6 and least[False] < -0.05
+    assert least[True] > -1e-6
+    assert least[False] < -0.05
 
 
 class Pendulum:
@@ -218,7 +221,8 @@ def test_nonlinear_rows_start_where_an_input_reaches(shooting):
     prog.SetInitialGuess(x_var, rollout(Pendulum(), 0, x, inputs))
     prog.SetInitialGuess(u_var, inputs)
     found = np.concatenate([prog.EvalBindingAtInitialGuess(one) for one in bindings])
-    assert expected[0] < 0 and found == pytest.approx(expected[1:], abs=1e-12)
+    assert expected[0] < 0
+    assert found == pytest.approx(expected[1:], abs=1e-12)
 
 
 def test_linear_dynamics_give_the_same_rows_either_way():

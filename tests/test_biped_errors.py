@@ -1,4 +1,4 @@
-"""What users read when a robot or a walk does not fit: one sentence with what was given and what there is."""
+"""Messages about a robot or a walk that can't be used: one sentence with the value given and the existing ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from biped_cases import biped, standing
 
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError, ModelError
-from pdhocbf_drake.robot import Biped, RobotConfig, check_walk, load_robot_config, models_folder
+from pdhocbf_drake.robot import Biped, RobotConfig, check_walk, load_robot_config, models_folder, upright_posture
 
 FOLDER = models_folder() / "biped"
 LINKS = ("hip_yaw", "hip_roll", "thigh", "shank", "ankle", "foot")
@@ -107,7 +107,7 @@ def test_joints_beyond_the_legs_are_named_and_can_be_fixed(tmp_path: Path) -> No
     robot = Biped(changed(model=path, fixed_joints={"shoulder": 0.3}))
     assert robot.mass == pytest.approx(30.0)
     posture = standing()
-    robot.posture(posture.com, posture.left, posture.right)
+    upright_posture(robot, posture.com, posture.left, posture.right)
 
 
 def test_fixed_joint_keeps_its_angle(tmp_path: Path) -> None:
@@ -155,8 +155,10 @@ def test_numbers_that_no_robot_has(update: dict[str, Any], says: str) -> None:
 
 def test_legs_that_are_swapped() -> None:
     config = load_robot_config("biped")
-    told = text_of(config.model_copy(update={"left": config.right, "right": config.left}))
-    assert told.startswith("robot 'biped': left and right are swapped: with the knees bent the left sole is at y = -")
+    message = text_of(config.model_copy(update={"left": config.right, "right": config.left}))
+    assert message.startswith(
+        "robot 'biped': left and right are swapped: with the knees bent the left sole is at y = -"
+    )
 
 
 def test_a_package_folder_that_is_not_there() -> None:
@@ -214,4 +216,4 @@ def test_posture_out_of_reach() -> None:
     with pytest.raises(
         ModelError, match=r"robot 'biped' can't stand with CoM \[0\.02, 0\.0, 0\.8\] and soles at .*CoM z"
     ):
-        biped().posture(target.com, target.left, target.right)
+        upright_posture(biped(), target.com, target.left, target.right)

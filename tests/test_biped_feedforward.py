@@ -96,7 +96,7 @@ def test_sharing_the_kinematics_of_the_ik_changes_nothing() -> None:
         np.testing.assert_array_equal(second, alone)
 
 
-def test_soles_are_where_the_wrenches_are_said_to_act() -> None:
+def test_the_wrenches_act_at_the_centres_of_the_soles() -> None:
     q = ik().solve(standing(), biped().bent_knee).q
     context = biped().plant.CreateDefaultContext()
     biped().plant.SetPositions(context, q)

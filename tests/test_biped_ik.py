@@ -1,25 +1,27 @@
-"""Whole-body inverse kinematics: round trip, mirror symmetry, derivatives, and what it does out of reach."""
+"""Whole-body inverse kinematics: round trip, mirror symmetry, derivatives, and targets out of reach."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from biped_cases import biped, ik, mirrored, mirrored_joints, random_posture, standing
+from biped_cases import biped, ik, mirrored, mirrored_joints, posture_at, random_posture, standing
 
-from pdhocbf_drake.robot import Posture, PostureRates, WholeBodyIk, sole_pose
+from pdhocbf_drake.robot import Motion, Posture, WholeBodyIk, sole_pose
 from pdhocbf_drake.robot.ik import TOLERANCE
+from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT, TURNS
 
 
 @pytest.mark.parametrize("seed", range(60))
 def test_forward_kinematics_undo_inverse_kinematics(seed: int) -> None:
     target = random_posture(np.random.default_rng(seed))
     result = ik().solve(target, biped().bent_knee)
-    assert result.ok and result.error < TOLERANCE, result.reason
-    ik().task_space.set_positions(result.q)
-    for found, wanted in zip(ik().task_space.posture(), target, strict=True):
+    assert result.ok, result.reason
+    assert result.error < TOLERANCE, result.reason
+    for found, wanted in zip(posture_at(result.q), target, strict=True):
         np.testing.assert_allclose(found, wanted, atol=5e-8)
     joints = result.q[biped().q_index]
-    assert (joints >= biped().position_limits[:, 0]).all() and (joints <= biped().position_limits[:, 1]).all()
+    assert (joints >= biped().position_limits[:, 0]).all()
+    assert (joints <= biped().position_limits[:, 1]).all()
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -36,75 +38,77 @@ def test_knees_bend_forward_when_standing() -> None:
     np.testing.assert_allclose(q[biped().base_q_index[:4]], [1, 0, 0, 0], atol=1e-8)
 
 
-def moving(t: float) -> tuple[Posture, PostureRates, PostureRates]:
-    """A smooth motion of every target (rotations about z), with its first and second derivatives."""
+def moving_robot(t: float, seed: np.ndarray | None = None) -> Motion:
+    """The robot at time t of a smooth motion of all task coordinates, whose rotations are about z."""
     s, c = np.sin(3 * t), np.cos(3 * t)
-    yaw = np.array([0.0, 0.0, 1.0])
-    com, left, right = np.array([0.04, 0.03, 0.015]), np.array([0.1, 0.02, 0.02]), np.array([-0.08, 0.01, -0.02])
-    places = Posture(
-        np.array([0.0, 0.0, 0.56]) + com * s,
-        np.concatenate([np.array([0.0, 0.09, 0.03]) + left * s, 0.15 * yaw * s]),
-        np.concatenate([np.array([0.0, -0.09, 0.03]) + right * s, -0.1 * yaw * c]),
-        0.1 * yaw * s,
-    )
-    first = PostureRates(
-        3 * com * c, 3 * np.concatenate([left, 0.15 * yaw]) * c,
-        3 * np.concatenate([right * c, 0.1 * yaw * s]), 0.3 * yaw * c,
-    )  # fmt: skip
-    second = PostureRates(
-        -9 * com * s, -9 * np.concatenate([left, 0.15 * yaw]) * s,
-        9 * np.concatenate([-right * s, 0.1 * yaw * c]), -0.9 * yaw * s,
-    )  # fmt: skip
-    return places, first, second
+    sine, cosine = np.array([s, 3 * c, -9 * s]), np.array([c, -3 * s, -9 * c])  # with their derivatives
+    wanted, angles = np.zeros((3, 18)), np.zeros((3, 3))
+    wanted[:, COM] = np.outer(sine, [0.04, 0.03, 0.015])
+    wanted[:, LEFT] = np.outer(sine, [0.1, 0.02, 0.02])
+    wanted[:, RIGHT] = np.outer(sine, [-0.08, 0.01, -0.02])
+    for place, centre in ((COM, [0.0, 0.0, 0.56]), (LEFT, [0.0, 0.09, 0.03]), (RIGHT, [0.0, -0.09, 0.03])):
+        wanted[0, place] += centre
+    for i, yaw in enumerate((0.1 * sine, 0.15 * sine, -0.1 * cosine)):
+        angles[i, 2], wanted[1:, TURNS[i].stop - 1] = yaw[0], yaw[1:]
+    return ik().motion(wanted, biped().bent_knee if seed is None else seed, None, tuple(angles.ravel().tolist()))
 
 
 @pytest.mark.parametrize("t", [0.0, 0.2, 0.5, 0.9])
 def test_rates_and_accelerations_are_the_derivatives_of_the_solution(t: float) -> None:
     step = 1e-4
-    motions = [ik().motion(*moving(t + n * step), biped().bent_knee) for n in (-1, 0, 1)]
+    motions = [moving_robot(t + n * step) for n in (-1, 0, 1)]
     before, here, after = motions
     plant, context = biped().plant, ik().task_space.context
     plant.SetPositions(context, here.q)
     differences = plant.MapQDotToVelocity(context, (after.q - before.q) / (2 * step))
     np.testing.assert_allclose(here.v, differences, atol=2e-5)
     np.testing.assert_allclose(here.vdot, (after.v - before.v) / (2 * step), atol=2e-4)
-    assert abs(here.v).max() > 0.2 and abs(here.vdot).max() > 0.5  # there is something to compare
+    assert abs(here.v).max() > 0.2
+    assert abs(here.vdot).max() > 0.5  # there is something to compare
 
 
 def test_warm_start_needs_few_iterations() -> None:
-    q = ik().solve(moving(0.2)[0], biped().bent_knee).q
+    q = moving_robot(0.2).q
     for tick in range(1, 20):
-        result = ik().solve(moving(0.2 + 0.01 * tick)[0], q)
-        assert result.ok and result.iterations <= 3
+        result = moving_robot(0.2 + 0.01 * tick, q).ik
+        assert result.ok
+        assert result.iterations <= 3
         q = result.q
 
 
 @pytest.mark.parametrize("height", [0.625, 0.64, 0.66, 0.75, 2.0])
-def test_near_and_beyond_straight_knees_it_stays_within_limits_and_says_so(height: float) -> None:
+def test_near_and_beyond_straight_knees_it_stays_within_limits_and_gives_a_reason(height: float) -> None:
     result = ik().solve(standing(height), biped().bent_knee)
     joints = result.q[biped().q_index]
     assert np.isfinite(result.q).all()
-    assert (joints >= biped().position_limits[:, 0]).all() and (joints <= biped().position_limits[:, 1]).all()
+    assert (joints >= biped().position_limits[:, 0]).all()
+    assert (joints <= biped().position_limits[:, 1]).all()
     assert result.ok == (height < 0.63)
     if not result.ok:
-        assert result.reason.startswith("CoM z misses by ") and result.error > 1e-3
-        ik().task_space.set_positions(result.q)
-        # What is given up is the CoM, not the ground under the feet.
-        assert all(abs(sole[2]) < 0.05 * abs(result.error) for sole in ik().task_space.sole_positions())
+        assert result.reason.startswith("CoM z misses by ")
+        assert result.error > 1e-3
+        # The CoM misses its target, while the soles stay on the ground.
+        found = posture_at(result.q)
+        assert abs(found.left[2]) < 0.05 * result.error
+        assert abs(found.right[2]) < 0.05 * result.error
 
 
 def test_a_blocked_joint_is_named() -> None:
     squat = ik().solve(standing(0.25), biped().bent_knee)
-    assert not squat.ok and "left_knee_pitch, right_knee_pitch" in squat.reason and "at the limit" in squat.reason
+    assert not squat.ok
+    assert "left_knee_pitch, right_knee_pitch" in squat.reason
+    assert "at the limit" in squat.reason
 
 
 def test_straight_legs_still_give_finite_velocities_within_limits() -> None:
     straight = np.array(biped().bent_knee)
     straight[biped().q_index] = 0.0
-    upward = PostureRates(np.array([0.0, 0.0, 1.0]), np.zeros(6), np.zeros(6))
-    v = ik().rates(straight, upward)
-    assert np.isfinite(v).all() and (abs(v[biped().v_index]) <= biped().velocity_limits).all()
-    assert np.isfinite(ik().accelerations(straight, v, upward)).all()
+    upward = np.zeros(18)
+    upward[COM] = [0.0, 0.0, 1.0]
+    v, vdot = ik().derivatives(straight, upward, upward)
+    assert np.isfinite(v).all()
+    assert (abs(v[biped().v_index]) <= biped().velocity_limits).all()
+    assert np.isfinite(vdot).all()
 
 
 def test_it_recovers_from_a_failed_solve() -> None:
@@ -114,7 +118,7 @@ def test_it_recovers_from_a_failed_solve() -> None:
 
 @pytest.mark.parametrize("bad", ["target", "seed"])
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
-def test_what_is_no_place_is_answered_not_raised(bad: str, value: float) -> None:
+def test_a_target_or_seed_that_is_not_finite_raises_nothing(bad: str, value: float) -> None:
     target, seed = standing(), np.array(biped().bent_knee)
     if bad == "target":
         target = target._replace(com=np.array([value, 0.0, 0.58]))
@@ -126,13 +130,13 @@ def test_what_is_no_place_is_answered_not_raised(bad: str, value: float) -> None
     assert result.reason == ("" if bad == "seed" else "the target is not finite, or beyond 1e+06 m")
 
 
-def test_a_seed_that_is_turned_nowhere_is_not_started_from() -> None:
+def test_a_seed_without_an_orientation_is_replaced() -> None:
     seed = np.array(biped().bent_knee)
     seed[biped().base_q_index[:4]] = 0.0
     assert ik().solve(standing(), seed).ok
 
 
-def test_a_turn_by_half_a_revolution_is_not_taken_for_no_turn() -> None:
+def test_a_turn_by_half_a_revolution_is_an_error() -> None:
     upside_down = standing()._replace(torso_rpy=np.array([np.pi, 0.0, 0.0]))
     assert not ik().solve(upside_down, biped().bent_knee).ok
 

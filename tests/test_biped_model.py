@@ -17,7 +17,7 @@ from pydrake.multibody.tree import PdControllerGains
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from pdhocbf_drake.robot import SIDES, Biped, load_robot_config, models_folder, robot_names
+from pdhocbf_drake.robot import SIDES, Biped, load_robot_config, models_folder, robot_names, upright_posture
 
 URDF = models_folder() / "biped" / "biped.urdf"
 
@@ -46,7 +46,8 @@ def test_strict_parsing(url: bool) -> None:
 
 def test_the_committed_model_is_what_its_script_writes() -> None:
     spec = importlib.util.spec_from_file_location("build_urdf", URDF.with_name("build_urdf.py"))
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     assert ET.canonicalize(ET.tostring(script.build().getroot())) == ET.canonicalize(URDF.read_text())
@@ -65,7 +66,7 @@ def test_mass_and_com_height() -> None:
     biped().plant.SetPositions(context, q)
     assert biped().plant.CalcCenterOfMassPositionInWorld(context)[2] == pytest.approx(0.58, abs=1e-7)
     for side, y in (("left", 0.08), ("right", -0.08)):
-        pose = biped().sole(side).frame.CalcPoseInWorld(context)
+        pose = biped().soles[side].frame.CalcPoseInWorld(context)
         np.testing.assert_allclose(pose.translation(), [0.02, y, 0.0], atol=1e-7)
         np.testing.assert_allclose(pose.rotation().matrix(), np.eye(3), atol=1e-7)
 
@@ -108,8 +109,8 @@ def test_the_models_own_order_does_not_matter(tmp_path: Path) -> None:
     other = right_leg_first(tmp_path)
     assert not np.array_equal(other.u_index, biped().u_index)
     posture = standing()
-    q = other.posture(posture.com, posture.left, posture.right)
-    expected = biped().posture(posture.com, posture.left, posture.right)
+    q = upright_posture(other, posture.com, posture.left, posture.right)
+    expected = upright_posture(biped(), posture.com, posture.left, posture.right)
     np.testing.assert_allclose(q[other.q_index], expected[biped().q_index], atol=1e-7)
     np.testing.assert_array_equal(other.effort_limits, biped().effort_limits)
 
@@ -126,7 +127,7 @@ def test_a_simulated_plant_orders_state_and_actuation_as_the_control_copy() -> N
 
 def test_it_stands_still_under_its_gains() -> None:
     posture = standing()
-    q = biped().posture(posture.com, posture.left, posture.right)
+    q = upright_posture(biped(), posture.com, posture.left, posture.right)
     builder = DiagramBuilder()
     config = MultibodyPlantConfig(time_step=1e-3, discrete_contact_approximation="sap")
     plant, _ = AddMultibodyPlant(config, builder)

@@ -11,9 +11,8 @@ from campaigns import TINY, campaign_file
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
-from pdhocbf_drake.studies.campaign.fields import has_field, set_field
+from pdhocbf_drake.studies.campaign.factors import has_field, points, set_field
 from pdhocbf_drake.studies.campaign.plan import campaign_names, check_buildable, load_campaign, plan_runs
-from pdhocbf_drake.studies.campaign.sample import points
 
 RANDOM = {
     "scenario": "vhip",
@@ -43,7 +42,9 @@ def test_a_sample_is_the_same_for_the_same_seed_and_grows_without_changing() -> 
 def test_draws_keep_to_their_ends_and_fill_the_space_between() -> None:
     drawn = [point.values for point in points(config())]
     friction = np.array([values["friction"] for values in drawn])
-    assert friction.min() >= 0.3 and friction.max() <= 0.9 and abs(friction.mean() - 0.6) < 0.03
+    assert friction.min() >= 0.3
+    assert friction.max() <= 0.9
+    assert abs(friction.mean() - 0.6) < 0.03
     assert {values["mpc.horizon"] for values in drawn} == {80, 81, 82, 83}
     assert {values["mpc.tail"] for values in drawn} == {"periodic", "truncated"}
     # Even in the logarithm: half of the draws are below the geometric mean.
@@ -56,7 +57,8 @@ def test_a_grid_is_the_product_of_its_factors_times_repeats() -> None:
     grid = list(points(config(sample="grid", runs=None, repeats=2, factors=factors)))
     assert len(grid) == 12
     assert [point.values["friction"] for point in grid[:6:2]] == pytest.approx([0.3, 0.6, 0.9])
-    assert grid[0].values == grid[6].values and grid[0].seed != grid[6].seed
+    assert grid[0].values == grid[6].values
+    assert grid[0].seed != grid[6].seed
 
 
 def test_every_point_is_run_with_every_barrier_from_one_seed(tmp_path) -> None:
@@ -79,7 +81,9 @@ def test_set_field_replaces_one_field_and_leaves_the_original() -> None:
     changed = set_field(data, "pushes.0.force.1", 9.0)
     assert changed == {"pushes": [{"force": [1.0, 9.0, 3.0]}], "gait": {"stride": 0.1}}
     assert data["pushes"][0]["force"][1] == 2.0
-    assert has_field(data, "gait.stride") and not has_field(data, "gait.strid") and not has_field(data, "pushes.1")
+    assert has_field(data, "gait.stride")
+    assert not has_field(data, "gait.strid")
+    assert not has_field(data, "pushes.1")
 
 
 @pytest.mark.parametrize("name", campaign_names())

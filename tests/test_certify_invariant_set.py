@@ -10,7 +10,7 @@ from scipy.optimize import linprog
 
 from pdhocbf_drake.barriers import PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.sets.invariant_set import invariant_set
+from pdhocbf_drake.sets.invariant_set import broken_phases, invariant_set
 from pdhocbf_drake.sets.polytope import Polytope
 
 seeds = st.integers(0, 2**32 - 1)
@@ -116,7 +116,9 @@ def test_an_input_that_is_too_weak_leaves_nothing_and_the_phase_is_named():
     found = invariant_set(
         PeriodicAffineSystem([[2.0]], [[1.0]], [3.0]), [Polytope.box([-1.0], [1.0])], [Polytope.box([-1.0], [1.0])]
     )
-    assert not found.enforceable and found.first_failing_phase == 0 and not found.sets
+    assert not found.enforceable
+    assert found.first_failing_phase == 0
+    assert not found.sets
 
 
 def test_one_dimension_by_hand():
@@ -145,3 +147,21 @@ def test_limits_that_do_not_fit_are_refused():
         invariant_set(system, [box, box], [inputs])
     with pytest.raises(InputError, match="no invariant set was found within 1 sweeps"):
         invariant_set(PeriodicAffineSystem([[2.0]], [[1.0]]), [Polytope.box([-5.0], [5.0])], [inputs], max_sweeps=1)
+
+
+def test_phases_are_broken_where_some_vertex_has_no_input_into_the_next_part():
+    system, states, inputs = random_problem(1)
+    expected = [
+        any(an_input(system, k, x, states[(k + 1) % 3], inputs[0]) is None for x in states[k].vertices)
+        for k in range(3)
+    ]
+    assert any(expected)
+    assert broken_phases(system, states, inputs * 3) == tuple(np.flatnonzero(expected))
+
+
+def test_an_invariant_set_breaks_nowhere_and_an_empty_part_breaks_its_own_phase_and_the_one_before():
+    system, states, inputs = random_problem(1)
+    found = invariant_set(system, states, inputs)
+    assert found.enforceable
+    assert broken_phases(system, found.sets, inputs * 3) == ()
+    assert broken_phases(system, (found.sets[0], None, found.sets[2]), inputs * 3) == (0, 1)

@@ -45,7 +45,8 @@ def test_redundant_rows_are_dropped():
     rows = np.vstack([eye, -eye, eye, [[1.0, 1.0]]])
     square = Polytope.from_rows(rows, [1, 1, 1, 1, 5, 5, 9])
     assert square is not None
-    assert len(square.A) == 4 and square.volume() == pytest.approx(4.0)
+    assert len(square.A) == 4
+    assert square.volume() == pytest.approx(4.0)
 
 
 def test_contradicting_rows_leave_nothing():
@@ -62,7 +63,8 @@ def test_slice_and_shadow_of_a_pyramid():
     pyramid = Polytope.from_vertices([[1, 1, 0], [1, -1, 0], [-1, 1, 0], [-1, -1, 0], [0, 0, 1]])
     assert pyramid is not None
     half = pyramid.slice(0.5)
-    assert half is not None and half.volume() == pytest.approx(1.0)
+    assert half is not None
+    assert half.volume() == pytest.approx(1.0)
     assert pyramid.slice(1.5) is None
     assert pyramid.shadow(2).volume() == pytest.approx(4.0)
 
@@ -70,3 +72,21 @@ def test_slice_and_shadow_of_a_pyramid():
 def test_a_box_needs_an_interior():
     with pytest.raises(InputError, match="a box needs finite limits with lower < upper"):
         Polytope.box([0.0, 1.0], [1.0, 1.0])
+
+
+def test_the_outline_of_a_polygon_turns_one_way_through_every_vertex():
+    polygon = Polytope.from_vertices(np.random.default_rng(3).normal(size=(40, 2)) * [1.0, 1e-3])
+    outline = polygon.outline
+    assert sorted(map(tuple, outline)) == sorted(map(tuple, polygon.vertices))
+    edges = np.roll(outline, -1, axis=0) - outline
+    following = np.roll(edges, -1, axis=0)
+    assert np.all(edges[:, 0] * following[:, 1] - edges[:, 1] * following[:, 0] > 0.0)
+
+
+def test_samples_lie_inside_and_on_either_side_of_the_centre():
+    polytope = Polytope.from_vertices(np.random.default_rng(4).normal(size=(30, 3)))
+    random = np.random.default_rng(5)
+    points = np.array([polytope.sample(random) for _ in range(200)])
+    assert polytope.violation(points).max() <= 0.0
+    assert np.all(points.min(axis=0) < polytope.centre)
+    assert np.all(points.max(axis=0) > polytope.centre)

@@ -14,12 +14,11 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, load_terminal_sets, save_terminal_sets
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.certify.closed_loop import walk_from
 from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines
 from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 from pdhocbf_drake.studies.certify.starts import Start, zmp_range
 from pdhocbf_drake.studies.certify.terminal import psi_terminal_set, terminal_set, terminal_sets
-from pdhocbf_drake.studies.certify.trial import try_sets
+from pdhocbf_drake.studies.certify.trial import try_sets, walk_from
 
 COARSE = "gait: {tick: 0.04, ticks_per_step: 10, double_support_ticks: 1}\nmpc: {horizon: 20, freeze_ticks: 2}\n"
 HARD = COARSE.replace("freeze_ticks: 2", "freeze_ticks: 2, barrier: hard")
@@ -38,7 +37,8 @@ def terminal(found):
 def test_the_trial_finds_no_tick_without_a_plan_and_no_start_outside_that_can_be_saved(found):
     trial = try_sets(found, 4, seed=1)
     assert trial.infeasible_ticks == 0
-    assert trial.unsavable == trial.outside == 4 and trial.excess_min > 1e-6
+    assert trial.unsavable == trial.outside == 4
+    assert trial.excess_min > 1e-6
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,9 @@ def hard():
 
 def test_a_hard_barrier_keeps_its_rows_from_the_set_that_was_made_for_them(hard):
     trial = try_sets(hard, 4, seed=1)
-    assert trial.infeasible_ticks == 0 and trial.slack_max == 0.0 and trial.h_min > -1e-9
+    assert trial.infeasible_ticks == 0
+    assert trial.slack_max == 0.0
+    assert trial.h_min > -1e-9
     assert trial.unsavable == trial.outside == 4
 
 
@@ -121,8 +123,10 @@ def test_the_rows_hold_on_the_nominal_orbit_and_name_themselves(found, terminal)
     walk = found.walk
     mpcs = [PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, ([], []), sets) for sets in (None, terminal)]
     names = [{b.evaluator().get_description() for b in m.problems[0].write(3).prog.GetAllConstraints()} for m in mpcs]
-    assert "terminal set" not in names[0] and "stability" in names[0]
-    assert "terminal set" in names[1] and "stability" not in names[1]
+    assert "terminal set" not in names[0]
+    assert "stability" in names[0]
+    assert "terminal set" in names[1]
+    assert "stability" not in names[1]
 
 
 def test_the_walk_is_nearly_the_same_with_a_terminal_set(found, terminal, tmp_path):
@@ -133,7 +137,8 @@ def test_the_walk_is_nearly_the_same_with_a_terminal_set(found, terminal, tmp_pa
     mpc = build_walk(load_scenario("vhip", text)).mpc
     starts = [Start(0, found.orbit[axis, 0, :2]) for axis in (0, 1)]
     walked = walk_from(mpc, starts, found.orbit[:, 0, 2].tolist(), 80)
-    assert walked.infeasible_ticks == 0 and walked.h_min > 0.0
+    assert walked.infeasible_ticks == 0
+    assert walked.h_min > 0.0
 
 
 def test_a_set_survives_its_file_and_refuses_another_walk(found, terminal, tmp_path):
@@ -174,20 +179,24 @@ def test_a_guess_of_dependent_rows_changes_no_answer(found):
     cold = mpc.solve(43, state, stance, {})
     guess = cold._replace(tick=42, active=tuple(np.ones(count) for count in mpc.rows))
     warm = mpc.solve(43, state, stance, {}, None, guess)
-    assert np.all(np.isfinite(warm.inputs)) and warm.inputs == pytest.approx(cold.inputs, abs=1e-6)
+    assert np.all(np.isfinite(warm.inputs))
+    assert warm.inputs == pytest.approx(cold.inputs, abs=1e-6)
 
 
 def test_the_report_has_what_it_promises(found):
     data = certificate_data(found, 1.0)
     assert {"enforceable", "first_failing_phase", "phases", "sweeps", "seconds"} <= set(data)
-    assert data["enforceable"] is True and data["first_failing_phase"] is None and data["axis"] == "x"
+    assert data["enforceable"] is True
+    assert data["first_failing_phase"] is None
+    assert data["axis"] == "x"
     assert [phase["phase"] for phase in data["phases"]] == list(range(10))
     for phase, free in zip(data["phases"], data["without_barriers"]["phases"], strict=True):
         assert {"phase", "area", "vertices", "push_max", "push_min"} <= set(phase)
         corners = np.array(phase["vertices"])
         around = np.roll(corners, -1, axis=0)
         shoelace = 0.5 * np.sum(corners[:, 0] * around[:, 1] - corners[:, 1] * around[:, 0])
-        assert shoelace == pytest.approx(phase["area"]) and phase["area"] < free["area"]
+        assert shoelace == pytest.approx(phase["area"])
+        assert phase["area"] < free["area"]
         assert phase["push_min"] < 0.0 < phase["push_max"] < free["push_max"]
     json.dumps(data, allow_nan=False)
     assert any("enforceable" in value for _, value in certificate_lines(data))
@@ -210,7 +219,8 @@ def test_a_bound_that_can_not_be_kept_is_an_answer(elsewhere, capsys):
     text = COARSE.replace("freeze_ticks: 2", "freeze_ticks: 2, step_tolerance: [0.0, 0.0]") + bound
     assert main(["certify", "vhip", "--text", text, "--no-rows", "--out", "c"]) == 0
     data = json.loads((elsewhere / "c/certify.json").read_text())
-    assert data["enforceable"] is False and data["first_failing_phase"] in range(10)
+    assert data["enforceable"] is False
+    assert data["first_failing_phase"] in range(10)
     assert f"no state is left at phase {data['first_failing_phase']}" in capsys.readouterr().out
     assert not (elsewhere / "c/terminal_set.npz").exists()
     assert all(phase["area"] == 0.0 and phase["push_max"] is None for phase in data["phases"])
@@ -224,7 +234,9 @@ def test_certify_takes_a_system_of_ones_own(elsewhere, capsys):
     )
     assert main(["certify", "cart.yaml", "--out", "c"]) == 0
     data = json.loads((elsewhere / "c/certify.json").read_text())
-    assert data["enforceable"] and len(data["phases"]) == 2 and data["phases"][0]["area"] > 1.0
+    assert data["enforceable"]
+    assert len(data["phases"]) == 2
+    assert data["phases"][0]["area"] > 1.0
     assert "enforceable" in capsys.readouterr().out
 
 
@@ -246,7 +258,9 @@ def test_a_wrong_system_is_told_in_a_sentence(elsewhere, capsys, system, message
     (elsewhere / "cart.yaml").write_text(system)
     assert main(["certify", "cart.yaml"]) == 1
     error = capsys.readouterr().err
-    assert message in error and "Traceback" not in error and "unexpected" not in error
+    assert message in error
+    assert "Traceback" not in error
+    assert "unexpected" not in error
 
 
 @pytest.mark.parametrize(
@@ -262,4 +276,6 @@ def test_a_wrong_system_is_told_in_a_sentence(elsewhere, capsys, system, message
 def test_wrong_requests_are_told_in_a_sentence(elsewhere, capsys, arguments, message):
     assert main(arguments) == 1
     error = capsys.readouterr().err
-    assert message in error and len(error.strip().splitlines()[-1]) < 250 and "Traceback" not in error
+    assert message in error
+    assert len(error.strip().splitlines()[-1]) < 250
+    assert "Traceback" not in error

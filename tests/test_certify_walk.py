@@ -42,9 +42,12 @@ def forward():
 
 
 def test_each_bound_and_the_walk_without_it_get_their_sets(forward):
-    assert forward.unbounded.enforceable and forward.kept.enforceable and forward.bounds[0].kept is forward.kept
+    assert forward.unbounded.enforceable
+    assert forward.kept.enforceable
+    assert forward.bounds[0].kept is forward.kept
     assert len(forward.kept.sets) == 40
-    assert forward.kept.residual < 1e-8 and forward.kept.sweeps < 60
+    assert forward.kept.residual < 1e-8
+    assert forward.kept.sweeps < 60
     for phase in range(40):
         inner, outer = forward.section(phase), forward.section(phase, forward.unbounded)
         assert outer.violation(inner.vertices).max() < 1e-7
@@ -83,7 +86,8 @@ def test_a_tighter_bound_never_enlarges_the_set():
     for mean in (0.5, 0.4, 0.3, 0.2):
         kept = certify_axis(template, [speed_limit(ripple(mean, ticks=10))], with_rows=False).kept
         areas.append([part.volume() for part in kept.sets] if kept.enforceable else [0.0] * 10)
-    assert np.all(np.diff(areas, axis=0) <= 1e-9) and areas[0][0] > areas[1][0] > 0.0
+    assert np.all(np.diff(areas, axis=0) <= 1e-9)
+    assert areas[0][0] > areas[1][0] > 0.0
 
 
 def test_free_footholds_only_help(forward):
@@ -96,9 +100,11 @@ def test_a_bound_below_the_commanded_speed_is_not_enforceable_with_given_foothol
     template = stepping_template(COARSE, COARSE_FIXED, 0, REACH)
     mean_speed = 0.15 / 0.4
     found = certify_axis(template, [speed_limit(0.8 * mean_speed)])
-    assert found.unbounded.enforceable and not found.kept.enforceable
+    assert found.unbounded.enforceable
+    assert not found.kept.enforceable
     assert found.kept.first_failing_phase in range(10)
-    assert found.section(0) is None and not found.bounds[0].rows.enforceable
+    assert found.section(0) is None
+    assert not found.bounds[0].rows.enforceable
     # The same bound from below asks for nothing but to walk on.
     assert certify_axis(template, [speed_limit(0.8 * mean_speed, sign=-1)], with_rows=False).kept.enforceable
 
@@ -108,13 +114,15 @@ def test_bounds_that_cross_leave_nothing_at_the_phase_where_they_do():
     upper[7] = 0.15
     template = stepping_template(COARSE, COARSE_MPC, 0, REACH)
     found = certify_axis(template, [speed_limit(upper, name="upper"), speed_limit(lower, -1, name="lower")], False)
-    assert not found.kept.enforceable and found.kept.first_failing_phase == 7
+    assert not found.kept.enforceable
+    assert found.kept.first_failing_phase == 7
 
 
 def test_the_half_plane_alone_is_no_barrier_under_a_bounded_zmp(forward):
     # At h = 0 far ahead of the foot no ZMP in the box slows the CoM down.
     failing = forward.bounds[0].failing
-    assert failing and len(failing) <= 40
+    assert failing
+    assert len(failing) <= 40
     template = stepping_template(COARSE, COARSE_MPC, 0, REACH)
     assert not certify_axis(template, [speed_limit(9.0)], with_rows=False).bounds[0].failing
 
@@ -129,7 +137,8 @@ def test_psi_rows_cost_more_the_smaller_gamma():
         shadows = [part.shadow(2) for part in rows.sets]
         assert all(outer.violation(s.vertices).max() < 1e-7 for s, outer in zip(shadows, kept.sets, strict=True))
         areas.append([shadow.volume() for shadow in shadows])
-    assert np.all(np.diff(areas, axis=0) <= 1e-9) and areas[2][0] < areas[0][0]
+    assert np.all(np.diff(areas, axis=0) <= 1e-9)
+    assert areas[2][0] < areas[0][0]
 
 
 def test_the_psi_system_is_the_template_in_other_coordinates():

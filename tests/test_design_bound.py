@@ -13,6 +13,7 @@ from pdhocbf_drake.simulation.run_folder import Run, write_run
 from pdhocbf_drake.simulation.run_log import FELL
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope
+from pdhocbf_drake.walking.quantities import SPEEDS
 
 N, ANGLE = synthetic.N, 2 * np.pi * np.arange(synthetic.N) / synthetic.N
 FORMULA = synthetic.SPEED + synthetic.RIPPLE * np.cos(ANGLE)
@@ -32,18 +33,21 @@ def bound_of(config, side="upper"):
 
 
 def test_the_envelope_is_what_was_measured_at_each_phase():
-    envelope = measured_envelope(walked(), "x", "upper", 2.0)
-    assert envelope.mean == pytest.approx(FORMULA) and envelope.outer == pytest.approx(FORMULA)
-    assert envelope.spread < 1e-9 and envelope.periods == 5
-    noisy = measured_envelope(walked(noise=0.01), "x", "upper", 2.0)
-    assert np.all(noisy.outer >= noisy.mean) and 0.0 < noisy.spread < 0.02
+    envelope = measured_envelope(walked(), SPEEDS[0], "upper", 2.0)
+    assert envelope.mean == pytest.approx(FORMULA)
+    assert envelope.outer == pytest.approx(FORMULA)
+    assert envelope.spread < 1e-9
+    assert envelope.periods == 5
+    noisy = measured_envelope(walked(noise=0.01), SPEEDS[0], "upper", 2.0)
+    assert np.all(noisy.outer >= noisy.mean)
+    assert 0.0 < noisy.spread < 0.02
 
 
 @pytest.mark.parametrize("kind", ["tabulated", "harmonic"])
 @pytest.mark.parametrize("side", ["upper", "lower"])
 def test_everything_measured_keeps_the_margin_and_no_more_than_needed(kind, side):
     run = walked(noise=0.01)
-    values = bound_of(design_bound(measured_envelope(run, "x", side, 2.0), 0.02, kind, side), side)
+    values = bound_of(design_bound(measured_envelope(run, SPEEDS[0], side, 2.0), 0.02, kind, side), side)
     ticks = np.arange(200, len(run.log))
     distance = values[ticks % N] - run.log.element("lip_state", "vx")[ticks]
     distance = distance if side == "upper" else -distance
@@ -52,13 +56,14 @@ def test_everything_measured_keeps_the_margin_and_no_more_than_needed(kind, side
 
 
 def test_a_harmonic_walk_gets_back_its_harmonic():
-    config = design_bound(measured_envelope(walked(), "x", "upper", 2.0), 0.02, "harmonic", "upper")
+    config = design_bound(measured_envelope(walked(), SPEEDS[0], "upper", 2.0), 0.02, "harmonic", "upper")
     assert config.mean == pytest.approx(synthetic.SPEED + 0.02, abs=3e-5)
-    assert config.cosine == pytest.approx(synthetic.RIPPLE, abs=3e-5) and config.sine == pytest.approx(0.0, abs=3e-5)
+    assert config.cosine == pytest.approx(synthetic.RIPPLE, abs=3e-5)
+    assert config.sine == pytest.approx(0.0, abs=3e-5)
 
 
 def test_lateral_bounds_have_the_period_of_the_gait():
-    assert len(measured_envelope(walked(), "y", "upper", 0.8).outer) == 2 * N
+    assert len(measured_envelope(walked(), SPEEDS[1], "upper", 0.8).outer) == 2 * N
 
 
 @pytest.mark.parametrize(
@@ -71,11 +76,11 @@ def test_lateral_bounds_have_the_period_of_the_gait():
 )
 def test_a_run_that_says_too_little_is_refused(run, message):
     with pytest.raises(InputError, match=message):
-        measured_envelope(run, "x", "upper", 2.0)
+        measured_envelope(run, SPEEDS[0], "upper", 2.0)
 
 
 def test_a_margin_below_zero_is_refused():
-    envelope = measured_envelope(walked(), "x", "upper", 2.0)
+    envelope = measured_envelope(walked(), SPEEDS[0], "upper", 2.0)
     with pytest.raises(InputError, match="--margin must be 0 or more"):
         design_bound(envelope, -0.01, "tabulated", "upper")
 

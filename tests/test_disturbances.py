@@ -1,21 +1,22 @@
-"""A plant that is not as the controller believes: pushes on the template, another mass, noise and delay."""
+"""Disturbances: pushes on the template, another mass than the model's, measurement noise and delay."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from logs import differences
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeIntegrator
 
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.diagram import Wiring
 from pdhocbf_drake.simulation.disturbance import add_measurement
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
-from pdhocbf_drake.studies.campaign.verdict import verdict
+from pdhocbf_drake.simulation.wiring import Wiring
+from pdhocbf_drake.studies.shared.endings import ending_of
 
 TICK = 0.01
 # A gait that builds fast.
@@ -30,40 +31,41 @@ def quick(changes: str = "") -> Scenario:
 
 
 def measured(config: dict, seed: int = 0, ticks: int = 400) -> tuple[np.ndarray, np.ndarray]:
-    """A ramp of one unit a tick in all six elements, and what the controller is told of it."""
+    """A ramp of one unit a tick in all six elements, and its measured copy."""
     wiring = Wiring(TICK)
     rate = wiring.builder.AddSystem(ConstantVectorSource(np.full(6, 1.0 / TICK)))
     ramp = wiring.builder.AddSystem(DiscreteTimeIntegrator(6, TICK))
     wiring.builder.Connect(rate.get_output_port(), ramp.get_input_port())
     wiring.offer("lip_state", ramp.get_output_port())
     add_measurement(wiring, parse_config(MeasurementConfig, config, "measurement"), seed, "lip_state")
-    wiring.log("lip_state", "lip_state_seen")
+    wiring.offer("measured", wiring.measured_port("lip_state"))
+    wiring.log("lip_state", "measured")
     logged = wiring.build("test")
     simulator = Simulator(logged.diagram)
     for adjust in logged.adjust:
         adjust(simulator.get_mutable_context())
     simulator.AdvanceTo((ticks - 0.5) * TICK)
     log = logged.recorded(simulator.get_context())
-    return log["lip_state"], log["lip_state_seen"]
+    return log["lip_state"], log["measured"]
 
 
-def test_a_delay_tells_the_state_of_that_many_ticks_ago() -> None:
+def test_a_delayed_measurement_is_the_state_of_that_many_ticks_ago() -> None:
     for delay in (1, 3):
-        true, seen = measured({"delay_ticks": delay}, ticks=20)
-        np.testing.assert_allclose(seen[delay:], true[:-delay], atol=1e-12)
-        np.testing.assert_allclose(seen[:delay], 0.0)
+        true, late = measured({"delay_ticks": delay}, ticks=20)
+        np.testing.assert_allclose(late[delay:], true[:-delay], atol=1e-12)
+        np.testing.assert_allclose(late[:delay], 0.0)
 
 
 def test_noise_has_the_deviations_given_and_repeats_with_its_seed() -> None:
     config = {"noise": {"com": 0.01, "velocity": 0.2, "zmp": 0.0}}
-    true, seen = measured(config, seed=7, ticks=2000)
-    noise = seen - true
+    true, noisy = measured(config, seed=7, ticks=2000)
+    noise = noisy - true
     np.testing.assert_allclose(noise.std(axis=0), [0.01, 0.2, 0.0] * 2, rtol=0.1, atol=1e-9)
     # Five standard errors.
     assert np.all(np.abs(noise.mean(axis=0)) <= np.array([0.01, 0.2, 1e-9] * 2) * 5 / np.sqrt(2000))
     assert abs(np.corrcoef(noise[:-1, 1], noise[1:, 1])[0, 1]) < 0.1  # anew at each tick
-    np.testing.assert_array_equal(measured(config, seed=7, ticks=2000)[1], seen)
-    assert np.abs(measured(config, seed=8, ticks=2000)[1] - seen)[:, 0].max() > 0.0
+    np.testing.assert_array_equal(measured(config, seed=7, ticks=2000)[1], noisy)
+    assert np.abs(measured(config, seed=8, ticks=2000)[1] - noisy)[:, 0].max() > 0.0
 
 
 def test_a_perfect_measurement_adds_nothing() -> None:
@@ -71,11 +73,11 @@ def test_a_perfect_measurement_adds_nothing() -> None:
     assert not [name for name in names if "noise" in name or "delay" in name or "push" in name]
 
 
-def test_the_controller_is_told_of_the_noise_and_the_log_is_not() -> None:
+def test_the_controller_gets_the_noise_and_the_log_does_not() -> None:
     clean, noisy = simulate(quick("seed: 5")), simulate(quick("seed: 5, measurement: {noise: {velocity: 0.05}}"))
     again = simulate(quick("seed: 5, measurement: {noise: {velocity: 0.05}}"))
-    assert noisy.differences(again) == []
-    assert "com_reference" in clean.differences(noisy)
+    assert differences(noisy, again) == []
+    assert "com_reference" in differences(clean, noisy)
     # The logged state is the true one: it obeys v⁺ = v + δ eta (c − p), hence is smooth.
     assert np.abs(np.diff(noisy.element("lip_state", "vx"))).max() < 0.02
 
@@ -95,29 +97,30 @@ def test_a_push_on_the_template_is_a_change_of_velocity(mass: float) -> None:
 def test_a_template_that_leans_too_far_has_fallen() -> None:
     scenario = quick("pushes: [{time: 0.1, force: [900.0, 0.0, 0.0]}]")
     log = simulate(scenario)
-    assert log.ending == "fell" and log.time[-1] < 0.6
-    assert verdict(scenario, log, None) == "fell"
+    assert log.ending == "fell"
+    assert log.time[-1] < 0.6
+    assert ending_of(scenario, log, None) == "fell"
 
 
 def test_a_run_is_survived_if_it_walks_on_as_commanded() -> None:
     scenario = load_scenario("vhip_nobarrier", "duration: 2.5")
     log = simulate(scenario)
-    assert verdict(scenario, log, None) == "survived"
+    assert ending_of(scenario, log, None) == "survived"
     log["lip_state"][:, 0] *= 0.3
-    assert verdict(scenario, log, None) == "did not walk on"
+    assert ending_of(scenario, log, None) == "did not walk on"
 
 
-def test_a_torso_may_be_heavier_than_the_controller_believes() -> None:
+def test_a_torso_may_be_heavier_than_in_the_controllers_model() -> None:
     scenario = load_scenario("walking_nobarrier", "{duration: 0.01, model_error: {torso_mass: 1.2}}")
     logged = make_diagram(scenario)
     plant = logged.diagram.GetSubsystemByName("plant")
     context = logged.diagram.CreateDefaultContext()
-    believed = plant.CalcTotalMass(plant.GetMyContextFromRoot(context))
+    modelled = plant.CalcTotalMass(plant.GetMyContextFromRoot(context))
     for adjust in logged.adjust:
         adjust(context)
     torso = plant.get_body(plant.GetFloatingBaseBodies().pop())
     true = plant.CalcTotalMass(plant.GetMyContextFromRoot(context))
-    assert true - believed == pytest.approx(0.2 * torso.default_mass(), rel=1e-9)
+    assert true - modelled == pytest.approx(0.2 * torso.default_mass(), rel=1e-9)
 
 
 def test_a_push_on_a_body_that_is_not_there_names_those_there_are() -> None:

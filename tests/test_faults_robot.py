@@ -6,55 +6,70 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import BasicVector, Context
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.qp import QpResult, QpSolver
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation import biped_diagram
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.push.endings import ASTRAY, SURVIVED
-from pdhocbf_drake.studies.push.rig import PushRig, Trial
-from pdhocbf_drake.systems import state_estimator
+from pdhocbf_drake.studies.shared.endings import DID_NOT_WALK_ON, SURVIVED
+from pdhocbf_drake.studies.shared.pushing import PushedWalk, Trial
+from pdhocbf_drake.systems.state_estimator import StateEstimator
 
 Lie = Callable[[int, np.ndarray], np.ndarray]
 WATCHED = 2.0  # [s], two and a half gaits
 NOBODY = np.zeros(3)
 
 
-class Liar(state_estimator._StateEstimator):
-    """An estimator whose CoM and ZMP can be made to lie from a test."""
+class FaultyEstimator(LeafSystem):
+    """A `StateEstimator` whose lip_state a test can change, as a function of time and true value."""
 
-    lie: Callable[[float, np.ndarray], np.ndarray] | None = None
+    fault: Callable[[float, np.ndarray], np.ndarray] | None = None
+
+    def __init__(self, biped: Biped) -> None:
+        super().__init__()
+        self._true = StateEstimator(biped)
+        self._context = self._true.CreateDefaultContext()
+        self.parts = self._true.parts
+        ports = map(self._true.get_input_port, range(self._true.num_input_ports()))
+        self._inputs = [self.DeclareVectorInputPort(port.get_name(), port.size()) for port in ports]
+        size, changes = self._true.get_output_port().size(), {port.ticket() for port in self._inputs}
+        self.DeclareVectorOutputPort("estimate", size, self._calc, changes)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        super()._calc(context, output)
-        if Liar.lie is not None:
-            told = np.array(output.value())
-            told[:6] = Liar.lie(context.get_time(), told[:6])
-            output.SetFromVector(told)
+        for i, port in enumerate(self._inputs):
+            self._true.get_input_port(i).FixValue(self._context, port.Eval(context))
+        estimate = np.array(self._true.get_output_port().Eval(self._context))
+        if FaultyEstimator.fault is not None:
+            estimate[:6] = FaultyEstimator.fault(context.get_time(), estimate[:6])
+        output.SetFromVector(estimate)
 
 
 @pytest.fixture(scope="module")
-def rig() -> Iterator[PushRig]:
+def pushed() -> Iterator[PushedWalk]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(state_estimator, "_StateEstimator", Liar)
-        yield PushRig(load_scenario("walking"), [10])
+        patch.setattr(biped_diagram, "StateEstimator", FaultyEstimator)
+        yield PushedWalk(load_scenario("walking"), [10])
 
 
 @pytest.fixture(scope="module")
-def undisturbed(rig: PushRig) -> Trial:
-    return rig.trial(10, NOBODY, watch=WATCHED)
+def undisturbed(pushed: PushedWalk) -> Trial:
+    return pushed.trial(10, NOBODY, watch=WATCHED)
 
 
 @pytest.fixture
-def told(rig: PushRig, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch) -> Callable[[Lie], Trial]:
-    """Walks a controller that is told `lie(tick from the start, true state)`."""
+def walk_with(pushed: PushedWalk, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch) -> Callable[[Lie], Trial]:
+    """Walks under a controller that measures `lie(tick from the start, true state)`."""
     start = undisturbed.log.time[0]
 
     def walk(lie: Lie) -> Trial:
-        monkeypatch.setattr(Liar, "lie", staticmethod(lambda time, state: lie(round((time - start) / 0.01), state)))
-        return rig.trial(10, NOBODY, watch=WATCHED)
+        monkeypatch.setattr(
+            FaultyEstimator, "fault", staticmethod(lambda time, state: lie(round((time - start) / 0.01), state))
+        )
+        return pushed.trial(10, NOBODY, watch=WATCHED)
 
     return walk
 
@@ -71,9 +86,9 @@ def astray(trial: Trial, undisturbed: Trial) -> float:
 
 @pytest.mark.parametrize(("ticks", "apart"), [(1, 5e-4), (10, 5e-3)])
 def test_a_state_that_is_no_number_is_walked_through(
-    told: Callable[[Lie], Trial], undisturbed: Trial, ticks: int, apart: float
+    walk_with: Callable[[Lie], Trial], undisturbed: Trial, ticks: int, apart: float
 ) -> None:
-    trial = told(lambda tick, state: np.full(6, np.nan) if 50 <= tick < 50 + ticks else state)
+    trial = walk_with(lambda tick, state: np.full(6, np.nan) if 50 <= tick < 50 + ticks else state)
     assert trial.ending == SURVIVED
     seen = reasons(trial.log)
     assert [k for k, reason in enumerate(seen) if reason == Reason.BAD_MEASUREMENT] == list(range(51, 51 + ticks))
@@ -82,7 +97,9 @@ def test_a_state_that_is_no_number_is_walked_through(
     assert np.all(np.isfinite(trial.log["actuation"]))
 
 
-def test_a_frozen_measurement_is_noticed_and_walked_through(told: Callable[[Lie], Trial], undisturbed: Trial) -> None:
+def test_a_frozen_measurement_is_noticed_and_walked_through(
+    walk_with: Callable[[Lie], Trial], undisturbed: Trial
+) -> None:
     last: list[np.ndarray] = []
 
     def frozen(tick: int, state: np.ndarray) -> np.ndarray:
@@ -90,17 +107,18 @@ def test_a_frozen_measurement_is_noticed_and_walked_through(told: Callable[[Lie]
             last[:] = [state]
         return last[0] if 50 <= tick < 60 else state
 
-    trial = told(frozen)
+    trial = walk_with(frozen)
     assert trial.ending == SURVIVED
     stale = [k for k, reason in enumerate(reasons(trial.log)) if reason == Reason.STALE_MEASUREMENT]
     assert set(range(52, 61)) <= set(stale) <= set(range(51, 61))
     assert astray(trial, undisturbed) < 5e-3
 
 
-def test_a_measurement_that_stays_away_ends_in_a_stand(told: Callable[[Lie], Trial], undisturbed: Trial) -> None:
-    trial = told(lambda tick, state: np.full(6, np.nan) if 20 <= tick < 45 else state)
+def test_a_measurement_that_stays_away_ends_in_a_stand(walk_with: Callable[[Lie], Trial], undisturbed: Trial) -> None:
+    trial = walk_with(lambda tick, state: np.full(6, np.nan) if 20 <= tick < 45 else state)
     log = trial.log
-    assert trial.ending == ASTRAY and reasons(log)[-1] == Reason.STOPPING  # stopped, which is not walking on
+    assert trial.ending == DID_NOT_WALK_ON
+    assert reasons(log)[-1] == Reason.STOPPING  # stopped, which is not walking on
     assert log.element("com_z", "z").min() > 0.55
     # The CoM's height goes on as in (24); nothing else moves.
     assert np.abs(log["lip_state"][-10:, [1, 4]]).max() < 0.02
@@ -111,7 +129,7 @@ def test_a_measurement_that_stays_away_ends_in_a_stand(told: Callable[[Lie], Tri
 
 @pytest.mark.parametrize("second", [True, False], ids=["second solver answers", "none answers"])
 def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
-    rig: PushRig, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch, second: bool
+    pushed: PushedWalk, undisturbed: Trial, monkeypatch: pytest.MonkeyPatch, second: bool
 ) -> None:
     class Fails:
         def __init__(self, inner: QpSolver) -> None:
@@ -120,12 +138,12 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
         def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
             return self.inner.solve(theta, guess)._replace(ok=False, infeasible=False)
 
-    mpc = rig._diagram.GetSubsystemByName("mpc_controller").mpc
+    mpc = pushed.controller.mpc
     failing = [[Fails(solver) if phase % 5 == 0 else solver for phase, solver in enumerate(a)] for a in mpc.solvers]
     monkeypatch.setattr(mpc, "solvers", failing)
     if not second:
         monkeypatch.setattr(mpc, "rungs", [])
-    trial = rig.trial(10, NOBODY, watch=WATCHED)
+    trial = pushed.trial(10, NOBODY, watch=WATCHED)
     assert trial.ending == SURVIVED
     wanted = Reason.CROSS_SOLVED if second else Reason.NOT_OPTIMAL
     assert [k for k, reason in enumerate(reasons(trial.log)) if reason != Reason.SOLVED] == list(range(1, 201, 5))
@@ -134,9 +152,10 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
     assert astray(trial, undisturbed) < (1e-5 if second else 0.02)
 
 
-def test_ice_ends_in_a_fall_that_is_told_and_logged_to_its_end() -> None:
+def test_ice_ends_in_a_fall_that_is_logged_to_its_end() -> None:
     log = simulate(load_scenario("walking", "friction: 0.1\nduration: 8.0"))
-    assert log.ending == FELL and not log.complete
+    assert log.ending == FELL
+    assert not log.complete
     assert 2.0 < log.time[-1] < 8.0
     np.testing.assert_allclose(np.diff(log.time), 0.01, atol=1e-9)
     assert all(np.all(np.isfinite(table)) for table in log.signals.values())

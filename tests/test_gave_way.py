@@ -40,7 +40,9 @@ def test_of_three_barriers_the_log_names_the_one_that_gave_way(barrier: str, giv
     slack = log["barrier_slack"]
     kept = [column for column, name in enumerate(NAMES) if name != gives_way]
     at = np.flatnonzero(log.element("solver_status", "reason") == Reason.SOFTENED)
-    assert len(at) > 3 and not slack[:, kept].any() and not log["unmet"].any()
+    assert len(at) > 3
+    assert not slack[:, kept].any()
+    assert not log["unmet"].any()
     np.testing.assert_array_equal(slack.max(axis=1), log.element("solver_status", "slack"))
     found = gave_way(run)
     by = slack[at[0], NAMES.index(gives_way)]
@@ -49,7 +51,8 @@ def test_of_three_barriers_the_log_names_the_one_that_gave_way(barrier: str, giv
     metrics = compute_metrics(scenario, log, 1.0, None)
     paid = {name: (each.softened_ticks, each.slack_max) for name, each in metrics.barriers.items()}
     assert paid == {name: (len(at), slack.max()) if name == gives_way else (0, 0.0) for name in NAMES}
-    assert metrics.mpc is not None and metrics.mpc.failures == (len(at) if barrier == "hard" else 0)
+    assert metrics.mpc is not None
+    assert metrics.mpc.failures == (len(at) if barrier == "hard" else 0)
     told = dict(summary_rows(metrics))
     assert [f"softened at {len(at)} ticks, by " in told[f"barrier {name}"] for name in NAMES] == [
         name == gives_way for name in NAMES
@@ -76,7 +79,8 @@ def test_each_kind_of_tick_is_told_once_with_how_many_there_are() -> None:
         ("tick 69", "NO_STEADY_PLAN, stability x by 0.03 m, step y by 0.11 m"),
         ("tick 70", "BAD_MEASUREMENT"),
     ]
-    assert gave_way_rows(synthetic.run("vhip")) == [] and gave_way_rows(synthetic.run("van_der_pol")) == []
+    assert gave_way_rows(synthetic.run("vhip")) == []
+    assert gave_way_rows(synthetic.run("van_der_pol")) == []
 
 
 def test_many_kinds_are_counted_and_not_told() -> None:
@@ -112,7 +116,8 @@ def test_a_log_from_before_barriers_were_told_apart_has_its_report(tmp_path) -> 
     assert gave_way(read_run(tmp_path / "run")).sentence(60) == "tick 59: SOFTENED, a barrier by 0.012 m/s"
     assert main(["report", str(tmp_path / "run")]) == 0
     barrier = json.loads((tmp_path / "run" / "metrics.json").read_text())["barriers"]["forward_speed"]
-    assert barrier["slack_max"] is None and barrier["softened_ticks"] is None
+    assert barrier["slack_max"] is None
+    assert barrier["softened_ticks"] is None
 
 
 def test_the_closing_lines_of_a_run_tell_it(tmp_path, capsys) -> None:
@@ -120,7 +125,9 @@ def test_the_closing_lines_of_a_run_tell_it(tmp_path, capsys) -> None:
     assert main(["run", "vhip", "--text", text, "--out", str(tmp_path / "run"), "--no-replay"]) == 0
     lines = [line.split(maxsplit=2) for line in capsys.readouterr().out.splitlines()]
     (tick, told), *others = [(int(line[1]), line[2]) for line in lines if line[0] == "tick"]
-    assert tick == 231 and told.startswith("SOFTENED, barrier forward_speed by 0.0") and not others
+    assert tick == 231
+    assert told.startswith("SOFTENED, barrier forward_speed by 0.0")
+    assert not others
 
 
 def test_a_cut_log_tells_the_ticks_of_the_walk_that_it_is_cut_from() -> None:

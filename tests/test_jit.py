@@ -1,4 +1,4 @@
-"""Machine code: what it may call, and that nothing about where it is kept ends a run."""
+"""Compiled functions: what they may call, and a cache that is missing, full or damaged."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from pdhocbf_drake.jit import compiled
 
 
 def kernels() -> list[CPUDispatcher]:
-    """All of the package's."""
+    """All kernels of the package."""
     found = {}
     for module in pkgutil.walk_packages(pdhocbf_drake.__path__, "pdhocbf_drake."):
         for value in vars(importlib.import_module(module.name)).values():
@@ -30,7 +30,7 @@ def kernels() -> list[CPUDispatcher]:
 
 
 def test_no_kernel_calls_one_of_another_file() -> None:
-    # What numba keeps of a kernel is stamped with the kernel's own file: changed code elsewhere would go unnoticed.
+    # Numba's cache of a kernel is invalidated by a change of the kernel's own file, and by no other.
     assert len(kernels()) > 15
     for kernel in kernels():
         function = kernel.py_func
@@ -41,7 +41,7 @@ def test_no_kernel_calls_one_of_another_file() -> None:
 
 
 def test_kernels_write_into_arrays_that_they_are_given() -> None:
-    # To make one and hand it over costs more than most kernels' own work, and loads a lot of numba at the start.
+    # To allocate and return an array costs more than most kernels' own work, and makes numba load slowly.
     for kernel in kernels():
         assert "ndarray" not in str(kernel.py_func.__annotations__["return"]), kernel.__name__
 
@@ -54,23 +54,23 @@ def test_division_by_zero_is_no_error() -> None:
     assert np.isinf(compiled(halved)(np.ones(1), 0.0)).all()
 
 
-def test_without_a_place_to_keep_it_the_code_is_made_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
+def test_without_a_cache_folder_functions_are_compiled_all_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls = []
     real = numba.njit
 
-    def nowhere(*args: object, **options: object) -> object:
-        asked.append(options)
+    def without_cache(*args: object, **options: object) -> object:
+        calls.append(options)
         if options.get("cache"):
             raise RuntimeError("cannot cache function: no locator available")
         return real(*args, **options)
 
-    monkeypatch.setattr(jit, "numba", SimpleNamespace(njit=nowhere))
+    monkeypatch.setattr(jit, "numba", SimpleNamespace(njit=without_cache))
     np.testing.assert_array_equal(compiled(halved)(np.ones(2), 2.0), [0.5, 0.5])
-    assert [bool(options.get("cache")) for options in asked] == [True, False]
+    assert [bool(options.get("cache")) for options in calls] == [True, False]
 
 
-def test_a_disk_that_is_full_costs_nothing_but_the_copy(tmp_path: Path) -> None:
-    # As a process of its own: where numba keeps things is read once.
+def test_a_full_disk_costs_nothing_but_the_cache(tmp_path: Path) -> None:
+    # In a process of its own, since numba reads the cache folder once.
     code = (
         "import numba.core.caching as caching\n"
         "def full(*_): raise OSError(28, 'No space left on device')\n"
@@ -81,24 +81,25 @@ def test_a_disk_that_is_full_costs_nothing_but_the_copy(tmp_path: Path) -> None:
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
-    assert done.stdout == "[2. 3.]\n" and not list(tmp_path.rglob("*.nbc"))
+    assert done.stdout == "[2. 3.]\n"
+    assert not list(tmp_path.rglob("*.nbc"))
 
 
-def test_what_is_kept_is_loaded_without_what_only_its_making_needs(tmp_path: Path) -> None:
+def test_a_cached_kernel_is_loaded_without_the_modules_that_compile_it(tmp_path: Path) -> None:
     code = (
         "import sys, numpy as np\n"
         "from pdhocbf_drake.qp import AffineMap\n"
         "print(AffineMap(np.ones(2), np.eye(2))(np.array([1.0, 2.0])), 'numba.np.linalg' in sys.modules)\n"
     )
     environment = {"NUMBA_CACHE_DIR": str(tmp_path), "PATH": ""}
-    for made in (True, False):
+    for compiles in (True, False):
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
-        assert done.stdout == f"[2. 3.] {made}\n"
+        assert done.stdout == f"[2. 3.] {compiles}\n"
 
 
-@pytest.mark.parametrize("torn", ["*.nbi", "*.nbc"])
+@pytest.mark.parametrize("damaged", ["*.nbi", "*.nbc"])
 @pytest.mark.parametrize("left", [b"", b"garbage\n"])
-def test_what_is_kept_and_torn_is_made_anew(tmp_path: Path, torn: str, left: bytes) -> None:
+def test_a_damaged_cache_is_written_anew(tmp_path: Path, damaged: str, left: bytes) -> None:
     code = (
         "import numpy as np\n"
         "from pdhocbf_drake.qp import AffineMap\n"
@@ -108,7 +109,7 @@ def test_what_is_kept_and_torn_is_made_anew(tmp_path: Path, torn: str, left: byt
     for again in range(3):
         done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
         assert done.stdout == "[2. 3.]\n"
-        for file in tmp_path.rglob(torn):
+        for file in tmp_path.rglob(damaged):
             if again == 0:
                 file.write_bytes(left)
             assert again == 0 or file.read_bytes() != left

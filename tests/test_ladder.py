@@ -52,10 +52,13 @@ def test_a_state_beyond_rescue_misses_its_tail_by_as_little_as_it_can() -> None:
     lost = memory.state.copy()
     lost[0, 1] += 2.0  # [m/s]: no ZMP in any box, no foothold within reach brings this back
     plan = mpc.solve(220, lost, memory.stance, {}, None, last)
-    assert plan.reason == Reason.RELAXED and plan.reason.planned and plan.fallbacks == 0
+    assert plan.reason == Reason.RELAXED
+    assert plan.reason.planned
+    assert plan.fallbacks == 0
     zmp = predicted(mpc, lost, plan)[:, 1, 2]
     low, high = mpc.zmp_box(221, memory.stance, plan.footholds).T
-    assert np.all(zmp >= low - 1e-9) and np.all(zmp <= high + 1e-9)
+    assert np.all(zmp >= low - 1e-9)
+    assert np.all(zmp <= high + 1e-9)
     assert zmp[0] == pytest.approx(high[0], abs=1e-6)  # all the braking there is
     step = plan.footholds[0, 0] - memory.stance[0, 1]
     assert step == pytest.approx(0.15 + mpc.config.step_tolerance[0], abs=1e-6)  # the longest step allowed
@@ -70,7 +73,8 @@ def test_a_hard_barrier_that_cannot_be_kept_is_softened() -> None:
     mpc = make_mpc(mpc={"barrier": "hard"}, barriers=(speed_limit(0.4),))
     plans = [plan for *_, plan in walk(mpc, 260, kick={220: np.array([0.2, 0.0])})]
     assert plans[220].reason == Reason.SOLVED
-    assert plans[221].reason == Reason.SOFTENED and plans[221].slack > 1e-3
+    assert plans[221].reason == Reason.SOFTENED
+    assert plans[221].slack > 1e-3
     assert plans[-1].reason == Reason.SOLVED
 
 
@@ -86,9 +90,11 @@ def test_of_two_barriers_the_one_that_gives_way_has_the_slack(barrier: str, give
     two.insert(gives_way, speed_limit(0.4))
     mpc = make_mpc(mpc={"barrier": barrier}, barriers=tuple(two))
     plans = [plan for *_, plan in walk(mpc, 222, kick={220: np.array([0.2, 0.0])})]
-    assert not plans[220].slacks.any() and plans[221].reason == Reason.SOFTENED
+    assert not plans[220].slacks.any()
+    assert plans[221].reason == Reason.SOFTENED
     assert plans[221].slacks[gives_way] == plans[221].slack > 1e-3
-    assert plans[221].slacks[1 - gives_way] == 0.0 and not plans[221].unmet.any()
+    assert plans[221].slacks[1 - gives_way] == 0.0
+    assert not plans[221].unmet.any()
 
 
 def test_a_hard_barrier_is_softened_before_the_walk_counts_as_disturbed() -> None:
@@ -100,11 +106,15 @@ def test_a_hard_barrier_is_softened_before_the_walk_counts_as_disturbed() -> Non
         list(walk(mpc, 221, memory))
         state = memory.state + np.array([[0.0, kick, 0.0], [0.0, 0.0, 0.0]])  # which nobody notices
         plans[kick] = mpc.solve(221, state, memory.stance, mpc.bounds(221), None, memory.plan)
-    assert plans[0.2].reason == Reason.SOFTENED and not plans[0.2].recovering and plans[0.2].slack > 1e-4
+    assert plans[0.2].reason == Reason.SOFTENED
+    assert not plans[0.2].recovering
+    assert plans[0.2].slack > 1e-4
     assert not plans[0.2].unmet.any()
     # Where softening is of no help, the steady walk's own constraints are named.
-    assert plans[0.6].reason == Reason.NO_STEADY_PLAN and plans[0.6].recovering
-    assert np.all(plans[0.6].unmet[0] > 1e-3) and not plans[0.6].unmet[1].any()
+    assert plans[0.6].reason == Reason.NO_STEADY_PLAN
+    assert plans[0.6].recovering
+    assert np.all(plans[0.6].unmet[0] > 1e-3)
+    assert not plans[0.6].unmet[1].any()
 
 
 @pytest.mark.parametrize(("constraint", "axis"), [("zmp_box", 0), ("step", 1)])
@@ -129,7 +139,8 @@ def test_limits_that_contradict_each_other_are_named_with_their_axis(constraint:
     kinds = [wrong if kind is right else kind for kind in TERMS]
     mpc = PeriodicMpc(mpc.gait, mpc.vhip, mpc.config, mpc.barriers, kinds=kinds)
     plan = mpc.solve(220, memory.state, memory.stance, {}, None, last)
-    assert plan.reason == Reason.INFEASIBLE and plan.fallbacks == 1
+    assert plan.reason == Reason.INFEASIBLE
+    assert plan.fallbacks == 1
     told = np.zeros((2, 3))
     told[axis, list(mpc.constraints).index(constraint)] = 0.03 if constraint == "step" else 0.02
     np.testing.assert_allclose(plan.unmet, told, atol=1e-9)
@@ -142,7 +153,8 @@ def test_recovery_from_outside_follows_the_class_k_rate_where_the_input_allows()
     velocity, slack = np.array(rows).T
     h = 0.40 - velocity
     outside = np.flatnonzero(h < 0)
-    assert len(outside) and outside[0] >= 221
+    assert len(outside)
+    assert outside[0] >= 221
     free = [k for k in range(221, 300) if slack[k] < 1e-9]
     psi = h[2:] - 1.8 * h[1:-1] + 0.81 * h[:-2]
     assert all(psi[k] >= -1e-9 for k in free)
@@ -157,11 +169,13 @@ def test_without_any_solution_the_last_plan_is_shifted_within_the_box(monkeypatc
     monkeypatch.setattr(mpc, "solvers", [[never(s) for s in axis] for axis in mpc.solvers])
     monkeypatch.setattr(mpc, "rungs", [])
     plan = mpc.solve(220, memory.state, memory.stance, {}, None, last)
-    assert plan.reason == Reason.NOT_OPTIMAL and plan.fallbacks == 1
+    assert plan.reason == Reason.NOT_OPTIMAL
+    assert plan.fallbacks == 1
     np.testing.assert_allclose(plan.inputs[:, :-1], last.inputs[:, 1:], atol=1e-9)
     low, high = mpc.zmp_box(221, memory.stance, plan.footholds).T
     zmp = memory.state[:, 2] + 0.01 * plan.inputs[:, 0]
-    assert np.all(zmp >= low - 1e-12) and np.all(zmp <= high + 1e-12)
+    assert np.all(zmp >= low - 1e-12)
+    assert np.all(zmp <= high + 1e-12)
     for way, edge in ((-99.0, low), (99.0, high)):  # a plan that leads out of the box is cut off at its edge
         out = mpc.solve(220, memory.state, memory.stance, {}, None, last._replace(inputs=last.inputs + way))
         np.testing.assert_allclose(memory.state[:, 2] + 0.01 * out.inputs[:, 0], edge, atol=1e-12)
@@ -202,15 +216,18 @@ def test_a_short_blindness_is_walked_through(ticks: int) -> None:
     mpc = make_mpc()
     seen, _, _ = loop(mpc, 400)
     blind, reasons, memory = loop(mpc, 400, lambda k, state: BLIND if 200 <= k < 200 + ticks else state)
-    assert reasons[199] == Reason.SOLVED and reasons[200] == Reason.BAD_MEASUREMENT
-    assert reasons.count(Reason.BAD_MEASUREMENT) == ticks and memory.last_step < 0
+    assert reasons[199] == Reason.SOLVED
+    assert reasons[200] == Reason.BAD_MEASUREMENT
+    assert reasons.count(Reason.BAD_MEASUREMENT) == ticks
+    assert memory.last_step < 0
     np.testing.assert_allclose(blind, seen, atol=1e-9)
 
 
 def test_a_long_blindness_ends_in_a_stand() -> None:
     mpc = make_mpc(mpc={"zmp_centre_weight": 30.0})
     states, reasons, memory = loop(mpc, 900, lambda k, state: BLIND if 200 <= k < 240 else state)
-    assert memory.last_step == 219 // 40 + 1 and reasons[-1] == Reason.STOPPING
+    assert memory.last_step == 219 // 40 + 1
+    assert reasons[-1] == Reason.STOPPING
     assert np.abs(states[-1, :, 1]).max() < 0.01  # at rest
     feet = memory.feet
     assert feet[0, 0] == pytest.approx(feet[1, 0], abs=1e-6)  # side by side
@@ -263,7 +280,8 @@ def test_the_memory_of_what_gave_way_survives_packing(barriers: tuple) -> None:
     mpc = make_mpc(barriers=barriers)
     memory = start(mpc)
     list(walk(mpc, 3, memory))
-    assert memory.barrier_slack.shape == (len(barriers),) and not memory.barrier_slack.any()
+    assert memory.barrier_slack.shape == (len(barriers),)
+    assert not memory.barrier_slack.any()
     memory.barrier_slack, memory.unmet = 1.0 + np.arange(len(barriers)), 7.0 + np.arange(6.0)
     copy = repacked(mpc, memory)
     np.testing.assert_array_equal(copy.barrier_slack, memory.barrier_slack)

@@ -39,11 +39,13 @@ def test_compiled_and_uncompiled_agree_at_every_phase(walk: Walk, axis: int) -> 
         written.prog.AddBoundingBoxConstraint(parameters, parameters, written.parameters)
         result = ClarabelSolver().Solve(written.prog, None, options)
         ours = DaqpQp(mpc.qps[axis][phase]).solve(parameters)
-        assert result.is_success() and ours.ok
+        assert result.is_success()
+        assert ours.ok
         assert ours.cost == pytest.approx(result.get_optimal_cost(), rel=1e-6, abs=1e-6)
         found = gap(mpc.qps[axis][phase], parameters, ours.decisions, result.GetSolution(written.decisions))
         assert found.certain
-        assert abs(found.relative) < 1e-9 and found.violation < 1e-9
+        assert abs(found.relative) < 1e-9
+        assert found.violation < 1e-9
 
 
 def test_last_ticks_active_set_moved_by_a_tick_changes_no_plan_and_saves_iterations(short_walk: Walk) -> None:
@@ -77,7 +79,8 @@ def test_the_sparse_program_of_the_benchmark_has_the_same_optimum(short_walk: Wa
         assert sparse.ok
         assert sparse.cost == pytest.approx(ours.cost, rel=1e-6, abs=1e-6)
         found = gap(mpc.qps[axis][phase], parameters, sparse.decisions[: len(ours.decisions)], ours.decisions)
-        assert abs(found.relative) < 1e-5 and found.violation < 1e-7
+        assert abs(found.relative) < 1e-5
+        assert found.violation < 1e-7
 
 
 def test_the_walk_is_the_same_through_clarabel(short_walk: Walk) -> None:

@@ -11,7 +11,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.terms.stability import Stability
-from pdhocbf_drake.simulation.build import orbit_of
+from pdhocbf_drake.simulation.build import nominal_walk_of
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 
 PLAIN = make_mpc()
@@ -62,7 +62,8 @@ def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() 
         assert plan.reason == Reason.SOLVED
         future = predicted(mpc, state, plan)
         low, high = mpc.zmp_box(tick + 1, stance, plan.footholds).T
-        assert np.all(future[:, 1, 2] >= low - 1e-9) and np.all(future[:, 1, 2] <= high + 1e-9)
+        assert np.all(future[:, 1, 2] >= low - 1e-9)
+        assert np.all(future[:, 1, 2] <= high + 1e-9)
         if not mpc.commanded.repeats(tick // 40):
             continue
         for axis in (0, 1):
@@ -166,7 +167,8 @@ def test_a_binding_barrier_is_kept_and_slows_the_walk() -> None:
 def test_a_soft_barrier_that_cannot_be_kept_is_paid_for_and_said() -> None:
     mpc = make_mpc(barriers=(speed_limit(0.4),))
     plans = [plan for *_, plan in walk(mpc, 230, kick={220: np.array([0.25, 0.0])})]
-    assert plans[221].reason == Reason.SOFTENED and plans[221].slack > 1e-3
+    assert plans[221].reason == Reason.SOFTENED
+    assert plans[221].slack > 1e-3
     assert plans[220].reason == Reason.SOLVED
 
 
@@ -204,7 +206,9 @@ def test_memory_survives_packing() -> None:
     vector = layout.pack(memory)
     copy = layout.unpack(vector)
     np.testing.assert_array_equal(layout.pack(copy), vector)
-    assert copy.plan is not None and memory.plan is not None and copy.plan.tick == memory.plan.tick
+    assert copy.plan is not None
+    assert memory.plan is not None
+    assert copy.plan.tick == memory.plan.tick
     for name in ("measured", "state", "feet", "stance"):
         np.testing.assert_array_equal(getattr(copy, name), getattr(memory, name))
         np.testing.assert_array_equal(vector[layout.places[name]], getattr(memory, name).ravel())
@@ -255,5 +259,5 @@ def test_what_has_another_shape_is_refused_before_machine_code_sees_it(name: str
 def test_the_orbit_is_found_with_the_less_exact_solver_too(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(orbit, "_GAITS", 12)  # far more than it takes, far fewer than its noise can be waited out for
     text = "{gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40, solver: %s}}"
-    exact, other = (orbit_of(load_scenario("walking", text % solver), 0.15) for solver in ("daqp", "clarabel"))
-    np.testing.assert_allclose(other, exact, atol=1e-5)
+    exact, other = (nominal_walk_of(load_scenario("walking", text % solver), 0.15) for solver in ("daqp", "clarabel"))
+    np.testing.assert_allclose(other[:, :, 1], exact[:, :, 1], atol=1e-5)

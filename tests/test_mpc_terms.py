@@ -176,7 +176,8 @@ def test_a_turn_changes_no_matrix_of_the_compiled_programs() -> None:
 def test_without_a_turn_the_tail_is_the_periodic_one() -> None:
     mpc = make_mpc()
     kinds = [type(term) for term in mpc.problems[0].terms]
-    assert Stability in kinds and len(kinds) == len(set(kinds))
+    assert Stability in kinds
+    assert len(kinds) == len(set(kinds))
 
 
 # A term of one's own.

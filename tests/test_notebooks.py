@@ -46,8 +46,10 @@ def test_a_notebook_is_thin_and_cleared(name):
     notebook = _read(name)
     for cell in notebook.cells:
         assert len(cell.source.splitlines()) < 40
-        assert not cell.get("outputs") and cell.get("execution_count") is None
-    assert notebook.cells[0].cell_type == "markdown" and notebook.cells[0].source.startswith("# ")
+        assert not cell.get("outputs")
+        assert cell.get("execution_count") is None
+    assert notebook.cells[0].cell_type == "markdown"
+    assert notebook.cells[0].source.startswith("# ")
     text = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
     assert not any(f"._{letter}" in text for letter in "abcdefghijklmnopqrstuvwxyz"), "only the public API"
 

@@ -126,7 +126,9 @@ def test_a_memory_keeps_its_disturbance(mpc: PeriodicMpc, settled: Memory) -> No
     memory = settled.copy()
     advance(mpc, memory, SETTLED, np.array([0.0, 0.2]))
     again = repacked(mpc, memory)
-    assert again.disturbance.active and again.plan is not None and again.plan.recovering
+    assert again.disturbance.active
+    assert again.plan is not None
+    assert again.plan.recovering
     layout = MemoryLayout(mpc)
     np.testing.assert_array_equal(layout.pack(again), layout.pack(memory))
 
@@ -148,17 +150,20 @@ def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory)
     plain = make_mpc({"stride": 0.1})
     assert plain.solve(SETTLED, state, settled.stance, {}, None, settled.plan._replace()).reason == Reason.RELAXED
     plan = mpc.solve(SETTLED, state, settled.stance, {}, None, settled.plan)
-    assert plan.recovering and plan.reason == Reason.NO_STEADY_PLAN
+    assert plan.recovering
+    assert plan.reason == Reason.NO_STEADY_PLAN
     # It steps farther than a steady walk may: that limit is named, of that axis alone, by as much as it is exceeded.
     step = plan.footholds[0, 0] - settled.stance[0, 1]
     beyond = step - (0.1 + mpc.config.step_tolerance[0])
-    assert beyond > 0.01 and plan.unmet[0, list(mpc.constraints).index("step")] == pytest.approx(beyond, abs=1e-9)
+    assert beyond > 0.01
+    assert plan.unmet[0, list(mpc.constraints).index("step")] == pytest.approx(beyond, abs=1e-9)
     assert not plan.unmet[1].any()
 
 
 def test_a_noticed_disturbance_is_no_program_without_a_solution(mpc: PeriodicMpc, settled: Memory) -> None:
     plan = advance(mpc, settled.copy(), SETTLED, np.array([0.3, 0.0]))
-    assert plan.reason == Reason.RECOVERING and not plan.unmet.any()
+    assert plan.reason == Reason.RECOVERING
+    assert not plan.unmet.any()
 
 
 def test_what_recovers_is_compiled_when_it_is_needed_and_plans_the_same(

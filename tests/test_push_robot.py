@@ -12,21 +12,22 @@ import pytest
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.robot import Biped, WholeBodyIk, row_weights, sole_pose, swing_lever
-from pdhocbf_drake.robot.posture import Posture, PostureRates
+from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot.damped import row_weights
+from pdhocbf_drake.robot.posture import COM
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.push import worker
-from pdhocbf_drake.studies.push.endings import GAVE_UP, SURVIVED
+from pdhocbf_drake.studies.push import search
 from pdhocbf_drake.studies.push.results import Impulse
-from pdhocbf_drake.studies.push.rig import PushRig
+from pdhocbf_drake.studies.shared.endings import GAVE_UP, SURVIVED
+from pdhocbf_drake.studies.shared.pushing import PushedWalk
 
 SHORT = "gait: {stride: 0.1}"
 
 
 @pytest.fixture(scope="module")
-def rig() -> PushRig:
-    return PushRig(load_scenario("walking", SHORT), [20])
+def walk() -> PushedWalk:
+    return PushedWalk(load_scenario("walking", SHORT), [20])
 
 
 @pytest.fixture(scope="module")
@@ -34,8 +35,8 @@ def biped() -> Biped:
     return Biped.load("biped")
 
 
-def test_a_trial_is_the_run_that_it_is_cut_from(rig: PushRig) -> None:
-    trial = rig.trial(20, np.array([60.0, 0.0, 0.0]), 0.1, 1.0)
+def test_a_trial_is_the_run_that_it_is_cut_from(walk: PushedWalk) -> None:
+    trial = walk.trial(20, np.array([60.0, 0.0, 0.0]), 0.1, 1.0)
     pushed = f"{SHORT[:-1]}, start_steps: 2}}\npushes: [{{step: 6, phase: 20, force: [60, 0, 0]}}]\nduration: 3.8"
     run = simulate(load_scenario("walking", pushed))
     at = round(trial.log.time[0] / 0.01)
@@ -44,28 +45,30 @@ def test_a_trial_is_the_run_that_it_is_cut_from(rig: PushRig) -> None:
         np.testing.assert_array_equal(trial.log[name][:count], run[name][at : at + count])
 
 
-def test_pushes_far_within_reach_are_survived_by_stepping_and_the_rest_is_told(rig: PushRig) -> None:
-    survived = rig.trial(20, np.array([100.0, 0.0, 0.0]))
+def test_pushes_far_within_reach_are_survived_by_stepping_and_the_rest_is_told(walk: PushedWalk) -> None:
+    survived = walk.trial(20, np.array([100.0, 0.0, 0.0]))
     assert survived.ending == SURVIVED
     reasons = survived.log.element("solver_status", "reason")
     assert np.any(reasons == Reason.RECOVERING)
     assert np.all(survived.log.element("solver_status", "fallbacks") == 0)
-    assert rig.trial(20, np.array([500.0, 0.0, 0.0])).ending != SURVIVED
+    assert walk.trial(20, np.array([500.0, 0.0, 0.0])).ending != SURVIVED
 
 
-def test_a_push_that_no_simulation_follows_is_an_ending_too(rig: PushRig) -> None:
-    trial = rig.trial(20, np.array([1e9, 0.0, 0.0]), 0.1, 1.0)
-    assert trial.ending == GAVE_UP and not trial.survived and np.all(np.isfinite(trial.log["lip_state"]))
+def test_a_push_that_no_simulation_follows_is_an_ending_too(walk: PushedWalk) -> None:
+    trial = walk.trial(20, np.array([1e9, 0.0, 0.0]), 0.1, 1.0)
+    assert trial.ending == GAVE_UP
+    assert not trial.survived
+    assert np.all(np.isfinite(trial.log["lip_state"]))
 
 
-def test_the_same_trial_twice_is_the_same(rig: PushRig) -> None:
+def test_the_same_trial_twice_is_the_same(walk: PushedWalk) -> None:
     force = np.array([0.0, -50.0, 0.0])
-    first, second = rig.trial(20, force, 0.1, 1.0), rig.trial(20, force, 0.1, 1.0)
+    first, second = walk.trial(20, force, 0.1, 1.0), walk.trial(20, force, 0.1, 1.0)
     assert first.log.differences(second.log) == []
 
 
-def test_swing_reference_never_jumps_under_a_push(rig: PushRig) -> None:
-    log = rig.trial(20, np.array([100.0, 0.0, 0.0]), 0.1, 1.5).log
+def test_swing_reference_never_jumps_under_a_push(walk: PushedWalk) -> None:
+    log = walk.trial(20, np.array([100.0, 0.0, 0.0]), 0.1, 1.5).log
     feet = log["foot_reference"].reshape(-1, 2, 3, 3)
     tick, support = log.element("gait_phase", "tick"), log.element("gait_phase", "support")
     for side, foot in ((1, 0), (-1, 1)):
@@ -78,20 +81,20 @@ def test_swing_reference_never_jumps_under_a_push(rig: PushRig) -> None:
 
 def test_what_cannot_be_pushed_is_said_in_one_sentence() -> None:
     with pytest.raises(InputError, match="ticks of the gait, 0 to 79"):
-        PushRig(load_scenario("walking", ""), [80])
+        PushedWalk(load_scenario("walking", ""), [80])
     with pytest.raises(InputError, match="walk_steps"):
-        PushRig(load_scenario("walking", "gait: {walk_steps: 4}"), [0])
+        PushedWalk(load_scenario("walking", "gait: {walk_steps: 4}"), [0])
     with pytest.raises(InputError, match="van_der_pol"):
-        PushRig(load_scenario("van_der_pol", ""), [0])
+        PushedWalk(load_scenario("van_der_pol", ""), [0])
 
 
 def test_the_verb_writes_what_it_promises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from pdhocbf_drake.cli.main import main
 
-    def found(work: worker.Search) -> list[Impulse]:
+    def found(work: search.Search) -> list[Impulse]:
         return [Impulse(work.barrier, way, work.phase, 12.0 + work.phase / 10) for way in work.guesses]
 
-    monkeypatch.setattr(worker, "search", found)
+    monkeypatch.setattr(search, "search", found)
     out = tmp_path / "pushes"
     words = ["push", "walking", "--directions", "forward,-y", "--phases", "0,40", "--workers", "1", "--out", str(out)]
     assert main(words) == 0
@@ -113,15 +116,17 @@ def test_what_was_found_is_told_though_the_disk_is_full(
     def full(impulses: list[Impulse], path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    monkeypatch.setattr(worker, "search", lambda work: [Impulse(work.barrier, "+x", work.phase, 12.5)])
+    monkeypatch.setattr(search, "search", lambda work: [Impulse(work.barrier, "+x", work.phase, 12.5)])
     monkeypatch.setattr("pdhocbf_drake.studies.push.command.draw_polar", full)
     words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out"]
     assert main([*words, str(tmp_path / "pushes")]) == 1
     shown = capsys.readouterr()
-    assert shown.out.count("12.5") == 9 and "No space left" in shown.err and "Traceback" not in shown.err
+    assert shown.out.count("12.5") == 9
+    assert "No space left" in shown.err
+    assert "Traceback" not in shown.err
     assert {path.name for path in (tmp_path / "pushes").iterdir()} == {"scenario.yaml"}
     (tmp_path / "file").touch()
-    monkeypatch.setattr(worker, "search", lambda work: pytest.fail("searched for nothing"))
+    monkeypatch.setattr(search, "search", lambda work: pytest.fail("searched for nothing"))
     assert main([*words, str(tmp_path / "file" / "pushes")]) == 1
     assert "cannot be written" in capsys.readouterr().err
 
@@ -132,7 +137,8 @@ def test_wrong_words_end_in_one_line(words: list[str], tmp_path: Path, capsys: p
 
     assert main(["push", "walking", "--out", str(tmp_path / "no"), *words]) == 1
     told = capsys.readouterr().err
-    assert told.count("\n") == 1 and words[0] in told
+    assert told.count("\n") == 1
+    assert words[0] in told
     assert not (tmp_path / "no").exists()
 
 
@@ -140,21 +146,23 @@ def test_a_leg_out_of_reach_gives_up_its_swing_foot_first(biped: Biped) -> None:
     ik = WholeBodyIk(biped)
     com = np.array([0.0, -0.04, 0.58])
     target = Posture(com, sole_pose(-0.45, 0.08), sole_pose(0.0, -0.08))
-    seed = biped.posture(com, sole_pose(-0.1, 0.08), sole_pose(0.0, -0.08))
+    seed = upright_posture(biped, com, sole_pose(-0.1, 0.08), sole_pose(0.0, -0.08))
     found = ik.solve(target, seed, "left")
     assert not found.ok
-    ik.task_space.set_positions(found.q)
-    left, right = ik.task_space.sole_positions()
+    context = biped.plant.CreateDefaultContext()
+    biped.plant.SetPositions(context, found.q)
+    left, right = (biped.soles[side].frame.CalcPoseInWorld(context).translation() for side in ("left", "right"))
     assert abs(right - [0.0, -0.08, 0.0]).max() < 5e-3
-    assert abs(left[1] - 0.08) < 5e-3 and left[0] > -0.45 + 0.02
-    rates = PostureRates(np.array([1.0, 0.0, 0.0]), np.zeros(6), np.zeros(6))
-    v = ik.rates(found.q, rates, row_weights("left"))
-    vdot = ik.accelerations(found.q, v, rates, row_weights("left"))
+    assert abs(left[1] - 0.08) < 5e-3
+    assert left[0] > -0.45 + 0.02
+    forward = np.zeros(18)
+    forward[COM] = [1.0, 0.0, 0.0]
+    _, vdot = ik.derivatives(found.q, forward, forward, row_weights("left"))
     assert abs(vdot).max() < 300.0
 
 
 def test_a_swing_foot_drags_the_zmp_its_own_way(biped: Biped) -> None:
-    q = biped.posture(np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
+    q = upright_posture(biped, np.array([0.0, 0.0, 0.58]), sole_pose(0.0, 0.08), sole_pose(0.0, -0.08))
     lever = swing_lever(biped, q)
     # Heavy legs below the CoM: some millimetres for each m/s².
     assert np.all((lever > 1e-3) & (lever < 1e-2))

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.push.directions import force, parse_directions, parse_phases
-from pdhocbf_drake.studies.push.legs import soles_overlap
 from pdhocbf_drake.studies.push.results import Impulse, document, table
 from pdhocbf_drake.studies.push.search import largest_survived
-from pdhocbf_drake.studies.push.variants import BARRIERS, DCBF, NONE, PERIODIC, told_of_borrowed, variant, with_gamma
+from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC, in_case, lent_barriers
+from pdhocbf_drake.studies.shared.endings import soles_overlap
+from pdhocbf_drake.studies.shared.events import force, parse_directions, parse_phases
 
 HALVES = np.array([[0.1, 0.06], [0.1, 0.06]])
 
@@ -83,31 +83,32 @@ def test_results_have_the_promised_shape() -> None:
     assert "15.5" in table(impulses)
 
 
-def test_variants_differ_in_their_barriers_alone() -> None:
+def test_cases_differ_in_their_barriers_alone() -> None:
     scenario = load_scenario("walking", "")
-    kinds = {name: [b.bound.kind for b in variant(scenario, name).barriers.values()] for name in BARRIERS}
+    kinds = {name: [b.bound.kind for b in in_case(scenario, name).barriers.values()] for name in CASES}
     assert kinds == {NONE: [], DCBF: ["orbit_peak"], PERIODIC: ["orbit"]}
-    for name in BARRIERS:
-        assert variant(scenario, name).model_copy(update={"barriers": scenario.barriers}) == scenario
+    for name in CASES:
+        assert in_case(scenario, name).model_copy(update={"barriers": scenario.barriers}) == scenario
     with pytest.raises(InputError, match="P-DHOCBF"):
-        variant(scenario, "CBF")
+        in_case(scenario, "CBF")
 
 
 def test_a_constant_bound_clears_a_harmonic_and_a_tabulated_one() -> None:
     bound = "barriers: {forward_speed: {bound: {kind: %s}}}"
     harmonic = load_scenario("walking", bound % "harmonic, mean: 0.4, cosine: 0.03, sine: 0.04")
-    assert variant(harmonic, DCBF).barriers["forward_speed"].bound.value == pytest.approx(0.45)
+    assert in_case(harmonic, DCBF).barriers["forward_speed"].bound.value == pytest.approx(0.45)
     tabulated = load_scenario("walking", bound % "tabulated, values: [0.4, 0.5, 0.3]")
-    assert variant(tabulated, DCBF).barriers["forward_speed"].bound.value == 0.5
+    assert in_case(tabulated, DCBF).barriers["forward_speed"].bound.value == 0.5
 
 
 def test_gamma_is_replaced_in_every_barrier() -> None:
-    changed = with_gamma(load_scenario("walking", ""), 0.2)
+    changed = in_case(load_scenario("walking", ""), PERIODIC, 0.2)
     assert [barrier.gamma for barrier in changed.barriers.values()] == [(0.2, 0.2)]
 
 
 def test_a_scenario_without_barriers_says_whose_it_is_compared_with() -> None:
-    assert told_of_borrowed(load_scenario("walking", "")) == ""
-    told = told_of_borrowed(load_scenario("walking_nobarrier", ""))
-    (bound,) = [config.bound for config in variant(load_scenario("walking_nobarrier", ""), PERIODIC).barriers.values()]
-    assert told.startswith("walking_nobarrier has no barrier") and f"{bound.margin:g} m/s" in told
+    assert lent_barriers(load_scenario("walking", "")) == ""
+    sentence = lent_barriers(load_scenario("walking_nobarrier", ""))
+    (bound,) = [config.bound for config in in_case(load_scenario("walking_nobarrier", ""), PERIODIC).barriers.values()]
+    assert sentence.startswith("walking_nobarrier has no barrier")
+    assert f"{bound.margin:g} m/s" in sentence

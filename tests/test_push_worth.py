@@ -1,4 +1,4 @@
-"""What a barrier buys: measures, and the experiment on the template in small."""
+"""What a barrier buys: the experiments on the template and on a made-up robot, in small."""
 
 from __future__ import annotations
 
@@ -12,87 +12,114 @@ from synthetic import walk_log
 
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.push.endings import SURVIVED
-from pdhocbf_drake.studies.push.measures import Measures, first_time, recovery_time, summarised
-from pdhocbf_drake.studies.push.rig import Trial
-from pdhocbf_drake.studies.worth import robot as worth_robot
-from pdhocbf_drake.studies.worth.command import table
-from pdhocbf_drake.studies.worth.robot import RobotWorth
-from pdhocbf_drake.studies.worth.template import TemplateWorth
+from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC
+from pdhocbf_drake.studies.shared.endings import SURVIVED
+from pdhocbf_drake.studies.shared.pushing import Trial
+from pdhocbf_drake.studies.worth import experiments
+from pdhocbf_drake.studies.worth.experiments import RobotWorth, TemplateWorth
+from pdhocbf_drake.studies.worth.results import Measures, table
+
+LATERAL = "barriers: {forward_speed: null, lateral_speed: {axis: y, bound: {kind: orbit, margin: 0.15}}}"
 
 
-def test_times_are_counted_from_the_event() -> None:
-    assert first_time(np.array([False, False, True, True]), 0.01) == pytest.approx(0.02)
-    assert math.isnan(first_time(np.zeros(3, dtype=bool), 0.01))
-    assert recovery_time(np.array([0.5, 0.0, 0.5, 0.0, 0.0]), 0.1, 0.01) == pytest.approx(0.03)
-    assert recovery_time(np.zeros(4), 0.1, 0.01) == 0.0
-    assert math.isnan(recovery_time(np.array([0.0, 0.5]), 0.1, 0.01))
+def measured(text: str = "", kick: float = 0.02, gamma: float = 0.5) -> list[Measures]:
+    """A kick, a push, a wrong command and nothing at all, on the template."""
+    worth = TemplateWorth(load_scenario("vhip", text), kick, 0.2, 1.07, [15])
+    worth.events["nothing"] = np.zeros((1, 2))
+    return worth.run([gamma])
 
 
-def test_medians_put_never_last() -> None:
-    row = Measures("template", "DCBF", 0.5, "kick", 0, math.nan, 0.0, 0.02, 0.1, 1.0, 0.03, True)
-    rows = [row, row._replace(phase=5), row._replace(phase=10, notices=0.1)]
-    (line,) = summarised(rows)
-    assert line[:5] == ("kick", "DCBF", "0.5", "1/3", "–")
-    assert "kick" in table(rows)
-    assert json.loads(json.dumps(row.as_json()))["notices"] is None
+def by_case(rows: list[Measures], event: str) -> dict[str, Measures]:
+    return {row.barrier: row for row in rows if row.event.startswith(event)}
 
 
 @pytest.fixture(scope="module")
 def rows() -> list[Measures]:
-    worth = TemplateWorth(load_scenario("vhip", ""), 0.02, 0.2, 1.07, [15])
-    worth._gains["nothing"] = np.zeros(1)
-    return worth.run([0.5])
+    return measured()
 
 
-def test_a_kick_is_seen_at_once_by_the_periodic_bound_alone(rows: list[Measures]) -> None:
-    kicks = {row.barrier: row for row in rows if row.event.startswith("kick")}
-    assert kicks["P-DHOCBF"].notices == 0.0
-    assert kicks["P-DHOCBF"].acts == 0.0
+def test_medians_put_never_last() -> None:
+    row = Measures("template", "DCBF", 0.5, "kick", 0, math.nan, 0.0, 0.02, 0.1, 1.0, 0.03, True)
+    line = table([row, row._replace(phase=5), row._replace(phase=10, notices=0.1)]).splitlines()[-1]
+    assert line.split()[:5] == ["kick", "DCBF", "0.5", "1/3", "–"]
+
+
+def test_a_kick_is_noticed_at_once_by_the_periodic_bound_alone(rows: list[Measures]) -> None:
+    kicks = by_case(rows, "kick")
+    assert kicks[PERIODIC].notices == 0.0
+    assert kicks[PERIODIC].acts == 0.0
+    assert kicks[DCBF].notices != 0.0
     # An instantaneous gain of velocity is its own largest excess, with any barrier.
     assert {round(row.excess, 3) for row in kicks.values()} == {0.02}
-    assert kicks["P-DHOCBF"].recovers <= kicks["none"].recovers
+    assert kicks[PERIODIC].recovers <= kicks[NONE].recovers
 
 
 def test_what_a_barrier_does_to_the_undisturbed_walk_is_no_answer_to_an_event(rows: list[Measures]) -> None:
-    assert all(math.isnan(row.acts) for row in rows if row.event == "nothing")
+    assert all(math.isnan(row.acts) for row in by_case(rows, "nothing").values())
+    # Where it does a lot to it: the ZMP velocity changes by more than 1 m/s.
+    slow = by_case(measured(gamma=0.05), "nothing")
+    assert all(math.isnan(row.acts) for row in slow.values())
 
 
-class _MadeUpRig:
+class _MadeUpWalk:
     """A robot whose barrier changes the undisturbed input by 5 mm/s, and by 20 mm/s from 70 ms after a kick on."""
 
-    def __init__(self, scenario: Scenario, phases: list[int]) -> None:
+    def __init__(self, scenario: Scenario, phases: list[int], with_action: bool) -> None:
         self._braked = bool(scenario.barriers)
 
     def trial(self, phase: int, force: np.ndarray, duration: float, watch: float) -> Trial:
         log = walk_log(duration=watch)
-        if self._braked:
-            log["zmp_reference"][:, 1] -= np.where((np.arange(len(log)) >= 7) & (force[0] == 30.0), 0.02, 0.005)
-        return Trial(SURVIVED, log)
+        action = np.where((np.arange(len(log)) >= 7) & (force[0] == 30.0), 0.02, 0.005) * self._braked
+        return Trial(SURVIVED, log, action)
 
 
 def test_on_the_robot_too_it_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(worth_robot, "PushRig", _MadeUpRig)
+    monkeypatch.setattr(experiments, "PushedWalk", _MadeUpWalk)
     found = RobotWorth(load_scenario("walking", ""), 3.0, 20.0, 1.07, [0]).run([0.5])
-    acts = {row.event.split()[0]: row.acts for row in found if row.barrier == "P-DHOCBF"}
+    acts = {row.event.split()[0]: row.acts for row in found if row.barrier == PERIODIC}
     assert acts["kick"] == pytest.approx(0.07)
-    assert math.isnan(acts["push"]) and math.isnan(acts["command"])
+    assert math.isnan(acts["push"])
+    assert math.isnan(acts["command"])
 
 
 def test_a_wrong_command_is_held_at_the_bound(rows: list[Measures]) -> None:
-    commands = {row.barrier: row for row in rows if row.event.startswith("command")}
+    commands = by_case(rows, "command")
     margin = 0.0073
-    assert commands["P-DHOCBF"].excess <= margin + 1e-6 < commands["DCBF"].excess < commands["none"].excess
-    assert commands["P-DHOCBF"].recovers == 0.0
-    assert math.isnan(commands["none"].recovers)
+    assert commands[PERIODIC].excess <= margin + 1e-6 < commands[DCBF].excess < commands[NONE].excess
+    assert commands[PERIODIC].recovers == 0.0
+    assert math.isnan(commands[NONE].recovers)
+
+
+def test_the_controller_of_the_scenario_is_measured_with_its_recovery() -> None:
+    steady, recovering = (by_case(measured(text, 0.2), "kick") for text in ("", "mpc: {recovery: {}}"))
+    for case in (NONE, DCBF, PERIODIC):
+        assert steady[case] != recovering[case]
+
+
+def test_a_barrier_on_the_lateral_velocity_does_not_notice_a_forward_kick() -> None:
+    for case, row in by_case(measured(LATERAL), "kick").items():
+        assert math.isnan(row.notices), case
+        assert math.isnan(row.acts), case
+        assert row.excess < 1e-6, case
+
+
+def test_a_barrier_on_the_lateral_velocity_is_measured_against_its_own_orbit() -> None:
+    worth = TemplateWorth(load_scenario("vhip", LATERAL), 0.02, 0.2, 1.07, [15])
+    worth.events = {"sideways": np.array([[0.0, 0.2]])}
+    found = by_case(worth.run([0.5]), "sideways")
+    assert all(row.excess > 0.2 - 1e-6 for row in found.values())
+    assert found[PERIODIC].notices == 0.0
+    assert 0.0 < found[PERIODIC].recovers <= found[NONE].recovers
 
 
 def test_the_verb_writes_table_figure_and_rows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rows) -> None:  # type: ignore[no-untyped-def]
     from pdhocbf_drake.cli.main import main
 
     monkeypatch.setattr(TemplateWorth, "__init__", lambda self, *args: None)
-    monkeypatch.setattr(TemplateWorth, "run", lambda self, gammas, tell: rows)
+    monkeypatch.setattr(TemplateWorth, "run", lambda self, gammas, report: rows)
     assert main(["worth", "vhip", "--out", str(tmp_path)]) == 0
-    assert len(json.loads((tmp_path / "worth.json").read_text())["rows"]) == len(rows)
+    written = json.loads((tmp_path / "worth.json").read_text())["rows"]
+    assert len(written) == len(rows)
+    assert {key for key, value in written[0].items() if value is None} >= {"gamma", "notices"}
     assert (tmp_path / "worth.png").stat().st_size > 10_000
     assert main(["worth", "vhip", "--gamma", "2", "--out", str(tmp_path)]) == 1

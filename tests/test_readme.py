@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from pdhocbf_drake.mpc.terms import TERMS
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 
 ROOT = Path(__file__).parents[1]
@@ -15,7 +16,8 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 def test_tables_are_those_of_the_code() -> None:
     tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
     assert tables["with_tables"](README) == README, "run python docs/tables.py"
-    assert tables["signals_table"]() in README and tables["metrics_table"]() in README
+    assert tables["signals_table"]() in README
+    assert tables["metrics_table"]() in README
 
 
 def test_the_table_of_rooms_names_every_package() -> None:
@@ -49,15 +51,24 @@ def test_the_page_s_example_is_a_scenario(tmp_path: Path) -> None:
 
 def test_pictures_and_files_that_it_links_exist() -> None:
     links = re.findall(r"\]\((?!http|#)([^)#]+)", README)
-    assert links and all((ROOT / link).exists() for link in links)
+    assert links
+    assert all((ROOT / link).exists() for link in links)
 
 
-def test_its_python_runs_and_prints_what_it_says(capsys: pytest.CaptureFixture[str]) -> None:
-    blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", README, re.DOTALL)
+@pytest.mark.parametrize("page", ["README.md", "docs/mpc.md"])
+def test_its_python_runs_and_prints_what_it_says(page: str, capsys: pytest.CaptureFixture[str]) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", text, re.DOTALL)
     assert blocks
     for number, (code, printed) in enumerate(blocks, start=1):
-        exec(compile(code, f"README.md, Python block {number}", "exec"), {})
+        exec(compile(code, f"{page}, Python block {number}", "exec"), {})
         assert capsys.readouterr().out == printed
+
+
+def test_the_page_of_the_mpc_names_every_term_with_its_file_and_parameters() -> None:
+    page = (ROOT / "docs" / "mpc.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `(\w+)` \| `(\w+)\.py` \|", page, re.MULTILINE)
+    assert rows == [(kind.__name__, kind.__module__.rpartition(".")[2]) for kind in TERMS]
 
 
 def test_every_packaged_scenario_is_named() -> None:

@@ -23,24 +23,21 @@ from pdhocbf_drake.studies.reproduce.calibration import (
     measure,
     statement,
 )
-from pdhocbf_drake.studies.reproduce.joints import _legs
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
-from pdhocbf_drake.studies.reproduce.report import value, write_report
-from pdhocbf_drake.studies.reproduce.sections import PARTS, chosen
+from pdhocbf_drake.studies.reproduce.command import PARTS, chosen
+from pdhocbf_drake.studies.reproduce.joints import both_legs
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, value, write_report
+from pdhocbf_drake.studies.shared.cases import DCBF, PERIODIC
 
 ROW = {"name", "paper", "ours", "unit", "tolerance", "calibrated", "command"}
 
 
 @pytest.fixture(scope="module")
 def logs():
-    return {
-        case: simulate(load_scenario(name))
-        for case, name in (("periodic", "paper_vhip"), ("constant", "paper_vhip_dcbf"))
-    }
+    return {case: simulate(load_scenario(name)) for case, name in ((PERIODIC, "paper_vhip"), (DCBF, "paper_vhip_dcbf"))}
 
 
 def test_the_calibrated_template_gives_the_papers_margins(logs):
-    constant, periodic = (logs[case]["h"][WINDOW, 0].mean() for case in ("constant", "periodic"))
+    constant, periodic = (logs[case]["h"][WINDOW, 0].mean() for case in (DCBF, PERIODIC))
     assert abs(constant - PAPER_DCBF) <= 0.02 * PAPER_DCBF
     assert abs(periodic - PAPER_PERIODIC) <= 0.02 * PAPER_PERIODIC
     assert abs(100 * periodic / constant - 32.3) <= 1.0
@@ -84,7 +81,8 @@ def test_a_part_ends_in_a_folder_that_holds_all_it_shows(tmp_path):
     place = tmp_path / "out"
     assert main(["reproduce", "--only", "theorem", "--out", str(place)]) == 0
     rows = json.loads((place / "results.json").read_text())
-    assert rows and all(set(row) == ROW for row in rows)
+    assert rows
+    assert all(set(row) == ROW for row in rows)
     assert sorted(p.name for p in (place / "figures").iterdir()) == ["lemma1.csv", "lemma1.png"]
     # A second time replaces it; a folder with anything else in it is left alone.
     assert main(["reproduce", "--only", "theorem", "--out", str(place)]) == 0
@@ -100,12 +98,14 @@ def test_the_page_loads_nothing_and_escapes_what_it_is_given(tmp_path):
         "A <title>",
         ["1 < 2"],
         [Picture("one", "a caption", figure, {"x [m]": [0, 1], "y [m]": [0, 1]})],
-        numbers=[Number("n", 2.0, 2.1, "m", 0.2, True, "pdhocbf run a")],
+        numbers=[Number("n", 2.0, 2.1, "m", "pdhocbf run a", 0.2, True)],
         frames={"page": "<p>inside</p>"},
     )
     write_report({"one": section}, tmp_path, 60.0)
     page = (tmp_path / "report.html").read_text()
-    assert "A &lt;title&gt;" in page and "1 &lt; 2" in page and html.escape("<p>inside</p>") in page
+    assert "A &lt;title&gt;" in page
+    assert "1 &lt; 2" in page
+    assert html.escape("<p>inside</p>") in page
     assert all(url.startswith(("data:", "#")) for url in re.findall(r'(?:src|href)="([^"]*)"', page))
     assert not re.search(r"@import|url\(|<script|<link", page)
     assert "calibrated</span>" in page
@@ -117,15 +117,18 @@ def test_fig_6_draws_each_joints_limits_and_what_is_used_of_them():
     time = 0.01 * np.arange(401)
     values = np.sin(time)[:, None] * np.arange(1.0, 13.0)
     limits = np.column_stack([-20.0 - np.arange(12), 30.0 + np.arange(12)])
-    picture = _legs("fig6", "angles", time, values, limits, "angle", "deg")
+    picture = both_legs("fig6", "angles", time, values, limits, "angle", "deg")
     curves, bars = picture.figure.axes[:2]
-    assert len(curves.lines) == 6 and len(picture.figure.legends[0].get_texts()) == 6
+    assert len(curves.lines) == 6
+    assert len(picture.figure.legends[0].get_texts()) == 6
     drawn = [(bar.get_y(), bar.get_y() + bar.get_height()) for bar in bars.patches]
     np.testing.assert_allclose(drawn[::2], limits[:6])
     np.testing.assert_allclose(drawn[1::2], [(v.min(), v.max()) for v in values[:, :6].T])
-    assert bars.get_ylim()[0] < -31.0 and bars.get_ylim()[1] > 41.0  # both legs on one scale
+    assert bars.get_ylim()[0] < -31.0
+    assert bars.get_ylim()[1] > 41.0  # both legs on one scale
     header, rows = picture.table()
-    assert len(header) == 1 + 3 * 12 and rows[7][header.index("left_hip_yaw, upper limit [deg]")] == 30.0
+    assert len(header) == 1 + 3 * 12
+    assert rows[7][header.index("left_hip_yaw, upper limit [deg]")] == 30.0
 
 
 def test_columns_of_a_picture_have_one_length():
@@ -138,8 +141,9 @@ def test_columns_of_a_picture_have_one_length():
     [(1.0, 1.1, 0.2, True), (1.0, 1.3, 0.2, False), (1.0, 1.0, None, None), (None, 1.0, 0.1, None)],
 )
 def test_agreement_is_claimed_only_where_there_is_a_tolerance(paper, ours, tolerance, agrees):
-    assert Number("n", paper, ours, "1", tolerance, False, "c").agrees is agrees
+    assert Number("n", paper, ours, "1", "c", tolerance).agrees is agrees
 
 
 def test_numbers_are_shown_with_four_digits_and_none_as_a_dash():
-    assert value(0.0225871) == "0.02259" and value(None) == "–"
+    assert value(0.0225871) == "0.02259"
+    assert value(None) == "–"

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pdhocbf_drake.studies.reproduce.events import CASES, Laboratory, commanded, first_tick
+from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.reproduce.lemma_2 import FIXED, FREE
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.stability import (
@@ -16,8 +17,11 @@ from pdhocbf_drake.studies.reproduce.stability import (
     matching,
     matching_terminal,
 )
-from pdhocbf_drake.studies.reproduce.template_walk import run_template, standing
 from pdhocbf_drake.studies.reproduce.theorem import counterexample, least_of_lemma, least_of_theorem, refusal
+from pdhocbf_drake.studies.reproduce.unsafe import SCENARIO
+from pdhocbf_drake.studies.reproduce.unsafe_findings import bound, speed
+from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC
+from pdhocbf_drake.studies.shared.template import Laboratory, settled
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +30,8 @@ def runs():
 
 
 @pytest.fixture(scope="module")
-def laboratory(runs):
-    return Laboratory(runs)
+def laboratory():
+    return Laboratory(load_scenario(*SCENARIO))
 
 
 def test_lemma_1_fails_for_twice_s_and_says_so():
@@ -39,12 +43,14 @@ def test_lemma_1_fails_for_twice_s_and_says_so():
 
 @pytest.mark.parametrize("gamma", [0.05, 0.5, 1.0])
 def test_the_corrected_statements_hold_on_random_sequences(gamma):
-    assert least_of_lemma(gamma) >= 0.0 and least_of_theorem(gamma) >= -1e-12
+    assert least_of_lemma(gamma) >= 0.0
+    assert least_of_theorem(gamma) >= -1e-12
 
 
 @pytest.mark.parametrize("gamma", [1.2, 2.0])
 def test_beyond_the_corrected_hypothesis_they_fail(gamma):
-    assert least_of_lemma(gamma) < 0.0 and least_of_theorem(gamma) < 0.0
+    assert least_of_lemma(gamma) < 0.0
+    assert least_of_theorem(gamma) < 0.0
 
 
 def _angle(first, second):
@@ -54,50 +60,42 @@ def _angle(first, second):
 
 
 def test_the_two_rows_of_lemma_2_are_one_when_discretised_to_match_and_two_as_printed(runs):
-    mpc = runs.walk(*FREE).mpc
+    setting = runs.walk(*FREE).mpc.problems[0].setting
     for phase in (0, 13, 39):
-        assert _angle(matching(mpc, phase)[0], matching_terminal(mpc, phase)[0]) < 1e-7
-        assert _angle(literal(mpc, phase)[0], literal_terminal(mpc, phase)[0]) > 1e-3
+        assert _angle(matching(setting, phase)[0], matching_terminal(setting, phase)[0]) < 1e-7
+        assert _angle(literal(setting, phase)[0], literal_terminal(setting, phase)[0]) > 1e-3
 
 
 def test_printed_together_they_contradict_each_other_where_the_footholds_are_fixed(runs):
-    walk = runs.walk(*FIXED)
-    _, memory = run_template(walk, standing(walk), 0, 400)
-    assert attempt(walk, memory, 400, 5, VARIANTS["(33) and (34), matching"]).status == "solved"
-    assert attempt(walk, memory, 400, 5, VARIANTS["(33) and (34), literal"]).planned < 5
-
-
-def test_a_copy_of_the_memory_is_walked_from(laboratory):
-    before = laboratory.start("free", 3).state.copy()
-    laboratory.run("free", 3, np.array([0.02]), 5)
-    np.testing.assert_array_equal(laboratory.start("free", 3).state, before)
+    mpc = runs.walk(*FIXED).mpc
+    memory = settled(mpc, 400)
+    assert attempt(mpc, memory, 400, 5, VARIANTS["(33) and (34), matching"]).reason == Reason.SOLVED
+    assert attempt(mpc, memory, 400, 5, VARIANTS["(33) and (34), literal"]).planned < 5
 
 
 def test_without_an_event_nothing_is_noticed_and_nothing_done(laboratory):
     for case in CASES:
-        outcome = laboratory.run(case, 7, np.zeros(1), 45)
-        assert np.isnan(outcome.notices) and outcome.recovers == 0.0
-        assert np.isnan(outcome.acts)
+        outcome = laboratory.kicked(case, 7, np.zeros((1, 2)), 45)
+        assert np.isnan(outcome.notices), case
+        assert np.isnan(outcome.acts), case
+        assert outcome.recovers == 0.0, case
+
+
+def test_an_event_leaves_the_settled_walk_as_it_was(laboratory):
+    first, second = (laboratory.kicked(NONE, 3, np.array([[0.02, 0.0]]), 5).record for _ in range(2))
+    np.testing.assert_array_equal(first.states, second.states)
 
 
 def test_the_periodic_barrier_notices_a_kick_in_mid_step_that_the_constant_one_misses(laboratory):
-    kick = np.array([0.02])
-    constant, periodic, free = (laboratory.run(case, 15, kick, 60) for case in ("constant", "periodic", "free"))
-    assert periodic.notices == 0.0 and np.isnan(constant.notices)
+    kick = np.array([[0.02, 0.0]])
+    constant, periodic, free = (laboratory.kicked(case, 15, kick, 60) for case in (DCBF, PERIODIC, NONE))
+    assert periodic.notices == 0.0
+    assert np.isnan(constant.notices)
     assert periodic.recovers < constant.recovers <= free.recovers
-    assert periodic.peak == pytest.approx(free.peak, abs=1e-3), "no barrier undoes a kick"
+    assert periodic.excess == pytest.approx(free.excess, abs=1e-3), "no barrier undoes a kick"
 
 
 def test_a_wrong_speed_command_is_held_at_the_periodic_bound(laboratory):
-    walk = commanded(laboratory.walks["periodic"], 0.17, 31)
-    record, _ = run_template(walk, laboratory.start("periodic", 0), 1200, 120)
-    outcome = laboratory.judged(walk, record)
-    assert (outcome.bound - record.speed).min() > -1e-6
-    loose = commanded(laboratory.walks["constant"], 0.17, 31)
-    record, _ = run_template(loose, laboratory.start("constant", 0), 1200, 120)
-    assert laboratory.judged(loose, record).peak > outcome.peak + 0.005
-
-
-def test_first_tick():
-    assert first_tick(np.array([False, True, True])) == 1.0
-    assert np.isnan(first_tick(np.zeros(3, dtype=bool)))
+    held = laboratory.commanded(PERIODIC, 0.17, 1, 120)
+    assert (bound(held) - speed(held)).min() > -1e-6
+    assert laboratory.commanded(DCBF, 0.17, 1, 120).excess > held.excess + 0.005

@@ -4,47 +4,48 @@ from __future__ import annotations
 
 import numpy as np
 
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.studies.reproduce import lemma_2, literal
-from pdhocbf_drake.studies.reproduce.events import Outcome
 from pdhocbf_drake.studies.reproduce.stability import VARIANTS, Attempt
-from pdhocbf_drake.studies.reproduce.template_walk import TemplateRecord
 from pdhocbf_drake.studies.reproduce.unsafe_findings import acts_first, conclusions, finding
+from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC
+from pdhocbf_drake.studies.shared.measures import Outcome, Record
 
 NOMINAL = np.array([0.3, 0.4, 0.5, 0.4])
 NEVER = float("nan")
 
 
-def _outcome(notices: float, acts: float, recovers: float = 0.0, peak: float = 0.02, bound: float = 0.45) -> Outcome:
-    """Four ticks of a made-up walk."""
-    none, false = np.zeros(4), np.zeros(4, dtype=bool)
-    record = TemplateRecord(
-        0, np.zeros((4, 2, 3)), np.zeros((4, 2)), np.zeros((4, 2)), none, none.astype(int), false, none
-    )
-    return Outcome(record, np.full(4, bound), notices, acts, recovers, peak, 0.0, True)
+def _outcome(notices: float, acts: float, recovers: float = 0.0, excess: float = 0.02, bound: float = 0.45) -> Outcome:
+    """Four ticks of a made-up walk that stands still under a constant bound."""
+    record = Record(0, np.zeros((4, 2, 3)), np.full((4, 1), bound), np.zeros(4), np.ones(4, dtype=bool))
+    return Outcome(record, notices, acts, excess, recovers)
 
 
 def _kicks(constant: Outcome, periodic: Outcome, free: Outcome) -> dict[float, dict[str, list[Outcome]]]:
-    return {0.02: {"constant": 2 * [constant], "periodic": 2 * [periodic], "free": 2 * [free]}}
+    return {0.02: {DCBF: 2 * [constant], PERIODIC: 2 * [periodic], NONE: 2 * [free]}}
 
 
 def _event(constant: Outcome, periodic: Outcome, free: Outcome) -> dict[float, dict[str, Outcome]]:
-    return {0.2: {"constant": constant, "periodic": periodic, "free": free}}
+    return {0.2: {DCBF: constant, PERIODIC: periodic, NONE: free}}
 
 
 def test_who_acts_before_the_bound_is_crossed():
-    assert acts_first(_outcome(3, 2)) and acts_first(_outcome(NEVER, 0))
-    assert not acts_first(_outcome(2, 2)) and not acts_first(_outcome(2, 3))
-    assert not acts_first(_outcome(2, NEVER)) and not acts_first(_outcome(NEVER, NEVER))
+    assert acts_first(_outcome(3, 2))
+    assert acts_first(_outcome(NEVER, 0))
+    assert not acts_first(_outcome(2, 2))
+    assert not acts_first(_outcome(2, 3))
+    assert not acts_first(_outcome(2, NEVER))
+    assert not acts_first(_outcome(NEVER, NEVER))
 
 
 def test_fig_7_says_which_barrier_was_better_by_the_outcomes():
     better, worse, free = _outcome(0, NEVER, 1.0, 0.02), _outcome(5, 3, 9.0, 0.03), _outcome(NEVER, NEVER, 5.0, 0.04)
     for constant, periodic in ((better, worse), (worse, better)):
         kicks, event = _kicks(constant, periodic, free), _event(constant, periodic, free)
-        seen = {case: 2 * (o is better) for case, o in (("c", constant), ("p", periodic))}
+        noticed = {case: 2 * (o is better) for case, o in (("c", constant), ("p", periodic))}
         acts = {case: int(o is worse) for case, o in (("c", constant), ("p", periodic))}
         said = finding(kicks, event, event)
-        assert f"sees {seen['p']} of 2 kicks at once, the constant one {seen['c']}." in said
+        assert f"notices {noticed['p']} of 2 kicks at once, the constant one {noticed['c']}." in said
         assert f"crossed in {acts['p']}, the constant one in {acts['c']}." in said
         text = "\n".join(conclusions(kicks, event, NOMINAL))
         assert ("it can brake hard" in text) == (constant is worse)
@@ -60,15 +61,16 @@ def test_how_tight_a_constant_bound_can_be_is_read_off_the_walk():
 
 
 def test_lemma_2_says_what_the_rows_did():
-    walks = Attempt(3, "solved", np.zeros(3), np.zeros(3))
-    other = Attempt(3, "solved", np.full(3, 0.004), np.zeros(3))
-    stuck = Attempt(1, "infeasible (x)", np.zeros(1), np.zeros(1))
+    walks = Attempt(3, Reason.SOLVED, np.zeros(3))
+    other = Attempt(3, Reason.SOLVED, np.full(3, 0.004))
+    stuck = Attempt(1, Reason.INFEASIBLE, np.zeros(1))
     same = {name: walks for name in VARIANTS}
     assert "walks, with a velocity that differs by 0 mm/s" in lemma_2.finding({"fixed": same, "adaptive": same})
     changed = same | {"(33) and (34), matching": other}
     lost = same | {"(33) and (34), literal": stuck}
     said = lemma_2.finding({"fixed": lost, "adaptive": changed})
-    assert "differs by 4 mm/s" in said and said.endswith("with fixed footholds: no solution after 1 tick.")
+    assert "differs by 4 mm/s" in said
+    assert said.endswith("with fixed footholds: no solution after 1 tick.")
 
 
 def test_the_slips_that_left_no_solution_are_those_that_did():

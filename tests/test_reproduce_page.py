@@ -20,5 +20,6 @@ def test_the_report_opens_from_disk_and_asks_for_nothing(tmp_path, chromium):
         page.goto((place / "report.html").as_uri())
         widths = page.evaluate("[...document.images].map(image => image.naturalWidth)")
         browser.close()
-    assert len(widths) == 3 and min(widths) > 300
+    assert len(widths) == 3
+    assert min(widths) > 300
     assert all(url.startswith(("file:", "data:", "blob:")) for url in asked)

@@ -8,6 +8,7 @@ import os
 import numpy as np
 import pytest
 import synthetic
+from logs import differences
 
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.provenance import Provenance
@@ -19,8 +20,9 @@ def test_a_written_run_is_read_back(tmp_path):
     with new_run_folder(tmp_path / "run") as folder:
         write_run(folder, run)
     again = read_run(tmp_path / "run")
-    assert again.scenario == run.scenario and again.provenance == run.provenance
-    assert again.log.differences(run.log) == []
+    assert again.scenario == run.scenario
+    assert again.provenance == run.provenance
+    assert differences(again.log, run.log) == []
 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, RuntimeError])
@@ -132,6 +134,22 @@ def test_a_log_beside_a_scenario_of_another_kind_is_refused(tmp_path):
         read_run(tmp_path / "other")
 
 
+@pytest.mark.parametrize(("limit", "columns"), [(None, 6), ((2.0, 2.0), 8)])
+def test_the_constraints_of_the_log_are_those_of_the_scenario(limit, columns, tmp_path):
+    scenario = synthetic.scenario("vhip")
+    scenario = scenario.model_copy(update={"mpc": scenario.mpc.model_copy(update={"zmp_velocity_max": limit})})
+    run = synthetic.run("vhip")._replace(scenario=scenario)
+    run.log.signals["unmet"] = np.zeros((len(run.log), columns))
+    with new_run_folder(tmp_path / "run") as folder:
+        write_run(folder, run)
+    assert read_run(tmp_path / "run").log["unmet"].shape == (len(run.log), columns)
+    run.log.signals["unmet"] = np.zeros((len(run.log), columns - 1))
+    with new_run_folder(tmp_path / "other") as folder:
+        write_run(folder, run)
+    with pytest.raises(RunFolderError, match=f"unmet has {columns - 1} columns, and its scenario needs {columns}"):
+        read_run(tmp_path / "other")
+
+
 def test_reading_says_what_is_missing(tmp_path):
     with pytest.raises(RunFolderError, match="there is no such folder"):
         read_run(tmp_path / "nowhere")
@@ -153,7 +171,8 @@ def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):
     with pytest.raises(RuntimeError), replaced_file(path) as staging:
         staging.write_text("ha")
         raise RuntimeError
-    assert path.read_text() == "old" and [entry.name for entry in tmp_path.iterdir()] == ["report.html"]
+    assert path.read_text() == "old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["report.html"]
 
 
 def test_provenance_names_versions_seed_and_machine():
@@ -163,7 +182,10 @@ def test_provenance_names_versions_seed_and_machine():
     scenario = synthetic.scenario()
     told = Provenance.of_run(scenario, datetime(2026, 1, 2, tzinfo=timezone.utc), 1.5)
     data = json.loads(told.model_dump_json())
-    assert data["packages"]["drake"] == version("drake") and data["seed"] == scenario.seed
-    assert data["started"] == "2026-01-02T00:00:00+00:00" and data["wall_seconds"] == 1.5
-    assert data["machine"] and data["cores"] >= 1
+    assert data["packages"]["drake"] == version("drake")
+    assert data["seed"] == scenario.seed
+    assert data["started"] == "2026-01-02T00:00:00+00:00"
+    assert data["wall_seconds"] == 1.5
+    assert data["machine"]
+    assert data["cores"] >= 1
     assert data["commit"] is None or len(data["commit"]) == 40

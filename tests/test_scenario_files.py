@@ -30,7 +30,8 @@ def test_the_promised_scenarios_come_with_the_package():
 @pytest.mark.parametrize("name", scenario_names())
 def test_a_written_scenario_is_read_back_the_same(name, tmp_path):
     scenario = load_scenario(name)
-    assert scenario.name == name and scenario.description
+    assert scenario.name == name
+    assert scenario.description
     write_yaml(scenario.to_dict(), tmp_path / "other_name.yaml")
     assert load_scenario(str(tmp_path / "other_name.yaml")) == scenario
 

@@ -1,12 +1,16 @@
-"""The wired diagrams, and what runs of them promise."""
+"""The diagrams, their ports, and properties of their runs."""
 
 import numpy as np
 import pytest
+from logs import differences
+from pydrake.systems.framework import PortDataType
 
 from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.mpc.terms import constraints_of
+from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.signals import SIGNALS
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
+from pdhocbf_drake.systems.signals import LOGGED, size
 
 SHORT = "{duration: 1.6, from_time: 0.8}"
 
@@ -16,19 +20,38 @@ def walking():
     return simulate(load_scenario("walking", "{duration: 2.8}"))
 
 
+def port_size(scenario: Scenario, name: str) -> int:
+    barriers = len(scenario.barriers) or 4  # the oscillator has four
+    return size(name, barriers, scenario.mpc.horizon, len(constraints_of(scenario.mpc)))
+
+
 @pytest.mark.parametrize("name", ["walking", "vhip", "van_der_pol"])
 def test_every_logged_signal_is_in_the_table_with_its_size(name: str) -> None:
     scenario = load_scenario(name)
-    columns = make_diagram(scenario).columns
-    table = {signal.name: signal for signal in SIGNALS}
-    sizes = {"n_b": len(scenario.barriers) or 4, "n_b*(H+1)": len(scenario.barriers) * (scenario.mpc.horizon + 1)}
-    for signal, place in columns.items():
-        size = table[signal].size
-        assert place.stop - place.start == (sizes[size] if isinstance(size, str) else size), signal
-    kind = {"walking": "robot", "vhip": "template", "van_der_pol": "oscillator"}[name]
-    if name != "van_der_pol":
-        wanted = {s.name for s in SIGNALS if s.only in ("", kind)} - {"push"}
-        assert wanted <= set(columns)
+    logged = make_diagram(scenario)
+    sizes = {signal: place.stop - place.start for signal, place in logged.columns.items()}
+    assert sizes == {signal: port_size(scenario, signal) for signal in sizes}
+    assert set(sizes) <= {signal.name for signal in LOGGED}
+
+
+@pytest.mark.parametrize("name", ["walking", "vhip"])
+def test_every_signal_of_the_table_is_logged_where_its_block_is(name: str) -> None:
+    logged = make_diagram(load_scenario(name))
+    blocks = {system.get_name() for system in logged.diagram.GetSystems()}
+    assert {"lip_state", *(signal.name for signal in LOGGED if signal.system in blocks)} <= set(logged.columns)
+
+
+@pytest.mark.parametrize("name", ["walking", "vhip", "van_der_pol"])
+def test_every_vector_port_of_a_block_is_in_the_table_with_its_size(name: str) -> None:
+    scenario = load_scenario(name)
+    drakes_own = {"plant", "scene_graph", "joint_encoders", "torque_sensors", "signals", "log"}
+    for block in make_diagram(scenario).diagram.GetSystems():
+        if block.get_name() in drakes_own:
+            continue
+        ports = [block.get_input_port(i) for i in range(block.num_input_ports())]
+        ports += [block.get_output_port(i) for i in range(block.num_output_ports())]
+        sizes = {port.get_name(): port.size() for port in ports if port.get_data_type() == PortDataType.kVectorValued}
+        assert sizes == {port: port_size(scenario, port) for port in sizes}, block.get_name()
 
 
 def test_every_block_has_a_name_and_the_drawing_shows_it() -> None:
@@ -38,7 +61,8 @@ def test_every_block_has_a_name_and_the_drawing_shows_it() -> None:
         "gait_reference", "barrier_schedule", "mpc_controller", "foot_reference", "inverse_kinematics", "joint_targets",
         "plant", "scene_graph", "state_estimator",
     }  # fmt: skip
-    assert chain <= set(names) and not any(name.startswith("drake/") for name in names)
+    assert chain <= set(names)
+    assert not any(name.startswith("drake/") for name in names)
     drawing = diagram.GetGraphvizString()
     assert all(name in drawing for name in chain)
 
@@ -55,11 +79,13 @@ def test_no_port_of_the_chain_is_left_open() -> None:
 
 def test_the_template_keeps_the_barrier_the_box_and_the_plan() -> None:
     log = simulate(load_scenario("vhip", "{duration: 4.0}"))
-    assert log.ending == "finished" and len(log) == 401
+    assert log.ending == "finished"
+    assert len(log) == 401
     assert log["h"].min() >= -1e-9
     lip, box = log["lip_state"], log["zmp_box"]
     for value, low, high in ((2, 0, 1), (5, 2, 3)):
-        assert np.all(lip[1:, value] >= box[1:, low] - 1e-9) and np.all(lip[1:, value] <= box[1:, high] + 1e-9)
+        assert np.all(lip[1:, value] >= box[1:, low] - 1e-9)
+        assert np.all(lip[1:, value] <= box[1:, high] + 1e-9)
     np.testing.assert_allclose(lip[:, [0, 3]], log["com_reference"][:, [0, 3]], atol=1e-12)
     speed = log.element("lip_state", "vx")
     assert np.abs(speed[-40:] - speed[-80:-40]).max() < 1e-3
@@ -67,7 +93,8 @@ def test_the_template_keeps_the_barrier_the_box_and_the_plan() -> None:
 
 def test_the_robot_follows_its_plan(walking) -> None:
     assert walking.ending == "finished"
-    assert np.all(walking["solver_status"][:, 0] == 1.0) and np.all(walking["solver_status"][:, 4] == 0.0)
+    assert np.all(walking["solver_status"][:, 0] == 1.0)
+    assert np.all(walking["solver_status"][:, 4] == 0.0)
     error = walking["lip_state"][:, [0, 3]] - walking["com_reference"][:, [0, 3]]
     assert np.sqrt((error**2).mean(axis=0)).max() < 0.01
     assert np.abs(walking["com_z"][:, 0] - walking["com_height"][:, 0]).max() < 0.01
@@ -77,16 +104,18 @@ def test_the_robot_follows_its_plan(walking) -> None:
 def test_positive_speed_means_forward_and_the_feet_alternate(walking) -> None:
     support = walking.element("gait_phase", "support")
     height = walking.element("foot_reference", "left_z")
-    assert np.all(height[support > 0] == 0.0) and height[support < 0].max() == pytest.approx(0.05, abs=1e-6)
+    assert np.all(height[support > 0] == 0.0)
+    assert height[support < 0].max() == pytest.approx(0.05, abs=1e-6)
 
 
 def test_two_runs_are_the_same_bit_for_bit(walking) -> None:
-    assert walking.differences(simulate(load_scenario("walking", "{duration: 2.8}"))) == []
+    assert differences(walking, simulate(load_scenario("walking", "{duration: 2.8}"))) == []
 
 
 def test_the_oscillator_stays_in_its_tube() -> None:
     log = simulate(load_scenario("van_der_pol", "{duration: 30.0}"))
-    assert log.ending == "finished" and log["h"].min() >= -1e-9
+    assert log.ending == "finished"
+    assert log["h"].min() >= -1e-9
     assert np.all(log["solver_status"][:, 0] == 1.0)
     assert np.abs(log["oscillator_input"]).max() > 1e-3  # the filter had work to do
 
@@ -94,7 +123,8 @@ def test_the_oscillator_stays_in_its_tube() -> None:
 def test_a_push_beyond_help_ends_in_a_fall_with_a_complete_log() -> None:
     text = "{duration: 4.0, pushes: [{time: 1.5, duration: 0.1, force: [900.0, 0.0, 0.0]}]}"
     log = simulate(load_scenario("walking", text))
-    assert log.ending == "fell" and 1.5 < log.time[-1] < 4.0
+    assert log.ending == "fell"
+    assert 1.5 < log.time[-1] < 4.0
     assert all(len(table) == len(log) and np.all(np.isfinite(table)) for table in log.signals.values())
     assert log["solver_status"][:, 5].max() > 0.0
 
@@ -114,7 +144,8 @@ def test_a_push_beyond_help_ends_in_a_fall_with_a_complete_log() -> None:
 def test_what_cannot_walk_is_refused_in_one_sentence(text: str, words: str) -> None:
     with pytest.raises(PdhocbfError) as error:
         make_diagram(load_scenario("walking", text))
-    assert words in str(error.value) and "\n" not in str(error.value)
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("ticks", [6, 7, 12])

@@ -1,4 +1,4 @@
-"""Each block alone in its context."""
+"""Each block by itself, in a context of its own."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,7 @@ from contexts import update
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import Context, Diagram
 from walks import make_mpc, speed_limit, start
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, harmonic
@@ -13,13 +14,13 @@ from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
-from pdhocbf_drake.systems.fall_detector import FallDetector
+from pdhocbf_drake.systems.fall_detector import FallDetector, LeanDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.gait_reference import GaitReference
-from pdhocbf_drake.systems.lean_detector import LeanDetector
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.oscillator import TubeFilter
 from pdhocbf_drake.systems.push_schedule import PushSchedule, TimedForce
+from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
 from pdhocbf_drake.walking import Gait, GaitConfig, swing_point
 
@@ -27,8 +28,8 @@ GAIT = Gait(GaitConfig())
 FEET = np.array([[0.0, 0.08], [0.0, -0.08]])
 
 
-def test_clock_speaks_of_the_next_tick_once_updated() -> None:
-    clock = GaitReference(GAIT)
+def test_clock_outputs_the_next_tick_once_updated() -> None:
+    clock = unbundled(GaitReference(GAIT))
     simulator = Simulator(clock)
     context = simulator.get_context()
     np.testing.assert_array_equal(clock.GetOutputPort("gait_phase").Eval(context), [0, 0, 0])
@@ -38,7 +39,7 @@ def test_clock_speaks_of_the_next_tick_once_updated() -> None:
 
 
 def test_clock_lets_both_feet_stand_after_the_last_step() -> None:
-    clock = GaitReference(GAIT)
+    clock = unbundled(GaitReference(GAIT))
     simulator = Simulator(clock)
     context = simulator.get_mutable_context()
     simulator.AdvanceTo(1.605)  # towards tick 161, the second of step 4
@@ -50,48 +51,62 @@ def test_clock_lets_both_feet_stand_after_the_last_step() -> None:
 
 def test_barrier_schedule_plays_bounds_and_h() -> None:
     barriers = [speed_limit(0.5), speed_limit(0.2)]
-    schedule = BarrierSchedule([0, 1], barriers, 40, 80)
+    schedule = unbundled(BarrierSchedule([0, 1], barriers, 40, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 0.45, 0.0, 0.0, 0.25, 0.0])
     np.testing.assert_allclose(schedule.GetOutputPort("h").Eval(context), [0.05, -0.05])
-    bounds = schedule.GetOutputPort("velocity_bound").Eval(context)
+    bounds = schedule.GetOutputPort("barrier_bound").Eval(context)
     np.testing.assert_allclose(bounds, np.repeat([0.5, 0.2], 81))
 
 
-def test_what_is_no_number_on_one_axis_leaves_the_other_ones_h_alone() -> None:
-    schedule = BarrierSchedule([0, 1], [speed_limit(0.5), speed_limit(0.2)], 40, 80)
+def test_nan_on_one_axis_leaves_the_h_of_the_other_axis() -> None:
+    schedule = unbundled(BarrierSchedule([0, 1], [speed_limit(0.5), speed_limit(0.2)], 40, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [np.nan, 0.45, np.inf, 0.0, np.nan, 0.0])
     np.testing.assert_array_equal(np.isnan(schedule.GetOutputPort("h").Eval(context)), [True, True])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 0.45, 0.0, np.inf, np.nan, np.nan])
     h = schedule.GetOutputPort("h").Eval(context)
-    assert h[0] == pytest.approx(0.05) and np.isnan(h[1])
+    assert h[0] == pytest.approx(0.05)
+    assert np.isnan(h[1])
 
 
 def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -> None:
     bound = harmonic(0.5, 0.1, 0.05, 80)
     barrier = AffineBarrier("limit", [0.0, 1.0, 0.0], bound, 1, [Linear(0.5), Linear(0.5)], "m/s")
-    schedule = BarrierSchedule([1], [barrier], 40, 80)
+    schedule = unbundled(BarrierSchedule([1], [barrier], 40, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [7.0, 3.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 9.0, 0.0, 0.0, 0.2, 0.0])
-    np.testing.assert_allclose(schedule.GetOutputPort("velocity_bound").Eval(context), bound.samples(127, 81))
+    np.testing.assert_allclose(schedule.GetOutputPort("barrier_bound").Eval(context), bound.samples(127, 81))
     np.testing.assert_allclose(schedule.GetOutputPort("h").Eval(context), bound(127) - 0.2)
 
 
-def _controller(barriers: tuple = (), **state: float) -> tuple[MpcController, object]:
+def test_h_is_taken_with_the_normal_of_its_tick() -> None:
+    normals = np.random.default_rng(0).normal(size=(8, 3))
+    barriers = [AffineBarrier("moving", normals, harmonic(0.5, 0.1, 0.0, 40), -1, [Linear(0.5)]), speed_limit(0.5)]
+    schedule = unbundled(BarrierSchedule([1, 0], barriers, 40, 80))
+    context = schedule.CreateDefaultContext()
+    lip = np.arange(6.0)
+    schedule.GetInputPort("lip_state").FixValue(context, lip)
+    for tick in (0, 7, 93):
+        schedule.GetInputPort("gait_phase").FixValue(context, [tick % 40, tick // 40, 1.0])
+        h = schedule.GetOutputPort("h").Eval(context)
+        np.testing.assert_allclose(h, [barriers[0].h(tick, lip[3:]), barriers[1].h(tick, lip[:3])])
+
+
+def _controller(barriers: tuple = (), **state: float) -> tuple[Diagram, Context]:
     mpc = make_mpc(barriers=barriers)
     memory = start(mpc)
-    controller = MpcController(mpc, memory.state, memory.feet, [(0, b.name) for b in barriers])
+    controller = unbundled(MpcController(mpc, memory.state, memory.feet, [(0, b.name) for b in barriers]))
     context = controller.CreateDefaultContext()
     controller.GetInputPort("gait_phase").FixValue(context, [0.0, 0.0, 0.0])
     lip = np.zeros(6)
     lip[1] = state.get("vx", 0.0)
     controller.GetInputPort("lip_state").FixValue(context, lip)
     if barriers:
-        controller.GetInputPort("velocity_bound").FixValue(context, np.full(81, 0.5))
+        controller.GetInputPort("barrier_bound").FixValue(context, np.full(81, 0.5))
     return controller, context
 
 
@@ -101,13 +116,16 @@ def test_controller_starts_physical_and_plans_the_next_tick() -> None:
     update(controller, context)
     x, vx, ax, *_ = controller.GetOutputPort("com_reference").Eval(context)
     zmp, velocity, *_ = controller.GetOutputPort("zmp_reference").Eval(context)
-    assert (x, vx) == (0.0, 0.0) and zmp == pytest.approx(0.01 * velocity)
+    assert (x, vx) == (0.0, 0.0)
+    assert zmp == pytest.approx(0.01 * velocity)
     assert ax == pytest.approx(-GAIT.height.eta()[1] * zmp)
     status = controller.GetOutputPort("solver_status").Eval(context)
-    assert status[0] == 1.0 and status[4] == 0.0 and status[5] == Reason.SOLVED
+    assert status[0] == 1.0
+    assert status[4] == 0.0
+    assert status[5] == Reason.SOLVED
 
 
-def test_controller_plans_from_the_tick_that_the_clock_tells() -> None:
+def test_controller_plans_from_the_tick_of_the_clock() -> None:
     controller, context = _controller()
     controller.GetInputPort("gait_phase").FixValue(context, [7.0, 3.0, -1.0])
     update(controller, context)
@@ -131,7 +149,7 @@ def test_controller_takes_the_landed_foot_where_it_is_measured_and_leaves_the_ot
 
 def test_controller_that_gives_up_before_the_first_step_goes_on_standing() -> None:
     mpc = make_mpc(mpc={"stop_ticks": 1})
-    controller = MpcController(mpc, np.zeros((2, 3)), FEET, [])
+    controller = unbundled(MpcController(mpc, np.zeros((2, 3)), FEET, []))
     context = controller.CreateDefaultContext()
     ends = []
     for tick, measured in ((0, np.zeros(6)), (1, np.full(6, np.nan)), (2, np.zeros(6))):
@@ -147,17 +165,17 @@ def test_controller_that_gives_up_before_the_first_step_goes_on_standing() -> No
 
 def test_controller_is_a_function_of_its_context() -> None:
     controller, context = _controller()
-    copy = context.Clone()  # type: ignore[attr-defined]
+    copy = context.Clone()
     for c in (context, copy, context, copy):
         update(controller, c)
     plans = [controller.GetOutputPort("com_reference").Eval(c) for c in (context, copy)]
     np.testing.assert_array_equal(plans[0], plans[1])
 
 
-def test_a_measurement_that_is_not_a_number_is_replaced_by_the_prediction_and_said() -> None:
+def test_a_measurement_with_nan_is_replaced_by_the_prediction_and_reported() -> None:
     controller, context = _controller()
     update(controller, context)
-    blind = context.Clone()  # type: ignore[attr-defined]
+    blind = context.Clone()
     for c, lip in ((context, np.zeros(6)), (blind, np.full(6, np.nan))):
         controller.GetInputPort("gait_phase").FixValue(c, [1.0, 0.0, 0.0])
         controller.GetInputPort("lip_state").FixValue(c, lip)
@@ -167,7 +185,7 @@ def test_a_measurement_that_is_not_a_number_is_replaced_by_the_prediction_and_sa
     assert np.all(np.isfinite(controller.GetOutputPort("com_reference").Eval(blind)))
 
 
-def test_the_tube_filter_tells_its_barriers_apart() -> None:
+def test_the_tube_filter_reports_the_slack_of_each_barrier() -> None:
     tube = VanDerPolTube(VanDerPolConfig())
     block = TubeFilter(tube)
     context = block.CreateDefaultContext()
@@ -178,7 +196,8 @@ def test_the_tube_filter_tells_its_barriers_apart() -> None:
         "x1_upper", "x2_lower",  # no input is slow enough for the one and fast enough for the other
     ]  # fmt: skip
     status = block.GetOutputPort("solver_status").Eval(context)
-    assert status[3] == slack.max() and status[5] == Reason.SOFTENED
+    assert status[3] == slack.max()
+    assert status[5] == Reason.SOFTENED
 
 
 def test_template_plant_steps_half_a_tick_after_the_controller() -> None:
@@ -223,9 +242,11 @@ def test_the_swing_foot_is_at_every_tick_where_the_minimum_jerk_swing_has_it(sup
     config, duration = GAIT.config, GAIT.swing_ticks() * GAIT.config.tick
     for tick in range(40):
         feet.GetInputPort("gait_phase").FixValue(context, [tick, 4.0, support])
-        told = feet.GetOutputPort("foot_reference").Eval(context).reshape(2, 3, 3)[swinging]
+        reference = feet.GetOutputPort("foot_reference").Eval(context).reshape(2, 3, 3)[swinging]
         time = (tick - config.double_support_ticks) * config.tick
-        np.testing.assert_allclose(told, swing_point(*plan[swinging], config.swing_height, duration, time), atol=1e-9)
+        np.testing.assert_allclose(
+            reference, swing_point(*plan[swinging], config.swing_height, duration, time), atol=1e-9
+        )
         update(feet, context)
 
 
@@ -234,7 +255,7 @@ def test_a_push_acts_from_its_first_to_its_last_tick() -> None:
     block = PushSchedule([force], 0.01)
     simulator = Simulator(block)
     context = simulator.get_context()
-    seen = []
+    forces = []
     for tick in range(7):
         simulator.AdvanceTo(0.01 * tick + 0.005)
         applied: list[ExternallyAppliedSpatialForce] = block.GetOutputPort("applied_spatial_force").Eval(context)
@@ -244,8 +265,8 @@ def test_a_push_acts_from_its_first_to_its_last_tick() -> None:
             np.testing.assert_array_equal(entry.p_BoBq_B, force.point)
             np.testing.assert_array_equal(entry.F_Bq_W.translational(), force.force)
             np.testing.assert_array_equal(entry.F_Bq_W.rotational(), 0.0)
-        seen.append(block.GetOutputPort("push").Eval(context)[0])
-    assert seen == [0, 0, 0, 5, 5, 0, 0]
+        forces.append(block.GetOutputPort("push").Eval(context)[0])
+    assert forces == [0, 0, 0, 5, 5, 0, 0]
 
 
 @pytest.mark.parametrize("height", [0.3, np.nan])

@@ -75,7 +75,8 @@ def test_limit_cycle_takes_hardly_any_input_at_its_own_period(beta):
     system = VanDerPol(beta, TICK)
     period = {0.1: 629, 1.0: 667}[beta]
     orbit = limit_cycle(system, period)
-    assert orbit[0, 0] == pytest.approx(orbit[:, 0].max()) and orbit[0, 0] == pytest.approx(2.0, abs=0.15)
+    assert orbit[0, 0] == pytest.approx(orbit[:, 0].max())
+    assert orbit[0, 0] == pytest.approx(2.0, abs=0.15)
     assert np.abs(_needed_input(system, orbit)).max() < 0.1
     x = np.array([0.5, 0.0])
     for k in range(12000):
@@ -100,7 +101,8 @@ def test_tube_holds_over_five_periods_without_a_reference(beta, period):
     for barrier in tube.barriers:
         assert record(barrier, run.states).h_min >= -1e-9
     # u = 0 most of the time: the filter only holds back what Euler's growth and drift would break
-    assert np.mean(run.inputs == 0) > 0.5 and np.any(run.inputs != 0)
+    assert np.mean(run.inputs == 0) > 0.5
+    assert np.any(run.inputs != 0)
     if beta == 0:
         free = tube.run(5 * period, filtered=False)
         assert min(record(barrier, free.states).h_min for barrier in tube.barriers) < -0.02
@@ -183,4 +185,5 @@ def test_the_start_must_be_in_every_psi_i():
     tube = VanDerPolTube(VanDerPolConfig())
     x = np.array([1.0995, 0.09])
     upper = tube.barriers[0]
-    assert upper.h(0, x) > 0 and not in_safe_set(upper, tube.system, 0, x)
+    assert upper.h(0, x) > 0
+    assert not in_safe_set(upper, tube.system, 0, x)

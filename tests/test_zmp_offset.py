@@ -1,4 +1,4 @@
-"""What the swinging legs do to the ZMP: learned per tick of the step, and foretold by the lever."""
+"""The ZMP offset of the swinging legs: learned for each tick of the step, and predicted by the lever."""
 
 import numpy as np
 import pytest
@@ -54,10 +54,10 @@ def test_where_the_walk_comes_to_a_stand_no_offset_is_expected() -> None:
 
 
 @pytest.mark.parametrize("support", [1.0, -1.0])
-def test_offset_of_a_swinging_leg_is_foretold_by_its_lever_and_not_learned(support: float) -> None:
+def test_offset_of_a_swinging_leg_is_predicted_by_its_lever_and_not_learned(support: float) -> None:
     """What the whole body's ZMP shows of the swing is what was expected of it, so that nothing is left to the table.
 
-    Foretold are the rest of this step and the next one, in which the other foot swings to the stance after the coming.
+    Predicted are the rest of this step and the next one, in which the other foot swings to the stance after the coming.
     """
     lever, swinging = np.array([-0.002, -0.003]), 1 if support > 0 else 0
     block = ZmpOffset(GAIT, 80, lever)
@@ -82,11 +82,11 @@ def test_offset_of_a_swinging_leg_is_foretold_by_its_lever_and_not_learned(suppo
     block.GetInputPort("foot_plan").FixValue(context, plan.ravel())
     block.GetInputPort("stance_plan").FixValue(context, [9.0, 9.0, 9.0, 9.0, 9.0, 9.0, *after])
     block.GetInputPort("zmp_reference").FixValue(context, np.zeros(4))
-    seen = lever * at(10)[swinging, 2, :2]
-    block.GetInputPort("whole_body_zmp").FixValue(context, seen)
+    offset = lever * at(10)[swinging, 2, :2]
+    block.GetInputPort("whole_body_zmp").FixValue(context, offset)
     update(block, context)
     np.testing.assert_allclose(context.get_discrete_state_vector().value(), 0.0, atol=1e-15)  # type: ignore[attr-defined]
-    foretold = block.GetOutputPort("zmp_offset").Eval(context).reshape(2, 80)
+    predicted = block.GetOutputPort("zmp_offset").Eval(context).reshape(2, 80)
     wanted = [at(tick)[swinging, 2] for tick in range(11, 40)] + [next_step(tick) for tick in range(40)]
-    np.testing.assert_allclose(foretold[:, :69].T, lever * np.array(wanted)[:, :2], atol=1e-9)
-    assert np.all(np.abs(seen) > 1e-4)
+    np.testing.assert_allclose(predicted[:, :69].T, lever * np.array(wanted)[:, :2], atol=1e-9)
+    assert np.all(np.abs(offset) > 1e-4)

@@ -1,48 +1,100 @@
-"""The barriers of a run, judged on the measured state."""
+"""The barriers of a run: what each one bounds, and h, ψ and V̄ along the log."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pdhocbf_drake.barriers.class_k import ClassK, Linear
 from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.walking import CosineHeight
+from pdhocbf_drake.walking.quantities import SPEEDS, Quantity
+from pdhocbf_drake.walking.vhip import Vhip
+
+Array = NDArray[np.float64]
 
 
 class BarrierUse(NamedTuple):
-    """A barrier as a scenario uses it: column of the signal `h`, class-K functions, relative degree, unit of h."""
+    """A barrier of a scenario.
+
+    Attributes:
+        column: its column of the signal `h`.
+        class_k, gamma: its class-K functions and their slopes.
+        relative_degree: as declared [ticks].
+        unit: unit of h.
+        period: period of its bound [ticks].
+        quantity: what it bounds in a walk; None in other systems.
+    """
 
     column: int
     class_k: tuple[ClassK, ...]
     gamma: tuple[float, ...]
     relative_degree: int
     unit: str
+    period: int
+    quantity: Quantity | None = None
 
 
 def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
     """The scenario's barriers by name, in the order of the log's columns."""
     if scenario.system == "van_der_pol":
-        first, second = scenario.van_der_pol.gamma_1, scenario.van_der_pol.gamma_2
+        config = scenario.van_der_pol
         table = {
-            "x1_upper": (first, "1"),
-            "x1_lower": (first, "1"),
-            "x2_upper": (second, "1/s"),
-            "x2_lower": (second, "1/s"),
+            "x1_upper": (config.gamma_1, "1"),
+            "x1_lower": (config.gamma_1, "1"),
+            "x2_upper": (config.gamma_2, "1/s"),
+            "x2_lower": (config.gamma_2, "1/s"),
         }
         return {
-            name: BarrierUse(column, tuple(Linear(rate) for rate in gamma), gamma, len(gamma), unit)
+            name: BarrierUse(column, tuple(map(Linear, gamma)), gamma, len(gamma), unit, config.ticks_per_period)
             for column, (name, (gamma, unit)) in enumerate(table.items())
         }
     return {
         name: BarrierUse(
-            column, config.make_class_k(), config.gamma, config.relative_degree or len(config.gamma), config.unit
+            column, config.make_class_k(), config.gamma, config.relative_degree or len(config.gamma), config.unit,
+            config.quantity.period(scenario.gait.ticks_per_step), config.quantity,
         )
         for column, (name, config) in enumerate(scenario.barriers.items())
-    }
+    }  # fmt: skip
+
+
+def units_of(scenarios: Iterable[Scenario]) -> str:
+    """The units of h of all barriers, each once; of scenarios without barriers, that of the forward speed."""
+    units = [use.unit for scenario in scenarios for use in barriers_of(scenario).values()]
+    return ", ".join(dict.fromkeys(units)) or SPEEDS[0].unit
+
+
+def bounded_quantities(scenarios: Iterable[Scenario]) -> list[Quantity]:
+    """The quantities that walks bound, each once, those of x first; the forward speed if there is none."""
+    bounded = {config.quantity for scenario in scenarios for config in scenario.barriers.values()} or {SPEEDS[0]}
+    return sorted(bounded, key=lambda quantity: (quantity.axis, quantity.name))
+
+
+def measured(run: Run, quantity: Quantity) -> Array:
+    """The measured quantity at each row, (T,) [its unit]."""
+    first = 3 * quantity.axis
+    return _values(run, quantity, run.log["lip_state"][:, first : first + 3])
+
+
+def planned(run: Run, quantity: Quantity) -> Array:
+    """The planned quantity at each row, (T,) [its unit]."""
+    name = "xy"[quantity.axis]
+    com, zmp = "com_reference", "zmp_reference"
+    parts = [(com, name), (com, f"v{name}"), (zmp, f"{name}_zmp")]
+    return _values(run, quantity, np.column_stack([run.log.element(*part) for part in parts]))
+
+
+def _values(run: Run, quantity: Quantity, states: Array) -> Array:
+    gait = run.scenario.gait
+    ticks = np.rint(run.log.time / gait.tick).astype(int)
+    return quantity.values(states, ticks, Vhip(CosineHeight(gait).eta(), gait.tick))
 
 
 def record_of(log: RunLog, use: BarrierUse, from_time: float) -> BarrierRecord | None:
@@ -54,8 +106,8 @@ def record_of(log: RunLog, use: BarrierUse, from_time: float) -> BarrierRecord |
         return None
 
 
-def bound_along(log: RunLog, scenario: Scenario, use: BarrierUse) -> np.ndarray:
-    """V̄(k) at each row, (T,), from the samples over the horizon of which it is the first."""
-    count = len(barriers_of(scenario))
-    samples = log["velocity_bound"]
+def bound_along(log: RunLog, scenario: Scenario, use: BarrierUse) -> Array:
+    """V̄(k) at each row, (T,), which is the first of its samples over the horizon."""
+    count = len(scenario.barriers)
+    samples = log["barrier_bound"]
     return np.asarray(samples[:, use.column * (samples.shape[1] // count)])

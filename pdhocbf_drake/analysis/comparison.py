@@ -1,4 +1,4 @@
-"""Runs beside each other: the safety margins (5), their ratio (6), and figures with a colour a run."""
+"""Comparison of runs: the safety margins (5), their ratio (6), and figures with one colour per run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along
+from pdhocbf_drake.analysis.barrier_margins import (
+    barriers_of,
+    bound_along,
+    bounded_quantities,
+    measured,
+    units_of,
+)
 from pdhocbf_drake.analysis.drawing import label, legend, panels, styled, time_axis
 from pdhocbf_drake.analysis.figures import Drawn
 from pdhocbf_drake.barriers.margin import margin_ratio, safety_margin
@@ -32,11 +38,11 @@ def compare(
     """The barriers that both runs have by the same name; or the only one of each.
 
     Args:
-        from_time: what counts of the runs [s].
-        places: what messages call them.
+        from_time: start of the compared part of both runs [s].
+        places: names of the runs in messages.
 
     Raises:
-        InputError: there is nothing to compare, or not one period of the bounds from `from_time` on.
+        InputError: the runs share no barrier, or one of them has less than a period of the bound from `from_time` on.
     """
     uses = barriers_of(first.scenario), barriers_of(second.scenario)
     pairs = [(name, name) for name in uses[0] if name in uses[1]]
@@ -50,9 +56,9 @@ def compare(
         records = []
         for run, use, name, place in zip((first, second), uses, names, places, strict=True):
             rows = run.log.after(from_time)
-            if len(rows) < run.scenario.period:
+            if len(rows) < use[name].period:
                 ended = f"{run.log.time[-1]:.2f} s" if len(run.log) else "once"
-                period = f"a period of {run.scenario.period * run.scenario.tick:g} s"
+                period = f"a period of {use[name].period * run.scenario.tick:g} s"
                 raise InputError(f"{place} has less than {period} from {from_time:g} s on: it ended at {ended}")
             h = rows["h"][:, use[name].column]
             if not np.isfinite(h).all():
@@ -64,27 +70,30 @@ def compare(
 
 
 def comparison_figures(runs: Sequence[Run]) -> list[Drawn]:
-    """Velocities under their bounds, and h, with all runs in one panel; for walks only."""
+    """The bounded quantities under their bounds, and h, with all runs in one panel; for walks only."""
     walks = [run for run in runs if run.scenario.system != "van_der_pol" and len(run.log) > 1]
     if len(walks) < 2:
         return []
     with styled():
-        drawn = [Drawn("velocities", "CoM velocity in x of each run, under its bounds", _velocities(walks))]
+        names = " and ".join(quantity.label for quantity in bounded_quantities(run.scenario for run in walks))
+        drawn = [Drawn("velocities", f"{names} of each run, under its bounds", _quantities(walks))]
         if any(run.scenario.barriers for run in walks):
             drawn.append(Drawn("margins", "Barriers of each run on the measured state", _margins(walks)))
     return drawn
 
 
-def _velocities(runs: Sequence[Run]) -> Figure:
-    figure, axes = panels(1, height=3.2)
-    for run, colour in zip(runs, _colours(runs), strict=True):
-        name = run.scenario.name
-        axes[0].plot(run.log.time, run.log.element("lip_state", "vx"), color=colour, lw=1.0, label=name)
-        for barrier, use in barriers_of(run.scenario).items():
-            if run.scenario.barriers[barrier].axis == "x":
-                bound = bound_along(run.log, run.scenario, use)
-                axes[0].plot(run.log.time, bound, color=colour, ls="--", label=f"{name}: bound of {barrier}")
-    label(axes[0], "CoM velocity in x", "m/s")
+def _quantities(runs: Sequence[Run]) -> Figure:
+    bounded = bounded_quantities(run.scenario for run in runs)
+    figure, axes = panels(len(bounded), height=3.2)
+    for axis, quantity in zip(axes, bounded, strict=True):
+        for run, colour in zip(runs, _colours(runs), strict=True):
+            name = run.scenario.name
+            axis.plot(run.log.time, measured(run, quantity), color=colour, lw=1.0, label=name)
+            for barrier, use in barriers_of(run.scenario).items():
+                if use.quantity == quantity:
+                    bound = bound_along(run.log, run.scenario, use)
+                    axis.plot(run.log.time, bound, color=colour, ls="--", label=f"{name}: bound of {barrier}")
+        label(axis, quantity.label, quantity.unit)
     legend(axes[0], 3)
     time_axis(axes)
     return figure
@@ -97,7 +106,7 @@ def _margins(runs: Sequence[Run]) -> Figure:
             h = run.log["h"][:, use.column]
             axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{run.scenario.name}: {barrier}")
     axes[0].axhline(0.0, color=palette.LIMIT, ls=":")
-    label(axes[0], "h", "m/s")
+    label(axes[0], "h", units_of(run.scenario for run in runs))
     legend(axes[0], 3)
     time_axis(axes)
     return figure

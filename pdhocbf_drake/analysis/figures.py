@@ -8,6 +8,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import figures_oscillator, figures_robot, figures_walk
+from pdhocbf_drake.analysis.barrier_margins import bounded_quantities
 from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
@@ -40,9 +41,10 @@ def write_figures(figures: list[Drawn], folder: Path) -> None:
 
 
 def _walk(run: Run, limits: RobotLimits | None) -> list[Drawn]:
-    drawn = [Drawn("velocity", "CoM velocity, planned and measured, under its bounds", figures_walk.velocity(run))]
+    names = " and ".join(quantity.label for quantity in bounded_quantities([run.scenario]))
+    drawn = [Drawn("velocity", f"{names}, planned and measured, under the bounds", figures_walk.quantities(run))]
     if run.log.time[-1] > run.scenario.from_time:
-        steady = figures_walk.velocity_steady(run)
+        steady = figures_walk.quantities_steady(run)
         drawn.append(Drawn("velocity_steady", "The same over three gaits of the steady state", steady))
     if run.scenario.barriers:
         drawn.append(Drawn("barriers", "Barriers on the measured state", figures_walk.barriers(run)))

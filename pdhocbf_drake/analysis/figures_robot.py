@@ -10,7 +10,7 @@ from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
 from pdhocbf_drake.analysis.feet import zmp_margins
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
-from pdhocbf_drake.simulation.signals import JOINTS
+from pdhocbf_drake.systems.signals import JOINTS
 
 _SIDES = ("left", "right")
 _LEG = [joint.removeprefix("left_").replace("_", " ") for joint in JOINTS[:6]]

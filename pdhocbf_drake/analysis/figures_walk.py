@@ -1,4 +1,4 @@
-"""Figures of a walk, on the robot and on the template: CoM and ZMP, velocity and bounds, footsteps, solver."""
+"""Figures of a walk, on the robot and on the template: CoM and ZMP, bounded quantities, footsteps, solver."""
 
 from __future__ import annotations
 
@@ -7,7 +7,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along
+from pdhocbf_drake.analysis.barrier_margins import (
+    barriers_of,
+    bound_along,
+    bounded_quantities,
+    measured,
+    planned,
+    units_of,
+)
 from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
 from pdhocbf_drake.analysis.feet import sole_corners, touchdown_rows
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
@@ -23,45 +30,43 @@ def com_and_zmp(run: Run) -> Figure:
         low, high = log.element("zmp_box", f"{name}_min"), log.element("zmp_box", f"{name}_max")
         axis.fill_between(log.time, low, high, color=palette.BOX, alpha=0.45, linewidth=0, label="ZMP box (27)")
         axis.plot(log.time, log.element("lip_state", f"{name}_zmp"), color=palette.MEASURED_ZMP, lw=0.8, label="ZMP")
-        planned = log.element("zmp_reference", f"{name}_zmp")
-        axis.plot(log.time, planned, color=palette.PLANNED_ZMP, ls="--", label="ZMP, planned")
+        zmp_planned = log.element("zmp_reference", f"{name}_zmp")
+        axis.plot(log.time, zmp_planned, color=palette.PLANNED_ZMP, ls="--", label="ZMP, planned")
         axis.plot(log.time, log.element("lip_state", name), color=palette.MEASURED_COM, label="CoM")
-        planned = log.element("com_reference", name)
-        axis.plot(log.time, planned, color=palette.PLANNED_COM, ls="--", label="CoM, planned")
+        com_planned = log.element("com_reference", name)
+        axis.plot(log.time, com_planned, color=palette.PLANNED_COM, ls="--", label="CoM, planned")
         label(axis, name, "m")
     legend(axes[0], 5)
     time_axis(axes)
     return figure
 
 
-def velocity_steady(run: Run) -> Figure:
-    """Three gaits of `velocity` from the steady state on."""
-    figure = velocity(run)
+def quantities_steady(run: Run) -> Figure:
+    """Three gaits of `quantities` from the start of the steady state."""
+    figure = quantities(run)
     start, log = run.scenario.from_time, run.log
     end = start + 3 * run.scenario.gait.ticks_per_gait * run.scenario.tick
-    seen = (log.time >= start) & (log.time <= end)
+    shown = (log.time >= start) & (log.time <= end)
     for axis in figure.axes:
-        values = np.concatenate([np.asarray(line.get_ydata(), dtype=float)[seen] for line in axis.lines])
+        values = np.concatenate([np.asarray(line.get_ydata(), dtype=float)[shown] for line in axis.lines])
         axis.set_xlim(start, end)
         axis.set_ylim(*_room(values))
     return figure
 
 
-def velocity(run: Run) -> Figure:
-    """CoM velocity under its bounds, as the paper's Fig. 4(b)."""
+def quantities(run: Run) -> Figure:
+    """The bounded quantities and their bounds, as the paper's Fig. 4(b); the forward speed where nothing is bounded."""
     log, scenario = run.log, run.scenario
-    bounded = {barrier.axis for barrier in scenario.barriers.values()} or {"x"}
-    names = sorted(bounded)
-    figure, axes = panels(len(names), height=3.0)
-    for axis, name in zip(axes, names, strict=True):
-        axis.plot(log.time, log.element("lip_state", f"v{name}"), color=palette.MEASURED_COM, label="measured")
-        planned = log.element("com_reference", f"v{name}")
-        axis.plot(log.time, planned, color=palette.PLANNED_COM, ls="--", label="planned")
+    bounded = bounded_quantities([scenario])
+    figure, axes = panels(len(bounded), height=3.0)
+    for axis, quantity in zip(axes, bounded, strict=True):
+        axis.plot(log.time, measured(run, quantity), color=palette.MEASURED_COM, label="measured")
+        axis.plot(log.time, planned(run, quantity), color=palette.PLANNED_COM, ls="--", label="planned")
         for barrier, use in barriers_of(scenario).items():
-            if scenario.barriers[barrier].axis == name:
+            if use.quantity == quantity:
                 colour = palette.BARRIERS[use.column % len(palette.BARRIERS)]
                 axis.plot(log.time, bound_along(log, scenario, use), color=colour, label=f"bound of {barrier}")
-        label(axis, f"CoM velocity in {name}", "m/s")
+        label(axis, quantity.label, quantity.unit)
     legend(axes[0])
     time_axis(axes)
     return figure
@@ -80,7 +85,7 @@ def barriers(run: Run) -> Figure:
         axis.plot(log.time[: len(levels[-1])], levels[-1], color=palette.LIMIT, lw=0.7, label=f"$\\psi_{order}$")
         axis.axhline(0.0, color=palette.UNSAFE, lw=1.0, ls=":", label="limit of safety")
         axis.axvspan(0.0, min(scenario.from_time, log.time[-1]), color=palette.BOX, alpha=0.25, linewidth=0)
-        if log.time[-1] > scenario.from_time:  # the start dwarfs what is judged
+        if log.time[-1] > scenario.from_time:  # h is much larger during the start
             axis.set_ylim(*_room(np.append(levels[0][log.time >= scenario.from_time], 0.0)))
         axis.set_title(f"{name}: h, judged after the shaded start", loc="right")
         label(axis, "h", use.unit)
@@ -97,7 +102,7 @@ def _room(values: np.ndarray) -> tuple[float, float]:
 
 
 def footsteps(run: Run, limits: RobotLimits | None) -> Figure:
-    """The ground from above: footholds planned and taken, the ways of CoM and ZMP."""
+    """The ground from above: footholds planned and taken, the paths of CoM and ZMP."""
     log = run.log
     figure, (axis,) = panels(1, height=3.2)
     x, y = log.element("lip_state", "x"), log.element("lip_state", "y")
@@ -122,7 +127,7 @@ def footsteps(run: Run, limits: RobotLimits | None) -> Figure:
 
 
 def solver(run: Run) -> Figure:
-    """What the controller's ticks cost, and how much barrier slack they paid for."""
+    """Wall time of the controller's ticks, and the barrier slack that their plans paid for."""
     log, scenario = run.log, run.scenario
     figure, axes = panels(2, height=1.9)
     seconds = log.element("solver_status", "time")[1:]
@@ -131,17 +136,15 @@ def solver(run: Run) -> Figure:
     )
     axes[0].axhline(scenario.tick * 1e3, color=palette.LIMIT, ls=":", label="the sampling interval")
     label(axes[0], "wall time", "ms")
-    units = ["m/s"]
     if "barrier_slack" in log:
         for name, use in barriers_of(scenario).items():
             colour = palette.BARRIERS[use.column % len(palette.BARRIERS)]
             axes[1].plot(log.time, log["barrier_slack"][:, use.column], color=colour, label=f"slack of {name}")
-        units = list(dict.fromkeys(use.unit for use in barriers_of(scenario).values())) or units
     else:
         axes[1].plot(log.time, log.element("solver_status", "slack"), color=palette.UNSAFE, label="barrier slack")
     fell_back = log.element("solver_status", "fallbacks") > 0
     axes[1].plot(log.time[fell_back], np.zeros(fell_back.sum()), "kx", label="fallback")
-    label(axes[1], "slack", ", ".join(units))
+    label(axes[1], "slack", units_of([scenario]))
     for axis in axes:
         legend(axis)
     time_axis(axes)

@@ -1,4 +1,4 @@
-"""What gave way at which tick, by name and in sentences, from the log alone."""
+"""The constraints that plans of a run did not meet, tick by tick, by name and in sentences, from the log alone."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.analysis.barrier_margins import barriers_of
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, units_of
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.mpc.terms import constraints_of
 from pdhocbf_drake.simulation.run_folder import Run
 
-_MOST = 5  # kinds of ticks that are told one by one
+_MOST = 5  # kinds of ticks that are listed one by one
 _WORDS = {float(reason): reason.name for reason in Reason}
 
 
 class GaveWay(NamedTuple):
-    """What the plan in each row of a log does not meet.
+    """The constraints that the plan in each row of a log does not meet.
 
     Attributes:
         ticks: the tick at which it was made, (T,); negative for the start, which nobody planned.
@@ -25,7 +25,7 @@ class GaveWay(NamedTuple):
         names: of the constraints, "barrier NAME" or "step x" for example, (n,).
         units: of the amounts, (n,).
         amounts: by how much each is missed, (T, n).
-        told: which of them are worth telling, (T, n).
+        told: which of them are large enough to be reported, (T, n).
     """
 
     ticks: NDArray[np.int_]
@@ -49,7 +49,7 @@ class GaveWay(NamedTuple):
 
 
 def gave_way(run: Run) -> GaveWay:
-    """Reads the log; one from before barriers were told apart has "a barrier" and nothing else."""
+    """Reads the log; an older one, without the slack of each barrier, has the one name "a barrier"."""
     log, scenario = run.log, run.scenario
     reasons = log.element("solver_status", "reason")
     if "barrier_slack" in log:
@@ -57,7 +57,7 @@ def gave_way(run: Run) -> GaveWay:
         units = [use.unit for use in barriers_of(scenario).values()]
         amounts = log["barrier_slack"]
     else:
-        names, units, amounts = ["a barrier"], ["m/s"], log["solver_status"][:, 3:4]
+        names, units, amounts = ["a barrier"], [units_of([scenario])], log["solver_status"][:, 3:4]
     told = amounts > NOTICED
     # A hard barrier is softened where it can't be kept exactly, be it by less than is noticed.
     barely = (reasons == Reason.SOFTENED) & ~told.any(axis=1)
@@ -74,7 +74,7 @@ def gave_way(run: Run) -> GaveWay:
 
 
 def gave_way_rows(run: Run) -> list[tuple[str, str]]:
-    """(first tick, what gave way there) for each kind of tick: ticks with the same reason and constraints are alike."""
+    """(first tick, its sentence) for each kind of degraded tick; a kind has one reason and one set of constraints."""
     if "solver_status" not in run.log:
         return []
     found = gave_way(run)

@@ -1,4 +1,4 @@
-"""The promise to scripts: what `metrics.json` holds."""
+"""The schema of `metrics.json`, on which scripts may rely."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ class MpcMetrics(BaseModel):
 
     model_config = ConfigDict(frozen=True)
 
-    solves: int = Field(description="ticks at which a solve was asked for")
+    solves: int = Field(description="ticks with a solve")
     fallbacks: int = Field(description="ticks that used the last plan, shifted, instead of a new one")
     failures: int = Field(
         description="ticks at which the first solver found no optimum of the problem that the scenario states, "
         "any slack of a hard barrier included"
     )
     degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.solution.Reason`)")
-    slack_max: float | None = Field(description="largest violation of a barrier row that a plan paid for [m/s]")
+    slack_max: float | None = Field(description="largest slack of any barrier row that a plan paid for [its unit]")
     tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
     tick_seconds_p99: float | None = Field(description="99th percentile of it [s]")
-    solver: str = Field(description="the solver asked first")
+    solver: str = Field(description="the first solver of each tick")
 
 
 class Metrics(BaseModel):

@@ -14,8 +14,8 @@ from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.feet import touchdown_rows
 from pdhocbf_drake.analysis.replay_markers import Foothold, Markers, safety_along
 from pdhocbf_drake.analysis.replay_stage import Stage
+from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.config import SIDES
-from pdhocbf_drake.robot.robot import Biped
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 
@@ -42,7 +42,7 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
         for row in touchdown_rows(log, side):
             start = row - int(log.element("gait_phase", "tick")[row])
             centre = np.array([log.element("foot_state", f"{side}_{axis}")[row] for axis in "xy"])
-            taken.append(Foothold(max(0, start), side, centre, biped.sole(side).half_size))
+            taken.append(Foothold(max(0, start), side, centre, biped.soles[side].half_size))
     markers = Markers(stage, log, log.element("com_z", "z"), _safety(run), taken)
     follow = _follow(stage, run)
 

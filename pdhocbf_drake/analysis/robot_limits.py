@@ -7,16 +7,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.config import SIDES
 from pdhocbf_drake.robot.locate import load_robot_config
-from pdhocbf_drake.robot.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
 
 Array = NDArray[np.float64]
 
 
 class RobotLimits(NamedTuple):
-    """Joints in the order of `simulation.signals.JOINTS`.
+    """Joints in the order of `systems.signals.JOINTS`.
 
     Attributes:
         sole_half: (2, 2) half length and half width of the left, then the right sole [m].

@@ -1,8 +1,8 @@
 """Periodic discrete-time high-order control barrier functions, for any periodic discrete-time system.
 
-A barrier is h(k, x) with a period and its class-K functions. It can be evaluated (`psi`), checked
-(`check_relative_degree`, `check_in_safe_set`, `feasible_width`), enforced (`BarrierFilter`, `add_barrier_rows`,
-`add_nonlinear_barrier_rows`) and measured along a log (`record`).
+A barrier is h(k, x) with a period and its class-K functions; an `AffineBarrier` is h = ±(V̄(k) − n_k·x). It can be
+evaluated (`psi`), checked (`check_relative_degree`, `check_in_safe_set`, `feasible_width`), enforced (`BarrierFilter`,
+`add_barrier_rows`, `add_nonlinear_barrier_rows`) and measured along a log (`record`).
 """
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier, make_barrier
@@ -10,15 +10,20 @@ from pdhocbf_drake.barriers.bounds import Bound, constant, harmonic, make_bound,
 from pdhocbf_drake.barriers.class_k import ClassK, Linear, Saturating, check_class_k
 from pdhocbf_drake.barriers.config import BarrierConfig, BoundConfig
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, rollout
-from pdhocbf_drake.barriers.feasibility import WorstCase, feasible_width, input_interval
 from pdhocbf_drake.barriers.filter import BarrierFilter, FilterResult
 from pdhocbf_drake.barriers.margin import BarrierRecord, margin_ratio, record, record_from_h, safety_margin
-from pdhocbf_drake.barriers.membership import check_in_safe_set, in_safe_set, initial_psi
 from pdhocbf_drake.barriers.nonlinear import add_dynamics, add_nonlinear_barrier_rows
 from pdhocbf_drake.barriers.recursion import psi, psi_along, psi_coefficients, psi_from_h
-from pdhocbf_drake.barriers.relative_degree import check_relative_degree, relative_degree
+from pdhocbf_drake.barriers.relative_degree import check_relative_degree, enforced_psi, relative_degree
 from pdhocbf_drake.barriers.rows import Rows, add_barrier_rows, affine_rows
-from pdhocbf_drake.barriers.sensitivity import enforced_psi
+from pdhocbf_drake.barriers.safe_set import (
+    WorstCase,
+    check_in_safe_set,
+    feasible_width,
+    in_safe_set,
+    initial_psi,
+    input_interval,
+)
 
 __all__ = [
     "AffineBarrier", "Barrier", "BarrierConfig", "BarrierFilter", "BarrierRecord", "Bound", "BoundConfig", "ClassK",

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import lcm
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.barriers.bounds import Bound
 from pdhocbf_drake.barriers.checks import finite_array, shown, whole_ticks
@@ -73,12 +74,12 @@ class Barrier:
 
 
 class AffineBarrier(Barrier):
-    """h(k, x) = s·(V̄(k) − n·x), eqs. (18) and (25): the safe set is a half-space that moves.
+    """h(k, x) = s·(V̄(k) − n_k·x), eqs. (18) and (25): the safe set is a half-space that moves.
 
     Attributes:
-        normal: n, shape (n,).
+        normal: n, shape (n,), if it is constant; otherwise n_0, …, n_{P−1}, shape (P, n), with n_{k+P} = n_k.
         bound: V̄(k) [unit].
-        sign: s = +1 keeps n·x under the bound, −1 above it.
+        sign: s = +1 keeps n_k·x under the bound, −1 above it.
 
     Raises:
         InputError: as `Barrier`; a normal that is zero or not finite; a bound that is no `Bound`; or a sign other
@@ -95,10 +96,11 @@ class AffineBarrier(Barrier):
         unit: str = "",
         relative_degree: int | None = None,
     ) -> None:
-        self.normal = finite_array(f'barrier "{name}": the normal', normal).copy()
+        given = finite_array(f'barrier "{name}": the normal', normal)
+        normals = np.array(given, ndmin=2)
         self.bound = bound
         self.sign = sign
-        if self.normal.ndim != 1 or not np.any(self.normal):
+        if given.ndim not in (1, 2) or not given.size or not np.all(np.any(normals, axis=1)):
             raise InputError(f'barrier "{name}": the normal must be a vector other than zero, given {shown(normal)}')
         if not isinstance(bound, Bound):
             raise InputError(
@@ -106,28 +108,37 @@ class AffineBarrier(Barrier):
             )
         if sign not in (1, -1):
             raise InputError(f'barrier "{name}": the sign is +1 (upper bound) or -1 (lower bound), given {sign}')
-        super().__init__(name, self._affine, bound.period, class_k, unit, relative_degree)
+        self._normals, self.normal = normals, normals[0] if len(normals) == 1 else normals
+        super().__init__(name, self._affine, lcm(bound.period, len(normals)), class_k, unit, relative_degree)
+
+    @property
+    def normal_period(self) -> int:
+        """P [ticks]; 1 for a constant normal."""
+        return len(self._normals)
+
+    def normals(self, k: int, count: int) -> NDArray[np.float64]:
+        """n_k, …, n_{k+count−1}, shape (count, n)."""
+        return np.take(self._normals, np.arange(k, k + count), axis=0, mode="wrap")
 
     def check_fits(self, states: int) -> None:
         """Refuses a system with another number of states than the normal has entries.
 
         Raises:
-            InputError: it names both.
+            InputError: the numbers differ; the message names both.
         """
-        if len(self.normal) != states:
-            raise InputError(
-                f'barrier "{self.name}": the normal has {len(self.normal)} entries, but the system {states} states'
-            )
+        entries = self._normals.shape[1]
+        if entries != states:
+            raise InputError(f'barrier "{self.name}": the normal has {entries} entries, but the system {states} states')
 
     def _affine(self, k: int, x: Array) -> Any:
         try:
-            return self.sign * (self.bound(k) - self.normal @ x)
-        except ValueError:  # looked into only now, because h is taken at every tick
+            return self.sign * (self.bound(k) - self._normals[k % len(self._normals)] @ x)
+        except ValueError:  # checked only after a failure, because h is evaluated at every tick
             self.check_fits(np.size(x))
             raise
 
 
 def make_barrier(name: str, config: BarrierConfig, normal: ArrayLike, bound: Bound) -> AffineBarrier:
-    """The barrier that a user described, on the quantity n·x with n = `normal`."""
+    """The barrier that a user described, on the quantity n_k·x; `normal` as in `AffineBarrier`."""
     sign = 1 if config.side == "upper" else -1
     return AffineBarrier(name, normal, bound, sign, config.make_class_k(), config.unit, config.relative_degree)

@@ -1,4 +1,4 @@
-"""Periodic bounds V̄(k): the moving limit of a barrier h(k, x) = ±(V̄(k) − n·x)."""
+"""Periodic bounds V̄(k): the moving limit of a barrier h(k, x) = ±(V̄(k) − n_k·x)."""
 
 from __future__ import annotations
 

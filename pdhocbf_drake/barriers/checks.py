@@ -1,6 +1,6 @@
-"""What the public functions take: numbers, ticks and vectors, or else one sentence on what was given.
+"""Checks of arguments: numbers, ticks, vectors and decision variables; anything else is refused with one sentence.
 
-Called where a value comes in and not in between, so that a control loop does not pay for it again at every step.
+The public functions call them once, where a value is given, so that no tick of a control loop repeats them.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.symbolic import Variable
 
 from pdhocbf_drake.errors import InputError
 
@@ -17,7 +18,7 @@ _SHOWN = 100  # characters of a given value that a message repeats
 
 
 def is_number(value: Any) -> bool:
-    """Whether it is one real number, of Python's types or NumPy's; True and False are not."""
+    """Whether the value is one real number, of Python's types or NumPy's; True and False are not."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
@@ -25,7 +26,7 @@ def finite_number(what: str, value: Any, least: float | None = None) -> float:
     """A finite number, `least` or more.
 
     Raises:
-        InputError: it is anything else; the message begins with `what`.
+        InputError: the value is anything else; the message begins with `what`.
     """
     if is_number(value) and np.isfinite(value) and (least is None or value >= least):
         return float(value)
@@ -36,7 +37,7 @@ def whole_ticks(what: str, value: Any, least: int | None = None, most: int | Non
     """A whole number of ticks from `least` to `most`.
 
     Raises:
-        InputError: it is anything else; the message begins with `what`.
+        InputError: the value is anything else; the message begins with `what`.
     """
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if whole and (least is None or value >= least) and (most is None or value <= most):
@@ -49,7 +50,7 @@ def number_array(what: str, value: Any) -> NDArray[Any]:
     """An array of any shape, of numbers or of objects such as AutoDiffXd and decision variables.
 
     Raises:
-        InputError: text, a ragged list, or what else is no array of numbers.
+        InputError: the value is text, a ragged list, or anything else that is no array of numbers.
     """
     try:
         array = np.asarray(value)
@@ -97,8 +98,32 @@ def finite_vector(what: str, value: Any, size: int) -> NDArray[np.float64]:
     return finite_array(what, vector(what, value, size))
 
 
+def decision_variables(what: str, value: Any) -> NDArray[Any]:
+    """An array of decision variables, of any shape.
+
+    Raises:
+        InputError: an entry is something else.
+    """
+    array = np.asarray(value, dtype=object)
+    if wrong := [entry for entry in array.ravel() if not isinstance(entry, Variable)]:
+        raise InputError(f"{what} must be decision variables, given {shown(wrong[0])}")
+    return array
+
+
+def numbers_or_variables(what: str, value: Any) -> NDArray[Any]:
+    """An array of finite floats, or of decision variables (then of objects), of any shape.
+
+    Raises:
+        InputError: an entry is neither; NaN in a constraint would end the process in Drake.
+    """
+    array = np.asarray(value, dtype=object)
+    if any(isinstance(entry, Variable) for entry in array.ravel()):
+        return decision_variables(what, array)
+    return finite_array(what, value)
+
+
 def shown(value: Any) -> str:
-    """A value as Python writes it, on one line and cut where it is long (`config.shown` speaks YAML)."""
+    """A value as Python writes it, on one line and cut where it is long (`config.shown` writes YAML)."""
     text = " ".join(repr(value).split())
     return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 

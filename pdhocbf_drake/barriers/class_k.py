@@ -1,4 +1,4 @@
-"""Class-K functions α: what a barrier asks of the next tick, given how far the state is from its edge.
+"""Class-K functions α: by how much h may fall in a tick, given h.
 
 Lemma 1 of the paper holds only for α(s) ≤ s on s ≥ 0 (for α(s) = 2s, b(k+1) − b(k) ≥ −α(b(k)) allows
 b(1) = −b(0)), so every function used by a barrier is checked for it.
@@ -23,8 +23,8 @@ _ROUNDING = 1e-12
 class ClassK(Protocol):
     """A class-K function, extended to s < 0: increasing, α(0) = 0, and α(s) ≤ s for s ≥ 0.
 
-    It takes a float, an array, or Drake's AutoDiffXd (NumPy's functions accept all three). Negative s is the
-    state outside the safe set, where α says how much of the violation must go within a tick.
+    It takes a float, an array, or Drake's AutoDiffXd (NumPy's functions accept all three). s < 0 belongs to states
+    outside the safe set, where −α(s) is the part of the violation that must vanish within a tick.
     """
 
     def __call__(self, s: Any) -> Any: ...
@@ -38,7 +38,7 @@ class Linear:
     outside, h recovers at that same rate, h(k) ≥ (1−γ)^k h(0).
 
     Attributes:
-        gamma: γ in (0, 1] [1]. γ = 1 asks only h(k+1) ≥ 0: a plain moving limit, the most brittle choice.
+        gamma: γ in (0, 1] [1]. γ = 1 requires only h(k+1) ≥ 0: a plain moving limit, the most brittle choice.
 
     Raises:
         InputError: γ is outside (0, 1].
@@ -62,8 +62,8 @@ class Linear:
 class Saturating:
     """α(s) = γ·σ·tanh(s/σ): linear near the edge, at most γ·σ away from it.
 
-    Inside, h may fall by no more than γσ per tick; outside, it need rise by no more than that, so a
-    controller of limited strength is not asked for the impossible after a large disturbance.
+    Inside, h may fall by no more than γσ per tick; outside, it need rise by no more than that, so that a controller
+    with limited input can still satisfy ψ ≥ 0 after a large disturbance.
 
     Attributes:
         gamma: γ in (0, 1], the slope at 0 [1].
@@ -107,7 +107,7 @@ def check_class_k(alpha: ClassK, where: str) -> None:
         raise InputError(f"{where}: alpha(0) = {at_zero:g}, but a class-K function is 0 at 0")
     values = np.array([float(alpha(float(s))) for s in _SAMPLES])
     mirrored = np.array([float(alpha(-float(s))) for s in _SAMPLES])
-    # Far out a bounded function may stand still within rounding, but it must have left 0 at once.
+    # Far from 0 a bounded function may be constant within rounding, but near 0 it must differ from 0.
     both = np.concatenate([mirrored[::-1], [0.0], values])
     if not (np.all(np.isfinite(both)) and np.all(np.diff(both) >= 0) and values[0] > 0 and mirrored[0] < 0):
         raise InputError(f"{where}: alpha is not increasing, but a class-K function (extended to s < 0) is")

@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import ClassVar, Literal
 
-from pydantic import AfterValidator, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from pdhocbf_drake.barriers.class_k import ClassK, Linear, Saturating
 from pdhocbf_drake.config import Config
 from pdhocbf_drake.errors import InputError
 
-Axis = Literal["x", "y"]
 Side = Literal["upper", "lower"]
 BoundKind = Literal["constant", "harmonic", "tabulated", "orbit", "orbit_peak"]
-
-# Per kind: the keys it needs, then those it may have.
-_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "constant": (("value",), ()),
-    "harmonic": (("mean",), ("cosine", "sine")),
-    "tabulated": (("values",), ()),
-    "orbit": ((), ("margin", "stride")),
-    "orbit_peak": ((), ("margin", "stride")),
-}
+Keys = tuple[str, ...]
 
 
 class BoundConfig(Config):
@@ -34,8 +25,16 @@ class BoundConfig(Config):
         mean, cosine, sine: V̄(k) = mean + cosine·cos(2πk/N) + sine·sin(2πk/N) [unit of h].
         values: one period of a table, one value a tick [unit of h].
         margin: distance from the nominal orbit, outwards [unit of h].
-        stride: take the orbit of a walk with this stride instead of the commanded one [m].
     """
+
+    KEYS: ClassVar[dict[str, tuple[Keys, Keys]]] = {
+        "constant": (("value",), ()),
+        "harmonic": (("mean",), ("cosine", "sine")),
+        "tabulated": (("values",), ()),
+        "orbit": ((), ("margin",)),
+        "orbit_peak": ((), ("margin",)),
+    }
+    """Per kind: the keys that it needs and those that it may have."""
 
     kind: BoundKind
     value: float | None = None
@@ -44,11 +43,15 @@ class BoundConfig(Config):
     sine: float | None = None
     values: tuple[float, ...] | None = Field(None, min_length=1)
     margin: float | None = None
-    stride: float | None = None
+
+    @property
+    def follows_orbit(self) -> bool:
+        """Whether V̄ is made from the nominal orbit."""
+        return self.kind in ("orbit", "orbit_peak")
 
     @model_validator(mode="after")
     def _keys_match_kind(self) -> BoundConfig:
-        needed, optional = _KEYS[self.kind]
+        needed, optional = self.KEYS[self.kind]
         given = {key for key in type(self).model_fields if key != "kind" and getattr(self, key) is not None}
         allowed = ", ".join((*needed, *optional))
         if missing := [key for key in needed if key not in given]:
@@ -61,10 +64,9 @@ class BoundConfig(Config):
 
 
 class BarrierConfig(Config):
-    """A barrier h = V̄(k) − v (upper) or v − V̄(k) (lower) on one axis of the template's CoM velocity v.
+    """A barrier h = V̄(k) − q (upper) or q − V̄(k) (lower) on a scalar quantity q = n·x of the state.
 
     Attributes:
-        axis: the axis whose velocity is bounded.
         side: which side of the bound is safe: below an "upper" one, above a "lower" one.
         bound: V̄(k).
         gamma: γ_1, …, γ_m in (0, 1], one per class-K function [1]; their number is the order m of ψ_m.
@@ -75,14 +77,13 @@ class BarrierConfig(Config):
         unit: unit of h, for tables and axis labels.
     """
 
-    axis: Axis = "x"
     side: Side = "upper"
     bound: BoundConfig
     gamma: tuple[float, ...] = Field((0.5, 0.5), min_length=1)
     class_k: Literal["linear", "saturating"] = "linear"
     class_k_scale: float | None = Field(None, gt=0)
     relative_degree: int | None = Field(None, ge=1)
-    unit: str = "m/s"
+    unit: str = ""
 
     @field_validator("gamma")
     @classmethod
@@ -105,16 +106,3 @@ class BarrierConfig(Config):
         if self.class_k_scale is None:
             raise InputError('class_k "saturating" needs class_k_scale')
         return tuple(Saturating(rate, self.class_k_scale) for rate in self.gamma)
-
-
-def _linear(config: BarrierConfig) -> BarrierConfig:
-    if config.class_k != "linear":
-        raise ValueError(
-            f'class_k is "linear" in a scenario, because its MPC is a quadratic program, given "{config.class_k}"; '
-            "from Python, BarrierFilter and add_nonlinear_barrier_rows take any"
-        )
-    return config
-
-
-LinearBarrierConfig = Annotated[BarrierConfig, AfterValidator(_linear)]
-"""A barrier that has linear rows, as a quadratic program needs them."""

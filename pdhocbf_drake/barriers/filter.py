@@ -13,8 +13,7 @@ from pydrake.solvers import ClarabelSolver, MathematicalProgram, MathematicalPro
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_number, number_array, vector
 from pdhocbf_drake.barriers.dynamics import PeriodicSystem
-from pdhocbf_drake.barriers.relative_degree import check_relative_degree
-from pdhocbf_drake.barriers.sensitivity import enforced_psi
+from pdhocbf_drake.barriers.relative_degree import check_relative_degree, enforced_psi
 from pdhocbf_drake.errors import InputError
 
 _SLACK_WEIGHT = 1e6  # per squared unit of input; only used once the hard program has no solution
@@ -23,12 +22,12 @@ _ACCEPTED = 1e-8  # by how much a solution may miss ψ_m ≥ tightening, as a sh
 
 
 class FilterResult(NamedTuple):
-    """What the filter answers.
+    """The filtered input and how well it satisfies the barriers.
 
     Attributes:
         input: u(k), (n_u,).
-        status: "solved"; "softened", where no input satisfies every row and the rows gave way in least squares;
-            "failed", where the wanted input went through, clipped to its limits.
+        status: "solved"; "softened", where no input satisfies every row and the violations are least in the sum of
+            their squares; "failed", where the input is the wanted one, clipped to its limits.
         psi: each barrier's ψ_m at that input, (n_b,) [unit of its h].
         slack: by how much each ψ_m falls short of its tightening, ≥ 0, (n_b,) [unit of its h].
         reason: a sentence for anything but "solved".
@@ -45,9 +44,8 @@ class BarrierFilter:
     """min_u ‖u − u_wanted‖² subject to ψ_m(k) ≥ tightening for each barrier, and lower ≤ u ≤ upper.
 
     ψ_m must be affine in u(k), as it is for control-affine dynamics and an h that is affine in the states that the
-    input reaches; the class-K functions may be nonlinear, for they act on what u(k) does not show in. Each
-    row is divided by the norm of its gradient, so that "softened" weighs a violation by the change of input that
-    would cure it.
+    input reaches; the class-K functions may be nonlinear, since u(k) does not show in their arguments. Each row is
+    divided by the norm of its gradient, so that "softened" weighs a violation by the change of input that removes it.
 
     Args:
         system: the dynamics.
@@ -86,7 +84,7 @@ class BarrierFilter:
         """The filtered input at tick k and state x (n,), for the wanted input (n_u,).
 
         Raises:
-            InputError: shapes that do not fit the system. Numbers that are not finite are answered, not refused.
+            InputError: shapes that do not fit the system. Numbers that are not finite give the status "failed".
         """
         state, target = vector("the state x", x, self.system.n), vector("the wanted input", wanted, self.system.m)
         state, target = state.astype(float), target.astype(float)
@@ -129,14 +127,14 @@ class BarrierFilter:
             prog.AddQuadraticErrorCost(_SLACK_WEIGHT * np.eye(len(psi)), np.zeros(len(psi)), slack)
         for i, barrier in enumerate(self.barriers):
             norm = float(np.linalg.norm(gradient[i]))
-            if norm > 0:  # else no input shows in it at this very state: a fact, not a constraint
+            if norm > 0:  # else no input shows in it at this state, and no input can satisfy it
                 row = np.concatenate([gradient[i] / norm, [1.0] if soft else []])[np.newaxis]
                 variables = np.concatenate([delta, slack[i : i + 1]])
                 lower = np.array([(self.tightening - psi[i]) / norm])
                 binding = prog.AddLinearConstraint(row, lower, np.array([np.inf]), variables)
                 binding.evaluator().set_description(f"barrier {barrier.name}")
         result = ClarabelSolver().Solve(prog, None, _options())
-        # The status first: the answer of a failed solve is not an answer.
+        # The status first: the solution of a failed solve means nothing.
         return (np.asarray(result.GetSolution(delta)) if result.is_success() else None), result
 
 
@@ -149,8 +147,9 @@ def _options() -> SolverOptions:
 
 def _check_affine_in_input(barrier: Barrier, system: PeriodicSystem) -> None:
     random = np.random.default_rng(0)
-    # A bound shifts ψ_m and does not bend it, so an affine barrier has the phases of the dynamics alone.
-    phases = range(system.period if isinstance(barrier, AffineBarrier) else lcm(system.period, barrier.period))
+    # The bound shifts ψ_m and does not change its slope, so of an affine barrier only the normal's period matters.
+    of_barrier = barrier.normal_period if isinstance(barrier, AffineBarrier) else barrier.period
+    phases = range(lcm(system.period, of_barrier))
     for phase, x in ((phase, x) for phase in phases for x in random.standard_normal((3, system.n))):
         slopes = [enforced_psi(barrier, system, phase, x, random.standard_normal(system.m))[1] for _ in range(2)]
         if not np.allclose(slopes[0], slopes[1], rtol=1e-9, atol=0.0):

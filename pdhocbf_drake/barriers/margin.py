@@ -82,7 +82,7 @@ def safety_margin(h: ArrayLike) -> float:
 
 
 def margin_ratio(h1: ArrayLike, h2: ArrayLike) -> float:
-    """M = h̄_1/h̄_2, eq. (6), as a fraction [1]: M < 1 says that h_1 is the less conservative barrier.
+    """M = h̄_1/h̄_2, eq. (6), as a fraction [1]: M < 1 means that h_1 is the less conservative barrier.
 
     Raises:
         InputError: as `safety_margin`, or h̄_2 is zero, or so small that M is not finite.

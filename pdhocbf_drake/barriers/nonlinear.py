@@ -11,10 +11,10 @@ from pydrake.solvers import Binding, Constraint, MathematicalProgram
 from pydrake.symbolic import Variable
 
 from pdhocbf_drake.barriers.barrier import Barrier
-from pdhocbf_drake.barriers.checks import finite_number, whole_ticks
-from pdhocbf_drake.barriers.decisions import decision_variables, numbers_or_variables, slack_variables
+from pdhocbf_drake.barriers.checks import decision_variables, finite_number, numbers_or_variables, whole_ticks
 from pdhocbf_drake.barriers.dynamics import Array, PeriodicSystem, rollout
 from pdhocbf_drake.barriers.recursion import psi_from_h
+from pdhocbf_drake.barriers.rows import slack_variables
 from pdhocbf_drake.errors import InputError
 
 
@@ -30,12 +30,12 @@ def add_nonlinear_barrier_rows(
 ) -> list[Binding[Constraint]]:
     """Adds ψ_m(k+i) + slack ≥ tightening for i = r−m, …, H−m, r the relative degree; solve with SNOPT or IPOPT.
 
-    r is taken as declared: computing it for any dynamics is dear, so call `check_relative_degree` once, beforehand.
+    r is the declared one: computing it for general dynamics is expensive, so call `check_relative_degree` once before.
 
     Args:
         states: x(k), (n,), finite numbers or decision variables: shooting, one vector constraint in the inputs; or
-            decision variables (H+1, n): one constraint a tick in x(k+i), …, x(k+i+m), the dynamics being
-            constrained apart (`add_dynamics`).
+            decision variables (H+1, n): one constraint a tick in x(k+i), …, x(k+i+m), to which `add_dynamics` adds
+            the dynamics as constraints of their own.
         inputs: decision variables (H, n_u).
         slack: one decision variable for all rows, or one for each of the H−m+1 rows i = 0, …, H−m; kept ≥ 0
             here, paid for by the caller's cost. None makes the barrier hard.

@@ -1,21 +1,25 @@
-"""Relative degree per phase, computed from the dynamics: after how many ticks u(k) shows in h (Definition 1).
+"""How the input u(k) acts on a barrier: after how many ticks (its relative degree, Definition 1) and how strongly.
 
-It depends on the input: for the CoM velocity of the VHIP it is 1 with the ZMP's position as input, and 2 with
-its velocity (Remark 4). So it is never assumed.
+The relative degree depends on which variable is the input: for the position of a cart it is smaller with the velocity
+as input than with the acceleration (compare Remark 4). So it is computed from the dynamics, for each phase, and never
+assumed. Derivatives come from Drake's AutoDiffXd and are exact; dynamics and h must be written with operators and NumPy
+functions.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from math import lcm
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from pydrake.autodiffutils import InitializeAutoDiff
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
-from pdhocbf_drake.barriers.checks import finite_array, whole_ticks
-from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
-from pdhocbf_drake.barriers.sensitivity import h_sensitivity
+from pdhocbf_drake.barriers.checks import finite_array, vector, whole_ticks
+from pdhocbf_drake.barriers.dynamics import Array, PeriodicAffineSystem, PeriodicSystem, rollout
+from pdhocbf_drake.barriers.recursion import psi_from_h
 from pdhocbf_drake.errors import InputError
 
 # Below this share of the terms that were summed, a derivative is their rounding error.
@@ -28,8 +32,8 @@ def relative_degree(
 ) -> int | None:
     """The smallest r ≥ 1 for which h(k+r) depends on u(k), k = `phase`; None if u(k) never shows in h.
 
-    For an affine barrier on affine dynamics: the first r with n·A_{k+r−1}···A_{k+1}·B_k ≠ 0, exactly. Otherwise by
-    automatic differentiation at some states, up to r = n·N: what holds at almost all states.
+    For an affine barrier on affine dynamics: the first r with n_{k+r}·A_{k+r−1}···A_{k+1}·B_k ≠ 0, exactly. Otherwise
+    by automatic differentiation at some states, up to r = n·N: what holds at almost all states.
 
     Args:
         states: (S, n), where to differentiate; by default four drawn from a standard normal distribution.
@@ -50,9 +54,10 @@ def relative_degree(
     for reach in (system.n, system.n * system.period):  # the second only if the first, which is usual, finds none
         found: list[int] = []
         for x, u in zip(points, inputs, strict=True):
-            h, slopes = h_sensitivity(barrier, system, phase, x, u, reach)
+            along = _differentiated_h(barrier, system, phase, x, u, reach)
+            h, slopes = [_value(e) for e in along], np.array([_gradient(e, system.m) for e in along])
             if not (np.all(np.isfinite(h)) and np.all(np.isfinite(slopes))):
-                continue  # not a state at which h says anything
+                continue  # h is not defined at this state
             known, gradient = True, np.abs(slopes)
             shows = np.flatnonzero(gradient.max(axis=1) > _ROUNDING * gradient.max())
             found.extend(int(r) for r in shows[:1])
@@ -66,33 +71,17 @@ def relative_degree(
     return None
 
 
-def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases: Sequence[int]) -> list[int | None]:
-    """All phases at once, because rows check it each time they are added."""
-    barrier.check_fits(system.n)
-    found = np.zeros(len(phases), dtype=int)
-    reach = np.stack([system.B(phase) for phase in phases])
-    magnitude = np.abs(reach)
-    # By Cayley-Hamilton on the map over a whole period, what does not show in n periods never does.
-    for r in range(1, system.n * system.period + 1):
-        shows = np.any(np.abs(barrier.normal @ reach) > _ROUNDING * (np.abs(barrier.normal) @ magnitude), axis=-1)
-        found[shows & (found == 0)] = r
-        if found.all():
-            break
-        A = np.stack([system.A(phase + r) for phase in phases])
-        reach, magnitude = A @ reach, np.abs(A) @ magnitude
-    return [int(r) or None for r in found]
-
-
 def check_relative_degree(
     barrier: Barrier, system: PeriodicSystem, states: ArrayLike | None = None
 ) -> tuple[int | None, ...]:
     """The relative degree at every phase, which must be the declared one.
 
     Raises:
-        InputError: it is not; the message names the declared and the computed one.
+        InputError: it is another one; the message names the declared and the computed one.
     """
     # The bound does not matter to how an affine barrier depends on x.
-    phases = range(system.period if isinstance(barrier, AffineBarrier) else lcm(system.period, barrier.period))
+    of_barrier = barrier.normal_period if isinstance(barrier, AffineBarrier) else barrier.period
+    phases = range(lcm(system.period, of_barrier))
     if isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem):
         computed = tuple(_from_matrices(barrier, system, phases))
     else:
@@ -108,3 +97,62 @@ def check_relative_degree(
             f'barrier "{barrier.name}": relative degree {declared} is declared{by}, but {what} (at {where})'
         )
     return computed
+
+
+def enforced_psi(
+    barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike
+) -> tuple[float, NDArray[np.float64]]:
+    """ψ_m(k+r−m), the first ψ_m that u(k) shows in, and its derivative in u(k), shape (n_u,).
+
+    With the relative degree r = m this is ψ_m(k).
+
+    Raises:
+        InputError: the dynamics or h cannot take AutoDiffXd.
+    """
+    h = _differentiated_h(barrier, system, k, x, u, barrier.relative_degree)
+    last = psi_from_h(h[barrier.relative_degree - barrier.order :], barrier.class_k)[-1]
+    return _value(last), _gradient(last, system.m)
+
+
+def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases: Sequence[int]) -> list[int | None]:
+    """All phases at once, because every call that adds rows checks them."""
+    barrier.check_fits(system.n)
+    found = np.zeros(len(phases), dtype=int)
+    reach = np.stack([system.B(phase) for phase in phases])
+    magnitude = np.abs(reach)
+    # By Cayley-Hamilton on the map over a whole period, what does not show in n periods never does.
+    for r in range(1, system.n * lcm(system.period, barrier.normal_period) + 1):
+        normals = np.stack([barrier.normals(phase + r, 1) for phase in phases])
+        shows = np.any(np.abs(normals @ reach) > _ROUNDING * (np.abs(normals) @ magnitude), axis=(1, 2))
+        found[shows & (found == 0)] = r
+        if found.all():
+            break
+        A = np.stack([system.A(phase + r) for phase in phases])
+        reach, magnitude = A @ reach, np.abs(A) @ magnitude
+    return [int(r) or None for r in found]
+
+
+def _differentiated_h(
+    barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike, ticks: int
+) -> list[Any]:
+    """h(k), …, h(k+r), r = `ticks`, as AutoDiffXd in u(k) (floats where u(k) does not show); later inputs are zero."""
+    first = InitializeAutoDiff(vector("the input u", u, system.m).astype(float)).ravel()
+    later = np.zeros((ticks - 1, system.m), dtype=object)
+    inputs: Array = np.concatenate([first[np.newaxis], later])
+    try:
+        states = rollout(system, k, x, inputs)
+        return [barrier.h(k + j, state) for j, state in enumerate(states)]
+    except (TypeError, AttributeError) as error:
+        raise InputError(
+            f'barrier "{barrier.name}": the dynamics or h cannot take AutoDiffXd ({error}); '
+            "write them with operators and NumPy functions"
+        ) from error
+
+
+def _value(entry: Any) -> float:
+    return float(entry.value() if hasattr(entry, "derivatives") else entry)
+
+
+def _gradient(entry: Any, size: int) -> NDArray[np.float64]:
+    derivatives = entry.derivatives() if hasattr(entry, "derivatives") else np.zeros(0)
+    return np.asarray(derivatives, dtype=float) if len(derivatives) else np.zeros(size)

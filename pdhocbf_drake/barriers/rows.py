@@ -10,21 +10,27 @@ from pydrake.solvers import Binding, LinearConstraint, MathematicalProgram
 from pydrake.symbolic import Variable
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
-from pdhocbf_drake.barriers.checks import finite_number, shown, vector, whole_ticks
-from pdhocbf_drake.barriers.decisions import decision_variables, numbers_or_variables, slack_variables
+from pdhocbf_drake.barriers.checks import (
+    decision_variables,
+    finite_number,
+    numbers_or_variables,
+    shown,
+    vector,
+    whole_ticks,
+)
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
 from pdhocbf_drake.barriers.relative_degree import check_relative_degree
 from pdhocbf_drake.errors import InputError
 
-AlongNormal = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
+AlongNormals = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]
 
 
 class Rows(NamedTuple):
     """ψ_m(k+i) = state[i]·x(k) + inputs[i]·U + bounds[i]·[V̄(k), …, V̄(k+H)] + constant[i],  i = 0, …, H−m.
 
-    U stacks u(k), …, u(k+H−1). The samples of the bound are kept apart, because a bound may only become
-    known at run time.
+    U stacks u(k), …, u(k+H−1). The samples of the bound are an argument, because a bound may become known only
+    at run time.
 
     Attributes:
         state: (H−m+1, n).
@@ -45,18 +51,17 @@ class Rows(NamedTuple):
 
     @property
     def reachable(self) -> NDArray[np.bool_]:
-        """Rows that some input of the horizon shows in; the others are facts, which no controller can change."""
+        """Rows in which some input of the horizon shows; no controller can change the others."""
         return np.asarray(np.any(self.inputs != 0, axis=1))
 
 
 def affine_rows(
-    barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, horizon: int, along: AlongNormal | None = None
+    barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, horizon: int, along: AlongNormals | None = None
 ) -> Rows:
     """The rows of ψ_m(k), …, ψ_m(k+H−m); they depend on k only through its phase.
 
     Args:
-        along: what `along_normal` gives for this system, k and horizon, where whoever asks knows it already: it is
-            taken for granted.
+        along: result of `along_normals` for these normals, system, k and horizon, if the caller has it; not checked.
 
     Raises:
         InputError: the horizon is shorter than m, the class-K functions are not linear, the barrier's normal has
@@ -68,7 +73,7 @@ def affine_rows(
     if horizon < order:
         raise InputError(f"{where}: psi_{order} needs a horizon of {order} ticks, given {horizon}")
     barrier.check_fits(system.n)
-    on_state, on_inputs, offset = along or along_normal(barrier.normal, system, k, horizon)
+    on_state, on_inputs, offset = along or along_normals(barrier.normals(k, horizon + 1), system, k, horizon)
     # Row i of `shifts` holds the coefficients of h(k+i), …, h(k+i+m).
     shifts = np.zeros((horizon - order + 1, horizon + 1))
     for i, coefficient in enumerate(psi_coefficients(linear_rates(barrier))):
@@ -79,12 +84,15 @@ def affine_rows(
     return rows
 
 
-def along_normal(normal: NDArray[np.float64], system: PeriodicAffineSystem, k: int, horizon: int) -> AlongNormal:
-    """n·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H: (H+1, n), (H+1, H·n_u), (H+1,).
+def along_normals(normals: NDArray[np.float64], system: PeriodicAffineSystem, k: int, horizon: int) -> AlongNormals:
+    """n_{k+j}·x(k+j) = on_state[j]·x(k) + on_inputs[j]·U + offset[j], j = 0, …, H: (H+1, n), (H+1, H·n_u), (H+1,).
 
-    Worked out from the end of the horizon on: there on_state[j]·x(k+i) is what of n·x(k+j) comes from x(k+i).
+    Computed backwards from the end of the horizon: after step i, on_state[j] multiplies x(k+i) in n_{k+j}·x(k+j).
+
+    Args:
+        normals: n_k, …, n_{k+H}, shape (H+1, n).
     """
-    on_state = np.tile(normal, (horizon + 1, 1))
+    on_state = normals.copy()
     on_inputs, offset = np.zeros((horizon + 1, horizon * system.m)), np.zeros(horizon + 1)
     for i in reversed(range(horizon)):
         later = on_state[i + 1 :]
@@ -95,7 +103,7 @@ def along_normal(normal: NDArray[np.float64], system: PeriodicAffineSystem, k: i
 
 
 def check_affine(barrier: Barrier, system: PeriodicSystem) -> None:
-    """Refuses what has no linear rows, whatever its class-K functions.
+    """Refuses a barrier or a system that has no linear rows whatever the class-K functions.
 
     Raises:
         InputError: the barrier is no `AffineBarrier`, or the system no `PeriodicAffineSystem`.
@@ -164,3 +172,17 @@ def add_barrier_rows(
     )
     binding.evaluator().set_description(f"barrier {barrier.name}")
     return binding
+
+
+def slack_variables(prog: MathematicalProgram, name: str, slack: Any, count: int) -> NDArray[Any]:
+    """The slacks of barrier `name` as a vector of 1 or `count` decision variables, constrained to be ≥ 0.
+
+    Raises:
+        InputError: another number of them, or no decision variables.
+    """
+    slacks = np.atleast_1d(decision_variables(f'barrier "{name}": slacks', slack))
+    if slacks.shape not in ((1,), (count,)):
+        raise InputError(f'barrier "{name}": 1 slack, or one per row ({count}), is allowed, given {slacks.size}')
+    positive = prog.AddBoundingBoxConstraint(0.0, np.inf, slacks)
+    positive.evaluator().set_description(f"barrier {name}: slack")
+    return slacks

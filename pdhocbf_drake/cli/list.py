@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
+from pdhocbf_drake.terminal import table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -13,8 +14,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints each scenario with its one sentence."""
-    names = scenario_names()
-    width = max(len(name) for name in names)
-    for name in names:
-        print(f"{name:<{width}}  {load_scenario(name).description}")
+    print(table([(name, load_scenario(name).description) for name in scenario_names()]))
     return 0

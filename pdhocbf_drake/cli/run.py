@@ -14,7 +14,6 @@ from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.products import write_metrics, write_replay, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
-from pdhocbf_drake.cli.progress import say, shown_progress
 from pdhocbf_drake.simulation.checks import unused_settings
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder, write_run
@@ -23,6 +22,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import check_watchable, simulate
 from pdhocbf_drake.stopping import interruptible, stop_requests
+from pdhocbf_drake.terminal import say, shown_progress, table
 
 _STOPPED = "interrupted after the run"
 _ENDED_EARLY = 3  # exit code of a run that fell, or that Drake gave up
@@ -75,8 +75,15 @@ def _exit_code(ending: str, place: Path) -> int:
 
 def _recorded(scenario: Scenario, live: bool) -> Run:
     started, clock = datetime.now(timezone.utc), time.perf_counter()
-    with shown_progress(scenario.name, scenario.duration) as progress:
-        log = simulate(scenario, progress, _viewer() if live else None)
+    shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
+    with stop_requests() as requested, shown as progress:
+
+        def report(now: float) -> None:
+            progress(now)
+            if requested.is_set():  # between two ticks, so that the log ends with a whole row
+                raise KeyboardInterrupt
+
+        log = simulate(scenario, report, _viewer() if live else None)
     return Run(scenario, log, Provenance.of_run(scenario, started, time.perf_counter() - clock))
 
 
@@ -124,5 +131,4 @@ def _tell(rows: list[tuple[str, str]], place: Path, done: list[str]) -> None:
     rows = [*rows, *((name.removesuffix(".html"), str(place / name)) for name in done)]
     if not done:
         rows.append(("run folder", str(place)))
-    width = max(len(name) for name, _ in rows)
-    print("\n".join(f"{name:<{width}}  {value}" for name, value in rows))
+    print(table(rows))

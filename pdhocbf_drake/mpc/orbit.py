@@ -18,15 +18,6 @@ _NOISE = 1e-5  # of an interior-point solver [m/s]
 _GAITS = 60
 
 
-def nominal_orbit(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
-    """CoM velocity over one gait in the steady state of the walk, x and y, shape (2, 2N) [m/s].
-
-    Raises:
-        InputError: as `settled_gait`.
-    """
-    return np.asarray(nominal_walk(gait, mpc)[:, :, 1])
-
-
 def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     """c, v, p over one gait in the steady state of the walk, c and p from the stance foot, shape (2, 2N, 3).
 

@@ -1,15 +1,13 @@
-"""A robot as data: loading, frames and soles, whole-body inverse kinematics, feedforward torques."""
+"""A robot as data: loading, frames and soles, whole-body inverse kinematics, inverse dynamics."""
 
+from pdhocbf_drake.robot.biped import Biped, Sole
 from pdhocbf_drake.robot.config import ROLES, SIDES, RobotConfig, Side
-from pdhocbf_drake.robot.damped import row_weights
-from pdhocbf_drake.robot.feedforward import Feedforward, InverseDynamics
-from pdhocbf_drake.robot.ground import left_share_of_zmp, zmp_of_wrenches
+from pdhocbf_drake.robot.feedforward import Feedforward, InverseDynamics, swing_lever
 from pdhocbf_drake.robot.ik import IkResult, Motion, WholeBodyIk
-from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_file, robot_names
-from pdhocbf_drake.robot.posture import Posture, PostureRates, sole_pose
-from pdhocbf_drake.robot.reach import check_walk, check_zmp_box
-from pdhocbf_drake.robot.robot import Biped, Sole
-from pdhocbf_drake.robot.swing_lever import swing_lever
+from pdhocbf_drake.robot.kernels import left_share_of_zmp, zmp_of_wrenches
+from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_names
+from pdhocbf_drake.robot.posture import Posture, sole_pose
+from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, upright_posture
 
 __all__ = [
     "ROLES",
@@ -20,7 +18,6 @@ __all__ = [
     "InverseDynamics",
     "Motion",
     "Posture",
-    "PostureRates",
     "RobotConfig",
     "Side",
     "Sole",
@@ -30,10 +27,9 @@ __all__ = [
     "left_share_of_zmp",
     "load_robot_config",
     "models_folder",
-    "robot_file",
     "robot_names",
-    "row_weights",
     "sole_pose",
     "swing_lever",
+    "upright_posture",
     "zmp_of_wrenches",
 ]

@@ -1,4 +1,4 @@
-"""What a user writes about a robot: the model file, its names, its soles and its gains."""
+"""Config of a robot: model file, names of links and joints, soles, gains and limits."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ROLES = ("hip_yaw", "hip_roll", "hip_pitch", "knee_pitch", "ankle_pitch", "ankle
 
 
 class SoleConfig(Config):
-    """Where a sole is: a rectangle on the ground, x forward, z up, seen from a link or frame of the model.
+    """A sole, a rectangle with x forward and z up, in a link or frame of the model.
 
     Attributes:
         link: foot link (or any frame) of the model.
@@ -60,9 +60,9 @@ class LegConfig(Config):
     """A leg.
 
     Attributes:
-        sole: where its sole is.
+        sole: its sole.
         joints: names of its joints.
-        bent_knee: a posture with the knee clearly bent, from which inverse kinematics starts.
+        bent_knee: joint angles with the knee clearly bent, from which inverse kinematics starts.
     """
 
     sole: SoleConfig
@@ -71,7 +71,7 @@ class LegConfig(Config):
 
 
 def _one_or_six(low: float, high: float, unit: str, *, above: bool = False) -> WrapValidator:
-    """What each number of a per-joint value may be, told in one sentence."""
+    """Checks each number of a per-joint value; the error is one sentence."""
     allowed = limited(low, high, unit, above=above)
 
     def check(value: Any, parse: Callable[[Any], Any]) -> Any:
@@ -97,9 +97,9 @@ class RobotConfig(Config):
     ankle pitch, roll, the same for both legs.
 
     Attributes:
-        name: what to call it in messages, logs and plots.
+        name: its name in messages, logs and plots.
         model: URDF, SDF or MJCF file, relative to this YAML file.
-        packages: `package://` names that the model uses, each with its folder, relative to this YAML file.
+        packages: folders of the `package://` names in the model, relative to this YAML file.
         base_link: the floating link.
         torso_link: the link or frame that is kept upright; null takes the base.
         left, right: the legs.
@@ -110,7 +110,7 @@ class RobotConfig(Config):
         kd: derivative gains of the joints [N m s/rad].
         effort_limits: greatest joint torques [N m]; null takes the model's. Where the model has no actuators,
             they are added with these limits.
-        reflected_inertia: rotor inertia seen at the joint [kg m²]; null takes the model's.
+        reflected_inertia: rotor inertia reflected to the joint [kg m²]; null takes the model's.
     """
 
     name: str

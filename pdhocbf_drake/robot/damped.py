@@ -1,42 +1,34 @@
-"""The nearest posture within the joint limits, where Newton's method has none to offer: straight knees, limits."""
+"""Damped inverse kinematics within the joint limits, for targets that Newton's method does not reach."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.config import SIDES, Side
-from pdhocbf_drake.robot.task_space import TargetPoses, TaskSpace
+from pdhocbf_drake.robot.posture import TargetPoses
+from pdhocbf_drake.robot.task_space import TaskSpace
 
-if TYPE_CHECKING:
-    from pdhocbf_drake.robot.robot import Biped
+_ITERATIONS = 40
+# Weights of the task error: the soles count ten times as much as CoM and torso.
+_WEIGHTS = np.repeat([1.0, 1.0, 10.0], [3, 3, 12])
 
-ITERATIONS = 40
-# What is given up first where not everything can be had: CoM and torso, before the soles.
-WEIGHTS = np.repeat([1.0, 1.0, 10.0], [3, 3, 12])
-
-# A foot that carries nothing may trail, hang lower and tip over its toes, but stays on its own side of the other one.
+# A swing foot may trail, hang lower and pitch over its toes, but must not cross to the other foot's side.
 _LOOSE = (0.5, 10.0, 0.5, 10.0, 0.1, 10.0)
 
 
 def row_weights(loose: Side | None) -> np.ndarray:
-    """What counts how much where not everything can be had, (18,); a loose foot is given up before all else."""
+    """Weights W of the task error (18,); the rows of a loose foot, which carries no load, weigh least."""
     if loose is None:
-        return WEIGHTS
+        return _WEIGHTS
     feet = [_LOOSE if side == loose else (30.0,) * 6 for side in SIDES]
     return np.array([3.0] * 6 + [weight for foot in feet for weight in foot])
 
 
 def nearest_posture(
-    biped: Biped,
-    task_space: TaskSpace,
-    goal: TargetPoses,
-    q: np.ndarray,
-    tolerance: float,
-    weights: np.ndarray = WEIGHTS,
+    biped: Biped, task_space: TaskSpace, goal: TargetPoses, q: np.ndarray, tolerance: float, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Levenberg-Marquardt on the weighted task error e, with joints at a limit taken out while it blocks them:
+    """Levenberg-Marquardt on the weighted task error e; joints that a limit blocks are left out of the step:
 
         step = (JᵀW²J + λ I)⁻¹ JᵀW² e,    q ← clip(q ⊕ step),    λ smaller after a success, larger after a failure.
 
@@ -47,7 +39,7 @@ def nearest_posture(
     damping, iterations = 1e-3, 0
     task_space.set_positions(q)
     error = task_space.error(goal)
-    while iterations < ITERATIONS and damping < 1e6 and abs(error).max() >= tolerance:
+    while iterations < _ITERATIONS and damping < 1e6 and abs(error).max() >= tolerance:
         iterations += 1
         jacobian = weights[:, None] * task_space.jacobian()
         gradient = jacobian.T @ (weights * error)

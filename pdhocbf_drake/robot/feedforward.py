@@ -1,17 +1,17 @@
-"""Joint torques and contact wrenches that make the planned whole-body motion happen: inverse dynamics."""
+"""Inverse dynamics: joint torques and contact wrenches of a whole-body motion, and how a swing foot moves the ZMP."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.multibody.tree import MultibodyForces
 
-from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.robot.biped import Biped
+from pdhocbf_drake.robot.ik import WholeBodyIk
+from pdhocbf_drake.robot.kernels import write_shared_wrench
+from pdhocbf_drake.robot.posture import LEFT
 from pdhocbf_drake.robot.task_space import TaskSpace
-
-if TYPE_CHECKING:
-    from pdhocbf_drake.robot.robot import Biped
 
 
 class Feedforward(NamedTuple):
@@ -25,9 +25,9 @@ class Feedforward(NamedTuple):
 class InverseDynamics:
     """Solves  M(q) v̇ + C(q, v) v − τ_g(q) = S τ + J_leftᵀ w_left + J_rightᵀ w_right  for τ and the wrenches.
 
-    The six rows of the floating base hold no motor, so they fix the sum of the wrenches; `left_share`
-    says how much of its force, and of the moment that then remains, the left sole carries. With the share
-    that the ZMP has between the soles (`left_share_of_zmp`), each wrench acts inside its own sole.
+    The six rows of the floating base have no actuator, so they determine the sum of the wrenches; `left_share`
+    is the part of its force, and of the moment that then remains, that the left sole carries. With the share
+    that the ZMP has between the soles (`kernels.left_share_of_zmp`), each wrench acts inside its own sole.
     """
 
     def __init__(self, biped: Biped, task_space: TaskSpace | None = None) -> None:
@@ -46,27 +46,27 @@ class InverseDynamics:
         plant.CalcForceElementsContribution(task.context, self._forces)
         needed = plant.CalcInverseDynamics(task.context, vdot, self._forces)
         both, origin = np.empty(12), q[self._base_position]
-        write_shared_wrench(needed, self._base, origin, task.places(), left_share, task.jacobian(), both)
+        write_shared_wrench(needed, self._base, origin, task.poses(), left_share, task.jacobian(), both)
         return Feedforward(needed[self._joints], both[:6], both[6:])
 
 
-@compiled
-def write_shared_wrench(
-    needed: np.ndarray, base: np.ndarray, origin: np.ndarray, places: np.ndarray, share: float, jacobian: np.ndarray,
-    both: np.ndarray,
-) -> None:  # fmt: skip
-    """Takes the ground's part out of the generalized forces `needed` (18,); writes the wrenches on both soles (12,)."""
-    # Of the ground: moment about the base's origin and force, then the lever of that force at the shared point.
-    mx, my, mz = needed[base[0]], needed[base[1]], needed[base[2]]
-    fx, fy, fz = needed[base[3]], needed[base[4]], needed[base[5]]
-    rest = 1.0 - share
-    # Places are CoM (3), then rotation and origin (3 x 4) of torso, left and right sole.
-    x = share * places[18] + rest * places[30] - origin[0]
-    y = share * places[22] + rest * places[34] - origin[1]
-    z = share * places[26] + rest * places[38] - origin[2]
-    wrench = (fx, fy, fz, mx - (y * fz - z * fy), my - (z * fx - x * fz), mz - (x * fy - y * fx))
-    for i in range(6):
-        both[i], both[6 + i] = share * wrench[i], rest * wrench[i]
-    for j in range(18):
-        for i in range(12):
-            needed[j] -= both[i] * jacobian[6 + i, j]
+def swing_lever(biped: Biped, q: np.ndarray) -> np.ndarray:
+    """ZMP displacement in x and y per unit of the swing foot's acceleration that way, shape (2,) [s²].
+
+    With CoM and torso on their planned motion, an accelerated leg changes the angular momentum, and with it the moment
+    of the ground reaction. In posture `q` (19,) the left foot swings and the right one stands.
+    """
+    ik = WholeBodyIk(biped)
+    dynamics = InverseDynamics(biped, ik.task_space)
+    rest = np.zeros(biped.plant.num_velocities())
+
+    def zmp(swing: np.ndarray) -> np.ndarray:
+        accelerations = np.zeros_like(rest)
+        accelerations[LEFT] = swing
+        _, vdot = ik.derivatives(q, rest, accelerations)
+        wrench = dynamics(q, rest, vdot, 0.0).right
+        return np.array([-wrench[4], wrench[3]]) / wrench[2]
+
+    still = zmp(np.zeros(3))
+    forward, lateral = np.eye(3)[:2]
+    return np.array([(zmp(forward) - still)[0], (zmp(lateral) - still)[1]])

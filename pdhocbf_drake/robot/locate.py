@@ -1,4 +1,4 @@
-"""Where the robots are: the models folder of a checkout or of an installed package, and robot YAML files."""
+"""Finds robots: the models folder of a checkout or of an installed package, and robot YAML files."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ def models_folder() -> Path:
 
 
 def robot_names() -> list[str]:
-    """Robots that come with the package: `models/NAME/NAME.yaml`."""
+    """The robots of the package: `models/NAME/NAME.yaml`."""
     return sorted(path.parent.name for path in models_folder().glob("*/*.yaml") if path.stem == path.parent.name)
 
 
-def robot_file(robot: str) -> Path:
-    """The YAML file of a robot, given the name of one that comes with the package or a path.
+def _robot_file(robot: str) -> Path:
+    """The YAML file of a robot of the package, given its name, or of any robot, given the path.
 
     Raises:
         ModelError: there is no such robot.
@@ -46,7 +46,7 @@ def load_robot_config(robot: str) -> RobotConfig:
         ModelError: no such robot.
         InputError: its file is not YAML, or an entry is unknown, missing or wrong.
     """
-    path = robot_file(robot)
+    path = _robot_file(robot)
     data = read_yaml(path)
     if data is None:
         raise InputError(f"robot file {path} holds nothing; see models/biped/biped.yaml for what a robot needs")

@@ -1,4 +1,4 @@
-"""Puts a robot model into a `MultibodyPlant`: parses it, welds what does not walk, completes its actuators."""
+"""Adds a robot model to a `MultibodyPlant`: parses it, welds its fixed joints, completes its actuators."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def add_model(plant: MultibodyPlant, config: RobotConfig) -> ModelInstanceIndex:
     effort limits and reflected inertias of the config replace the model's.
 
     Raises:
-        ModelError: a file, link, joint, frame or actuator is missing (the message lists those there are).
+        ModelError: a file, link, joint, frame or actuator is missing; the message lists the existing ones.
     """
     instance = _parse(plant, config)
     _weld(plant, instance, config)
@@ -142,12 +142,12 @@ def _complete_actuators(plant: MultibodyPlant, instance: ModelInstanceIndex, con
             actuator.set_default_gear_ratio(1.0)
             actuator.set_default_rotor_inertia(inertias[number])
         if not math.isfinite(actuator.effort_limit()):
-            # Without a limit a falling robot's torques grow until the simulation ends in NaN.
+            # Without a limit the torques of a falling robot grow until the simulation ends in NaN.
             raise ModelError(f"robot {config.name!r}: joint {name!r} has no effort limit; give effort_limits [N m]")
 
 
 def _actuators(plant: MultibodyPlant, instance: ModelInstanceIndex) -> list[JointActuator]:
-    # The per-instance list of indices stays empty until the plant is finalized.
+    # Drake's list of a model instance's actuators is empty until the plant is finalized.
     every = [plant.get_joint_actuator(index) for index in plant.GetJointActuatorIndices()]
     return [actuator for actuator in every if actuator.model_instance() == instance]
 

@@ -1,4 +1,4 @@
-"""What the legs can reach: refuses CoM heights, strides and ZMP boxes that this robot can't do."""
+"""The reach of the legs: refuses postures, CoM heights, strides and ZMP boxes that a robot can't take."""
 
 from __future__ import annotations
 
@@ -7,11 +7,26 @@ from collections.abc import Callable
 import numpy as np
 
 from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.ik import WholeBodyIk
 from pdhocbf_drake.robot.posture import Posture, sole_pose
-from pdhocbf_drake.robot.robot import Biped
 
-RESOLUTION = 0.01  # of the limits named in messages [m]
+_RESOLUTION = 0.01  # of the limits named in messages [m]
+
+
+def upright_posture(biped: Biped, com: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """q (19,) with an upright torso, from the CoM (3,) and both soles (6,), xyz and roll-pitch-yaw, in the world.
+
+    Raises:
+        ModelError: the robot can't reach it.
+    """
+    result = WholeBodyIk(biped).solve(Posture(com, left, right), biped.bent_knee)
+    if not result.ok:
+        raise ModelError(
+            f"robot {biped.config.name!r} can't stand with CoM {np.round(com, 3).tolist()} and soles at "
+            f"{np.round(left[:3], 3).tolist()} and {np.round(right[:3], 3).tolist()} [m]: {result.reason}"
+        )
+    return result.q
 
 
 def check_walk(
@@ -36,12 +51,12 @@ def check_walk(
     """
     check_zmp_box(biped, zmp_box)
     for height in com_heights:
-        check_com_height(biped, height, stance_width)
-        check_stride(biped, stride, stance_width, height)
+        _check_com_height(biped, height, stance_width)
+        _check_stride(biped, stride, stance_width, height)
 
 
 def check_zmp_box(biped: Biped, zmp_box: tuple[float, float]) -> None:
-    """The box of eq. (27) must lie within the smaller sole: outside it the foot tips."""
+    """Refuses a box of eq. (27) that is larger than the smaller sole: with the ZMP outside the sole the foot tips."""
     sole = 2 * np.min([biped.soles[side].half_size for side in ("left", "right")], axis=0)
     if (np.array(zmp_box) > sole + 1e-9).any():
         raise ModelError(
@@ -50,11 +65,11 @@ def check_zmp_box(biped: Biped, zmp_box: tuple[float, float]) -> None:
         )
 
 
-def check_com_height(biped: Biped, height: float, stance_width: float) -> None:
-    """Standing upright on both feet at that width must be possible."""
+def _check_com_height(biped: Biped, height: float, stance_width: float) -> None:
+    """Refuses a height at which the robot can't stand upright on both feet at that width."""
     if _reaches(biped, height, stance_width, 0.0):
         return
-    resolution = max(RESOLUTION, biped.config.com_height / 60.0)
+    resolution = max(_RESOLUTION, biped.config.com_height / 60.0)
     heights = np.arange(0.0, 2.0 * biped.config.com_height, resolution)
     good = [other for other in heights if _reaches(biped, other, stance_width, 0.0)]
     allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if good else "no height is in reach"
@@ -64,8 +79,8 @@ def check_com_height(biped: Biped, height: float, stance_width: float) -> None:
     )
 
 
-def check_stride(biped: Biped, stride: float, stance_width: float, height: float) -> None:
-    """Both feet on the ground, one stride apart, with the CoM above their middle, must be possible."""
+def _check_stride(biped: Biped, stride: float, stance_width: float, height: float) -> None:
+    """Refuses a stride at which the robot can't stand on both feet with the CoM above their middle."""
     if _reaches(biped, height, stance_width, stride):
         return
     longest = longest_stride(biped, stance_width, height)
@@ -87,7 +102,7 @@ def _reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
 
 def _largest(possible: Callable[[float], bool]) -> float:
     low, high = 0.0, 2.0
-    while high - low > RESOLUTION:
+    while high - low > _RESOLUTION:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if possible(middle) else (low, middle)
     return low

@@ -1,24 +1,25 @@
-"""The eighteen task coordinates of the robot: values, Jacobian J(q) and bias J̇v, from Drake's kinematics."""
+"""The eighteen task coordinates of the robot: poses, Jacobian J(q) and bias J̇v, from Drake's kinematics."""
 
 from __future__ import annotations
 
-from functools import lru_cache
-from typing import TYPE_CHECKING
-
 import numpy as np
-from pydrake.math import RollPitchYaw, RotationMatrix
+from pydrake.math import RotationMatrix
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from pdhocbf_drake.robot.linear_algebra import factorize, move_along, substitute
-from pdhocbf_drake.robot.posture import UPRIGHT, Posture
-from pdhocbf_drake.robot.task_arrays import write_bias, write_error, write_jacobian, write_places
-
-if TYPE_CHECKING:
-    from pdhocbf_drake.robot.robot import Biped
+from pdhocbf_drake.robot.biped import Biped
+from pdhocbf_drake.robot.kernels import (
+    factorize,
+    move_along,
+    substitute,
+    write_bias,
+    write_error,
+    write_jacobian,
+    write_poses,
+)
+from pdhocbf_drake.robot.posture import TURNS, TargetPoses
 
 _ORIGIN = np.zeros(3)
 _REST = np.zeros(6)
-_TURNS = (slice(3, 6), slice(9, 12), slice(15, 18))
 
 
 class TaskSpace:
@@ -26,11 +27,11 @@ class TaskSpace:
 
         [v_com; ω_torso; v_left; ω_left; v_right; ω_right] = J(q) v,     its derivative = J(q) v̇ + J̇(q, v) v.
 
-    J is square (18 x 18) for two six-joint legs. It is kept for the last q, so that inverse kinematics,
-    velocity maps and feedforward at one and the same q evaluate it once.
+    J is square (18 x 18) for two six-joint legs. It is kept for the last q, so that inverse kinematics, velocities and
+    inverse dynamics at the same q evaluate it once.
 
     Attributes:
-        context: the plant's context that holds the present q and v.
+        context: the plant's context, at the last q and v that were set.
     """
 
     def __init__(self, biped: Biped) -> None:
@@ -42,29 +43,27 @@ class TaskSpace:
         self._quaternion = biped.base_q_index[:4]
         self._base, self._mass = biped.base_v_index, biped.mass
         base = biped.plant.GetBodyByName(biped.config.base_link)
-        # A torso that is one piece with the floating base turns as v says, whatever the posture.
+        # A torso welded to the floating base turns with the base's ω, whatever the posture.
         welded = [body.index() for body in biped.plant.GetBodiesWeldedTo(base)]
         self._torso_is_base = biped.torso_frame.body().index() in welded
         self._turning_base = np.zeros((6, 18), order="F")
         self._turning_base[np.arange(3), self._base[:3]] = 1.0
         self._key = self._velocity_key = b""
-        # CoM (3), then rotation and place (3 x 4) of torso, left and right sole, at the last q.
-        self._places = np.empty(39)
-        self._placed = False
+        self._poses, self._posed = np.empty(39), False
         self._jacobian: np.ndarray | None = None
         self._factors, self._pivots = np.empty((18, 18)), np.empty(18, dtype=np.int64)
         self._factorized: bool | None = None
 
     def set_positions(self, q: np.ndarray) -> None:
-        """Moves to q (19,)."""
+        """Sets q (19,)."""
         key = q.tobytes()
         if key != self._key:
             self._plant.SetPositions(self.context, q)
             self._key = key
-            self._placed, self._jacobian, self._factorized = False, None, None
+            self._posed, self._jacobian, self._factorized = False, None, None
 
     def set_state(self, q: np.ndarray, v: np.ndarray) -> None:
-        """Moves to q (19,) with generalized velocity v (18,)."""
+        """Sets q (19,) and the generalized velocity v (18,)."""
         self.set_positions(q)
         key = v.tobytes()
         if key != self._velocity_key:
@@ -72,23 +71,11 @@ class TaskSpace:
             self._velocity_key = key
 
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """q ⊕ step (18,): along q̇ = N(q) v, quaternion normalized; the task space stays at q."""
+        """q ⊕ step (18,): along q̇ = N(q) v, with the quaternion normalized; sets q, not the result."""
         self.set_positions(q)
         moved = np.empty(len(q))
         move_along(q, self._plant.MapVelocityToQDot(self.context, step), self._quaternion, moved)
         return moved
-
-    def posture(self) -> Posture:
-        """Where CoM, soles and torso are."""
-        poses = [frame.CalcPoseInWorld(self.context) for frame in (self._left, self._right, self._torso)]
-        rpy = [RollPitchYaw(pose.rotation()).vector() for pose in poses]
-        left, right = (np.concatenate([poses[i].translation(), rpy[i]]) for i in range(2))
-        return Posture(self._plant.CalcCenterOfMassPositionInWorld(self.context), left, right, rpy[2])
-
-    def sole_positions(self) -> tuple[np.ndarray, np.ndarray]:
-        """Centres of the left and the right sole in the world (3,) [m]."""
-        poses = self.places()[3:].reshape(3, 3, 4).copy()
-        return poses[1, :, 3], poses[2, :, 3]
 
     def error(self, target: TargetPoses) -> np.ndarray:
         """(18,) small motion [m, rad] in task coordinates that leads from here to the target.
@@ -96,22 +83,25 @@ class TaskSpace:
         Where all turns are below 0.1 rad the sine stands for the angle, which is equal to third order: enough for
         Newton's method.
         """
-        error, places = np.empty(18), self.places()
-        if not write_error(target.map, target.offset, places, error):
-            for turn, rotation, pose in zip(_TURNS, target.rotations, places[3:].reshape(3, 3, 4), strict=True):
+        error, poses = np.empty(18), self.poses()
+        if not write_error(target.map, target.offset, poses, error):
+            for turn, rotation, pose in zip(TURNS, target.rotations, poses[3:].reshape(3, 3, 4), strict=True):
                 error[turn] = _rotation_vector(rotation, pose[:, :3])
         return error
 
-    def places(self) -> np.ndarray:
-        """CoM (3), then rotation and origin (3 x 4) of torso, left and right sole; the next call overwrites them."""
-        if not self._placed:
+    def poses(self) -> np.ndarray:
+        """CoM (3), then rotation and origin, (3, 4) row by row, of torso, left and right sole; shape (39,).
+
+        The next call overwrites the array.
+        """
+        if not self._posed:
             com = self._plant.CalcCenterOfMassPositionInWorld(self.context)
             torso = self._torso.CalcPoseInWorld(self.context).GetAsMatrix34()
             left = self._left.CalcPoseInWorld(self.context).GetAsMatrix34()
             right = self._right.CalcPoseInWorld(self.context).GetAsMatrix34()
-            write_places(com, torso, left, right, self._places)
-            self._placed = True
-        return self._places
+            write_poses(com, torso, left, right, self._poses)
+            self._posed = True
+        return self._poses
 
     def jacobian(self) -> np.ndarray:
         """J(q) (18, 18); do not write into it."""
@@ -127,15 +117,15 @@ class TaskSpace:
             write_jacobian(com, torso, left, right, self._jacobian, self._factors)
         return self._jacobian
 
-    def solved(self, wanted: np.ndarray) -> np.ndarray | None:
-        """J(q)⁻¹ wanted (18,), with one factorization for each q; None where J is singular."""
+    def solve(self, right: np.ndarray) -> np.ndarray | None:
+        """J(q)⁻¹ right (18,), with one factorization for each q; None where J is singular."""
         if self._factorized is None:
             self.jacobian()
             self._factorized = factorize(self._factors, self._pivots)
         if not self._factorized:
             return None
         solution = np.empty(18)
-        substitute(self._factors, self._pivots, wanted, solution)
+        substitute(self._factors, self._pivots, right, solution)
         return solution
 
     def bias(self) -> np.ndarray:
@@ -148,53 +138,6 @@ class TaskSpace:
         right = plant.CalcBiasSpatialAcceleration(context, kind, self._right, _ORIGIN, world, world).get_coeffs()
         write_bias(plant.CalcBiasTerm(context), self._base, self._mass, torso, left, right, bias)
         return bias
-
-
-class TargetPoses:
-    """A `Posture` with its rotations as matrices, and the task error as an affine map of where the robot is.
-
-    For rotations T of the target and R of the robot the error ½ (T Rᵀ − R Tᵀ)ᵛ is linear in R, and so is trace(T Rᵀ),
-    which tells whether that is a small turn.
-
-    Attributes:
-        rotations: of torso, left and right sole (3, 3, 3).
-        map: (21, 39), offset: (18,): [CoM, torso, left, right: (18,) error; three traces] = [offset; 0] + map ·
-            `TaskSpace` places.
-    """
-
-    def __init__(self, offset: np.ndarray, *angles: float) -> None:
-        """
-        Args:
-            offset: places of the CoM, of nothing, of the left sole, of nothing, of the right sole, of nothing, (18,).
-            angles: roll, pitch and yaw of torso, left and right sole [rad].
-        """
-        self.offset = offset
-        self.rotations, self.map = _error_map(*angles)
-
-    @classmethod
-    def of(cls, target: Posture) -> TargetPoses:
-        """What a posture asks for."""
-        rotations = np.concatenate([target.torso_rpy, target.left[3:], target.right[3:]])
-        places = [target.com, UPRIGHT, target.left[:3], UPRIGHT, target.right[:3], UPRIGHT]
-        return cls(np.concatenate(places), *rotations.tolist())
-
-
-@lru_cache(maxsize=64)  # most ticks of a walk ask for the same few orientations
-def _error_map(*angles: float) -> tuple[np.ndarray, np.ndarray]:
-    """For the roll, pitch and yaw of torso, left and right sole: see `TargetPoses`."""
-    rotations = np.array([RotationMatrix(RollPitchYaw(*angles[i : i + 3])).matrix() for i in (0, 3, 6)])
-    rows = np.zeros((21, 39))
-    rows[0:3, 0:3] = -np.eye(3)
-    for i, rotation in enumerate(rotations):
-        block = rows[:, 3 + 12 * i : 15 + 12 * i].reshape(21, 3, 4)
-        for axis, (up, down) in enumerate(((2, 1), (0, 2), (1, 0))):
-            block[_TURNS[i].start + axis, down, :3] = 0.5 * rotation[up]
-            block[_TURNS[i].start + axis, up, :3] = -0.5 * rotation[down]
-        if i > 0:
-            block[_TURNS[i].start - 3 : _TURNS[i].start, :, 3] = -np.eye(3)
-        block[18 + i, :, :3] = rotation
-        rows[:, 3 + 12 * i : 15 + 12 * i] = block.reshape(21, 12)
-    return rotations, rows
 
 
 def _rotation_vector(target: np.ndarray, present: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
-"""The largest sets that a periodic system can be kept in for ever, under limits on its state and input.
+"""The largest sets in which a periodic affine system can be kept for ever, under limits on its state and input.
 
-They answer whether a bound is enforceable at all, which ψ rows alone do not.
+They show whether a bound is enforceable at all, which its ψ rows alone do not.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def invariant_set(
     limits = _one_per_phase(states, period, system.n, "state")
     allowed = _one_per_phase(inputs, period, system.m, "input")
     sets = list(limits)
-    stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were last looked at
+    stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were computed
     residual = np.zeros(period)
     for sweep in range(1, max_sweeps + 1):
         cut = 0.0
@@ -112,6 +112,27 @@ def invariant_set(
         f"no invariant set was found within {max_sweeps} sweeps (the last one still cut off {cut:.1e}): "
         "allow more of them or a larger tolerance"
     )
+
+
+def broken_phases(
+    system: PeriodicAffineSystem, parts: Sequence[Polytope | None], inputs: Sequence[Polytope]
+) -> tuple[int, ...]:
+    """Phases k at which C_k ⊄ Pre_k(C_{k+1}): from some state no admissible input leads into the next part.
+
+    Args:
+        system: x(k+1) = A_k x + B_k u + c_k of period N.
+        parts: C_k, one per phase; None for an empty one, which breaks its own phase and the one before.
+        inputs: U_k, one per phase.
+    """
+    broken = []
+    for k, here in enumerate(parts):
+        there = parts[(k + 1) % system.period]
+        if here is not None and there is not None:
+            rows, bounds = predecessor_rows(system, k, there, inputs[k])
+            if (here.vertices @ rows.T - bounds).max() <= THINNEST:
+                continue
+        broken.append(k)
+    return tuple(broken)
 
 
 def _one_per_phase(given: Sequence[Polytope], period: int, size: int, what: str) -> tuple[Polytope, ...]:

@@ -1,4 +1,4 @@
-"""Bounded convex polytopes, by their vertices and by their facets at once; Qhull does the geometry."""
+"""Bounded convex polytopes, each kept by its vertices and by its facets; the geometry is Qhull's."""
 
 from __future__ import annotations
 
@@ -122,6 +122,20 @@ class Polytope:
         if self.dimension == 1:
             return float(np.ptp(self.vertices))
         return float(ConvexHull(self.vertices).volume)
+
+    @property
+    def outline(self) -> Array:
+        """The vertices of a polygon, in order around it, shape (v, 2)."""
+        around = (self.vertices - self.centre) / np.ptp(self.vertices, axis=0)
+        return np.asarray(self.vertices[np.argsort(np.arctan2(around[:, 1], around[:, 0]))])
+
+    def sample(self, random: np.random.Generator) -> Array:
+        """A random point, uniform in P, shape (n,)."""
+        low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
+        while True:
+            point = random.uniform(low, high)
+            if self.violation(point) <= 0.0:
+                return np.asarray(point)
 
     def swept(self, directions: Sequence[Array] | Array) -> Polytope:
         """The Minkowski sum with the hull of some points, shape (d, n)."""

@@ -1,4 +1,4 @@
-"""A user's own periodic linear system with polytopic limits, from a file to certified sets."""
+"""A periodic linear system with polytopic limits that a user describes in a file, and its invariant sets."""
 
 from __future__ import annotations
 
@@ -75,14 +75,14 @@ class LinearSystemConfig(Config):
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], where: str) -> LinearSystemConfig:
-        """A system from plain YAML data, in which what is given once is a list of one; raises `InputError`."""
+        """A system from plain YAML data; a part that is given once becomes a list of one. Raises `InputError`."""
         depth = {"A": 3, "B": 3, "c": 2}
         wrapped = {key: [data[key]] for key in depth if key in data and _depth(data[key]) == depth[key] - 1}
         wrapped |= {key: [data[key]] for key in ("states", "inputs") if isinstance(data.get(key), dict)}
         return parse_config(cls, {**data, **wrapped}, where)
 
     def certify(self) -> InvariantSet:
-        """The largest sets that the system can be kept in; raises `InputError`."""
+        """The largest sets in which the system can be kept for ever; raises `InputError`."""
         try:
             system = PeriodicAffineSystem(np.array(self.A), np.array(self.B), np.array(self.c) if self.c else None)
         except ValueError as error:  # an InputError too, or rows of different lengths
@@ -97,31 +97,6 @@ class LinearSystemConfig(Config):
         return invariant_set(
             system, [states[k % len(states)] for k in phases], [inputs[k % len(inputs)] for k in phases]
         )
-
-
-def system_data(config: LinearSystemConfig, found: InvariantSet, seconds: float) -> dict[str, Any]:
-    """Everything for `certify.json`; what only a walk has is null."""
-    return {
-        "schema": 1,
-        "scenario": config.name,
-        "enforceable": found.enforceable,
-        "first_failing_phase": found.first_failing_phase,
-        "phases": [
-            {
-                "phase": phase,
-                "area": part.volume(),
-                "vertices": part.vertices.tolist(),
-                "rows": part.A.tolist(),
-                "bounds": part.b.tolist(),
-                "push_max": None,
-                "push_min": None,
-            }
-            for phase, part in enumerate(found.sets)
-        ],
-        "sweeps": found.sweeps,
-        "residual": found.residual if found.enforceable else None,
-        "seconds": seconds,
-    }
 
 
 def _depth(data: Any) -> int:

@@ -1,1 +1,1 @@
-"""Scenario in, run folder out: the wiring of every block into one diagram."""
+"""Scenarios, their diagrams and simulations, and the logs and folders of their runs."""

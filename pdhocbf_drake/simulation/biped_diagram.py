@@ -1,4 +1,4 @@
-"""Wires the controller to the multibody robot on the ground."""
+"""Diagram of the controller on the multibody robot, which stands on flat ground."""
 
 from __future__ import annotations
 
@@ -10,23 +10,78 @@ from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, PdControllerGa
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
-from pdhocbf_drake.robot import Biped, sole_pose
-from pdhocbf_drake.robot.swing_lever import swing_lever
+from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.simulation.diagram import LoggedDiagram, Wiring, add_controller, connect_controller, start_of
-from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error
+from pdhocbf_drake.simulation.diagram import add_controller, connect_controller, start_of
+from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
-from pdhocbf_drake.simulation.pushes import timed_forces
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 
-_GROUND = (400.0, 400.0, 2.0)  # [m]; a half space would do, but Drake warns of it at every start
+_GROUND = (400.0, 400.0, 2.0)  # box [m]; Drake warns of a half space at every start
+
+
+def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None) -> LoggedDiagram:
+    """clock, barriers -> MPC -> feet -> inverse kinematics -> joint targets -> plant with PD -> estimator -> MPC."""
+    config = walk.gait.config
+    wiring = Wiring(config.tick)
+    posture = initial_posture(walk, biped)
+    initial, feet = start_of(walk)
+    plant = add_robot(wiring.builder, scenario, biped, posture)
+    robot = model_instance(plant, biped)
+    if meshcat is not None:
+        from pydrake.visualization import AddDefaultVisualization  # loads matplotlib, which a plain run can do without
+
+        AddDefaultVisualization(wiring.builder, meshcat)
+    wiring.offer("robot_state", plant.get_state_output_port())
+    wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
+    add_model_error(wiring, scenario.model_error, plant, biped)
+
+    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped)))
+    wiring.connect(estimator, "robot_state", "contact_forces")
+    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
+    add_joint_sensors(wiring, plant, biped)
+
+    controller = add_controller(wiring, walk, initial, feet, LATENCY * plant.time_step())
+    foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
+    kinematics = wiring.add("inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick)))
+    offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon, swing_lever(biped, posture)))
+    targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
+    detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
+
+    connect_controller(wiring, walk, controller)
+    wiring.connect(controller, "zmp_offset")
+    wiring.connect_measured(controller, "foot_state")
+    wiring.connect(foot_reference, "gait_phase", "foot_plan")
+    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
+    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step")
+    wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
+    wiring.connect(detector, "com_z")
+    wiring.connect(targets, "desired_state", "feedforward")
+    connect_joints(wiring.builder, plant, biped, targets)
+    if scenario.pushes:
+        push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
+        applied = plant.get_applied_spatial_force_input_port()
+        wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
+        wiring.log("push")
+    wiring.log("com_z", "foot_state", "joint_state", "foot_reference", "desired_state", "feedforward", "actuation")
+    wiring.log("robot_state")
+    return wiring.build("biped_walk")
+
+
+def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
+    """q (19,) at tick 0: CoM over the middle of the feet at its commanded height."""
+    _, feet = start_of(walk)
+    height = walk.gait.height(0)[0]
+    return upright_posture(biped, np.array([0.0, 0.0, height]), sole_pose(*feet[0]), sole_pose(*feet[1]))
 
 
 def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray) -> MultibodyPlant:
@@ -47,7 +102,7 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
 
 
 def _set_friction(plant: MultibodyPlant, scene_graph: SceneGraph, friction: CoulombFriction) -> None:
-    """Gives every geometry the same friction, since Drake takes the harmonic mean of the two that touch."""
+    """Gives every geometry the same friction, since Drake takes the harmonic mean of the two in contact."""
     inspector = scene_graph.model_inspector()
     for body in (plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())):
         for geometry in plant.GetCollisionGeometriesForBody(body):
@@ -57,82 +112,30 @@ def _set_friction(plant: MultibodyPlant, scene_graph: SceneGraph, friction: Coul
 
 
 def _set_gains(plant: MultibodyPlant, biped: Biped) -> None:
-    """Joint PD inside the plant's step, τ = sat(kp (q* − q) + kd (q̇* − q̇) + feedforward) at the step's end.
+    """Joint PD inside the plant's step, τ = sat(kp (q* − q) + kd (q̇* − q̇) + feedforward), with q and q̇ at its end.
 
-    Being implicit it is stable at any gain, and needs no small step.
+    It is implicit, and so stable at any gain and step.
     """
     gains = dict(zip(biped.joint_names, zip(biped.kp, biped.kd, strict=True), strict=True))
-    # Asked for those of one model instance, a plant that is not finalized yet names none.
+    # A plant that is not finalized lists no actuators by model instance.
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
         p, d = gains[actuator.joint().name()]
         actuator.set_controller_gains(PdControllerGains(p=p, d=d))
 
 
-def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
-    """q (19,) at tick 0: CoM over the middle of the feet at its commanded height."""
-    _, feet = start_of(walk)
-    height = walk.gait.height(0)[0]
-    return biped.posture(np.array([0.0, 0.0, height]), sole_pose(*feet[0]), sole_pose(*feet[1]))
-
-
-def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None) -> LoggedDiagram:
-    """scenario -> gait, barriers -> MPC -> feet -> inverse kinematics -> PD -> plant -> estimator -> MPC."""
-    config = walk.gait.config
-    wiring = Wiring(config.tick)
-    posture = initial_posture(walk, biped)
-    initial, feet = start_of(walk)
-    plant = add_robot(wiring.builder, scenario, biped, posture)
-    if meshcat is not None:
-        from pydrake.visualization import AddDefaultVisualization  # loads matplotlib, which a plain run can do without
-
-        AddDefaultVisualization(wiring.builder, meshcat)
-    wiring.offer("robot_state", plant.get_state_output_port())
-    robot = model_instance(plant, biped)
-    wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
-
-    estimator = wiring.add("state_estimator", StateEstimator(biped))
-    wiring.connect(estimator, "robot_state", "contact_forces")
-    add_model_error(wiring, scenario.model_error, plant, biped)
-    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
-    encoders = wiring.add("joint_encoders", MatrixGain(_joint_selector(biped)))
+def add_joint_sensors(wiring: Wiring, plant: MultibodyPlant, biped: Biped) -> None:
+    """Offers the joints' positions, velocities and torques in the order of `signals.JOINTS`."""
+    count = len(biped.u_index)
+    select = np.zeros((2 * count, plant.num_multibody_states()))
+    select[np.arange(count), biped.q_index] = 1.0
+    select[count + np.arange(count), plant.num_positions() + biped.v_index] = 1.0
+    encoders = wiring.add("joint_encoders", MatrixGain(select))
     wiring.builder.Connect(plant.get_state_output_port(), encoders.get_input_port())
     wiring.offer("joint_state", encoders.get_output_port())
-
-    controller = add_controller(wiring, walk, initial, feet, LATENCY * plant.time_step())
-    foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
-    kinematics = wiring.add("inverse_kinematics", InverseKinematics(biped, posture, config.tick))
-    offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon, swing_lever(biped, posture)))
-    targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
-    detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
-    connect_controller(wiring, walk, controller)
-    wiring.connect(controller, "zmp_offset")
-    wiring.connect_seen(controller, "foot_state")
-    wiring.connect(foot_reference, "gait_phase", "foot_plan")
-    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
-    wiring.connect(
-        offset,
-        "gait_phase",
-        "whole_body_zmp",
-        "zmp_reference",
-        "last_step",
-        "foot_reference",
-        "foot_plan",
-        "stance_plan",
-    )
-    wiring.connect(detector, "com_z")
-    wiring.connect(targets, "desired_state", "feedforward")
-    connect_joints(wiring.builder, plant, biped, targets)
-    actuation = wiring.add("torque_sensors", MatrixGain(np.eye(12)[biped.u_index]))
-    wiring.builder.Connect(plant.get_net_actuation_output_port(robot), actuation.get_input_port())
-    wiring.offer("actuation", actuation.get_output_port())
-    if scenario.pushes:
-        push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
-        applied = plant.get_applied_spatial_force_input_port()
-        wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
-        wiring.log("push")
-    wiring.log("com_z", "foot_state", "joint_state", "foot_reference", "desired_state", "feedforward", "actuation")
-    wiring.log("robot_state")
-    return wiring.build("biped_walk")
+    sensors = wiring.add("torque_sensors", MatrixGain(np.eye(count)[biped.u_index]))
+    applied = plant.get_net_actuation_output_port(model_instance(plant, biped))
+    wiring.builder.Connect(applied, sensors.get_input_port())
+    wiring.offer("actuation", sensors.get_output_port())
 
 
 def connect_joints(builder: DiagramBuilder, plant: MultibodyPlant, biped: Biped, targets: Diagram) -> None:
@@ -143,13 +146,5 @@ def connect_joints(builder: DiagramBuilder, plant: MultibodyPlant, biped: Biped,
 
 
 def model_instance(plant: MultibodyPlant, biped: Biped) -> ModelInstanceIndex:
-    """Which of the plant's models is the robot."""
+    """The robot among the plant's models."""
     return plant.GetBodyByName(biped.config.base_link).model_instance()
-
-
-def _joint_selector(biped: Biped) -> np.ndarray:
-    """Picks the 24 joint positions and velocities out of the 37 states."""
-    select = np.zeros((24, 37))
-    select[np.arange(12), biped.q_index] = 1.0
-    select[12 + np.arange(12), 19 + biped.v_index] = 1.0
-    return select

@@ -1,4 +1,4 @@
-"""From a scenario to the objects it describes: gait, template, barriers, compiled MPC."""
+"""Builds the objects that a scenario describes: gait, template, barriers, compiled MPC."""
 
 from __future__ import annotations
 
@@ -20,32 +20,38 @@ from pdhocbf_drake.barriers import (
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.orbit import nominal_orbit, settled_gait
+from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait, GaitConfig
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
+from pdhocbf_drake.walking.quantities import Quantity
 from pdhocbf_drake.walking.vhip import Vhip
 
-_FASTEST = 1e3  # [m/s]
 AT_REST = np.zeros(3)  # [c, v, p] at tick 0: standing between the feet
 
 
 @dataclass(frozen=True)
 class Walk:
-    """What is known about a walk before it starts.
+    """A walk before it starts.
 
     Attributes:
         gait: the stance sequence. vhip: the template. mpc: problem (36), compiled.
-        axes, barriers: 0 (x) or 1 (y) for each barrier, in the scenario's order.
+        quantities, barriers: what each barrier bounds, and the barrier itself, in the scenario's order.
     """
 
     gait: Gait
     vhip: Vhip
     mpc: PeriodicMpc
-    axes: tuple[int, ...]
+    quantities: tuple[Quantity, ...]
     barriers: tuple[AffineBarrier, ...]
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """0 (x) or 1 (y) for each barrier."""
+        return tuple(quantity.axis for quantity in self.quantities)
 
     @property
     def names(self) -> list[tuple[int, str]]:
@@ -62,47 +68,52 @@ def build_walk(scenario: Scenario) -> Walk:
     """
     gait = Gait(scenario.gait)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    axes, barriers = [], []
-    orbits: dict[float, np.ndarray] = {}
     cache = ProgramCache()
+    walks: dict[float, np.ndarray] = {}
+    barriers = []
     for name, config in scenario.barriers.items():
-        axis = 0 if config.axis == "x" else 1
-        orbit = None
-        if config.bound.kind.startswith("orbit"):
+        nominal = None
+        if config.bound.follows_orbit:
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
-            if stride not in orbits:
+            if stride not in walks:
                 with _about(name):
                     gait_of(scenario, stride)
-                orbits[stride] = orbit_of(scenario, stride, cache)
-            orbit = orbits[stride][axis]
-        # Forward motion repeats every step, lateral motion every gait.
-        period = gait.period if axis == 0 else gait.config.ticks_per_gait
-        with _about(name):
-            bound = make_bound(config.bound, period, None if orbit is None else orbit[:period], config.side)
-            if max(map(abs, bound.values)) > _FASTEST:
-                raise InputError(f"a bound may be {_FASTEST:g} m/s at most, this one is {max(bound.values, key=abs):g}")
-        barrier = make_barrier(name, config, [0.0, 1.0, 0.0], bound)
-        check_relative_degree(barrier, vhip.system)
-        try:
-            check_in_safe_set(barrier, vhip.system, 0, AT_REST)
-        except InputError as error:
-            raise InputError(f"{error}{_about_rest(config.side, bound)}") from None
-        axes.append(axis)
-        barriers.append(barrier)
+                walks[stride] = nominal_walk_of(scenario, stride, cache)
+            nominal = walks[stride]
+        barriers.append(_barrier(name, config, vhip, nominal))
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)
-    groups = tuple([b for a, b in zip(axes, barriers, strict=True) if a == axis] for axis in (0, 1))
+    quantities = tuple(config.quantity for config in scenario.barriers.values())
+    groups = tuple([b for q, b in zip(quantities, barriers, strict=True) if q.axis == axis] for axis in (0, 1))
     terminal = None
     if scenario.mpc.terminal_set is not None:
         limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
         terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits)
     mpc = PeriodicMpc(gait, vhip, scenario.mpc, (groups[0], groups[1]), terminal, cache)
-    return Walk(gait, vhip, mpc, tuple(axes), tuple(barriers))
+    return Walk(gait, vhip, mpc, quantities, tuple(barriers))
+
+
+def _barrier(name: str, config: WalkBarrierConfig, vhip: Vhip, nominal: np.ndarray | None) -> AffineBarrier:
+    """One barrier; `nominal` is the nominal walk (2, 2N, 3) that its bound follows, if it follows one."""
+    quantity = config.quantity
+    with _about(name):
+        orbit = None if nominal is None else quantity.orbit(nominal, vhip)
+        bound = make_bound(config.bound, quantity.period(vhip.period), orbit, config.side)
+        farthest = max(bound.values, key=abs)
+        if abs(farthest) > quantity.largest:
+            raise InputError(f"a bound may be {quantity.largest:g} {quantity.unit} at most, this one is {farthest:g}")
+    barrier = make_barrier(name, config, quantity.normals(vhip), bound)
+    check_relative_degree(barrier, vhip.system)
+    try:
+        check_in_safe_set(barrier, vhip.system, 0, AT_REST)
+    except InputError as error:
+        raise InputError(f"{error}{_about_rest(config.side, bound)}") from None
+    return barrier
 
 
 @contextmanager
 def _about(name: str) -> Iterator[None]:
-    """Errors inside are told with the name of the barrier that they are about."""
+    """Puts the name of the barrier before the message of an error inside."""
     try:
         yield
     except InputError as error:
@@ -110,7 +121,7 @@ def _about(name: str) -> Iterator[None]:
 
 
 def _about_rest(side: str, bound: Bound) -> str:
-    """What to do about a bound on a velocity that leaves out standing still."""
+    """How to correct a bound that leaves out a quantity of 0, which is its value at rest."""
     if side == "upper" and min(bound.values) < 0:
         return "; a walk starts at rest, which an upper bound below 0 leaves out: for a backward walk use side: lower"
     if side == "lower" and max(bound.values) > 0:
@@ -119,16 +130,16 @@ def _about_rest(side: str, bound: Bound) -> str:
 
 
 def gait_of(scenario: Scenario, stride: float) -> Gait:
-    """The scenario's gait with another stride, without an end and soon on its way; raises `InputError`."""
+    """The scenario's gait with another stride, a short stand before it and no end; raises `InputError`."""
     standing = min(scenario.gait.start_steps, 2)  # the orbit does not depend on how long the robot stood before
     changes = {"stride": stride, "walk_steps": None, "start_steps": standing}
     return Gait(parse_config(GaitConfig, scenario.gait.model_dump() | changes, "gait"))
 
 
-def orbit_of(scenario: Scenario, stride: float, cache: ProgramCache | None = None) -> np.ndarray:
-    """The nominal CoM velocity of the scenario's walk at a stride, shape (2, 2N) [m/s]."""
+def nominal_walk_of(scenario: Scenario, stride: float, cache: ProgramCache | None = None) -> np.ndarray:
+    """[c, v, p] of the scenario's nominal walk at a stride, shape (2, 2N, 3); see `mpc.orbit.nominal_walk`."""
     mpc = _nominal_mpc(scenario, stride, cache)
-    return nominal_orbit(mpc.gait, mpc)
+    return nominal_walk(mpc.gait, mpc)
 
 
 def _nominal_mpc(scenario: Scenario, stride: float, cache: ProgramCache | None) -> PeriodicMpc:

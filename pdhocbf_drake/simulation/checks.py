@@ -1,4 +1,4 @@
-"""What a scenario's rooms ask of each other, told before anything is built; and what its system leaves unused."""
+"""Checks of a scenario's values against each other, and the keys that its system does not use."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pdhocbf_drake.simulation.scenario import Push, Scenario, System
 from pdhocbf_drake.walking.com_height import GRAVITY
 
 _LONGEST_STEP = 10.0  # [s]
-_MOST_GROWTH = 100.0  # ω·H·δ; the tail looks five horizons ahead, and e^709 is the largest number there is
+_LARGEST_GROWTH = 100.0  # of ω·H·δ; the tail covers five horizons, and e^709 is the largest double
 _MOST_STEPS = 1000  # of the plant in a tick
-_MOST_NUMBERS = 4e7  # of one matrix for each phase; fifty bytes each in all
+_MOST_ENTRIES = 4e7  # of an H x H matrix for each phase, which takes fifty bytes an entry in all
 
-# Keys that a system reads nothing of. "pushes.body" is that of each push.
+# Keys that a system does not read. "pushes.body" is that of each push.
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
     "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
@@ -25,10 +25,10 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
 
 
 def check_scenario(scenario: Scenario) -> None:
-    """Refuses values that are fine each by itself, but not beside each other.
+    """Refuses values that are valid each by itself, but contradict each other.
 
     Raises:
-        InputError: it names the keys, what was given and what is allowed.
+        InputError: with the key, the value given and the allowed ones.
     """
     if scenario.duration < scenario.tick * (1.0 - 1e-9):
         _refuse("duration", f"must be at least a tick of {scenario.tick:g} s", scenario.duration)
@@ -43,7 +43,7 @@ def check_scenario(scenario: Scenario) -> None:
 
 
 def unused_settings(scenario: Scenario) -> list[str]:
-    """Keys that were set to something, and that this scenario's system does not use."""
+    """Keys with another value than their default that the scenario's system does not use."""
     default = Scenario(system=scenario.system)
     return [key for key in _UNUSED[scenario.system] if list(_values(scenario, key)) != list(_values(default, key))]
 
@@ -62,13 +62,13 @@ def _check_size(scenario: Scenario) -> None:
     if gait.ticks_per_step * gait.tick > _LONGEST_STEP:
         step = f"{gait.ticks_per_step} ticks of {gait.tick:g} s"
         _refuse("gait.ticks_per_step", f"a step may last {_LONGEST_STEP:g} s at most", step)
-    # A horizon against Lemma 2 is refused where Lemma 2 is known.
-    if horizon % gait.ticks_per_gait == 0 and gait.ticks_per_step * horizon**2 > _MOST_NUMBERS:
-        longest = int((_MOST_NUMBERS / gait.ticks_per_step) ** 0.5) // gait.ticks_per_gait * gait.ticks_per_gait
+    # The controller refuses a horizon that violates Lemma 2.
+    if horizon % gait.ticks_per_gait == 0 and gait.ticks_per_step * horizon**2 > _MOST_ENTRIES:
+        longest = int((_MOST_ENTRIES / gait.ticks_per_step) ** 0.5) // gait.ticks_per_gait * gait.ticks_per_gait
         allowed = f"{longest} ticks at most" if longest else "fewer ticks per step, since one gait is too much already"
         _refuse("mpc.horizon", f"too much memory is needed for it; allowed is {allowed}", horizon)
     growth = (GRAVITY / gait.com_height) ** 0.5 * horizon * gait.tick
-    if growth > _MOST_GROWTH:
+    if growth > _LARGEST_GROWTH:
         allowed = f"too low for a horizon of {horizon * gait.tick:g} s, in which a fall grows by e^{growth:.0f}"
         _refuse("gait.com_height", allowed, gait.com_height)
 

@@ -1,43 +1,64 @@
-"""Disturbs what the controller sees and what the plant weighs, with Drake's own blocks.
+"""Pushes, measurement errors and model errors of a scenario, made of Drake's own blocks.
 
-Parameters and seeds live in a context, so each function that changes one returns what to do to the context.
+Parameters and seeds live in a context: `Wiring.adjust` takes the functions that set them.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import Context
 from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, RandomSource
 
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, ModelErrorConfig
+from pdhocbf_drake.simulation.scenario import Push, Scenario
+from pdhocbf_drake.simulation.wiring import Wiring
+from pdhocbf_drake.systems.push_schedule import TimedForce
 
-if TYPE_CHECKING:
-    from pdhocbf_drake.simulation.diagram import Wiring
 
-SEEN = "_seen"  # what the controller is told of a port, where that is not the port itself
+def timed_forces(scenario: Scenario, robot: tuple[MultibodyPlant, Biped] | None = None) -> list[TimedForce]:
+    """The scenario's pushes on the robot's bodies, or on the template's point mass where there is no robot.
+
+    Raises:
+        InputError: the robot has no such body.
+    """
+    forces = []
+    for push in scenario.pushes:
+        body, point = (BodyIndex(0), np.zeros(3)) if robot is None else _pushed_point(push, *robot)
+        first = round(push.start(scenario.gait) / scenario.gait.tick)
+        last = first + max(1, round(push.duration / scenario.gait.tick))
+        forces.append(TimedForce(body, point, np.array(push.force), first, last))
+    return forces
+
+
+def _pushed_point(push: Push, plant: MultibodyPlant, biped: Biped) -> tuple[BodyIndex, np.ndarray]:
+    """The pushed body and its centre of mass."""
+    name = push.body or biped.config.torso_link or biped.config.base_link
+    if not plant.HasBodyNamed(name):
+        robot = plant.get_body(plant.GetFloatingBaseBodies().pop()).model_instance()
+        there = sorted(plant.get_body(index).name() for index in plant.GetBodyIndices(robot))
+        raise InputError(f"pushes: the robot has no body '{name}'; it has {', '.join(there)}")
+    body = plant.GetBodyByName(name)
+    return body.index(), body.default_com()
 
 
 def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names: str) -> None:
-    """Offers NAME_seen for each named port: late by the delay, and with the noise where it is `lip_state`.
-
-    Nothing is added for a perfect measurement, so that its log stays what it was.
-    """
+    """Adds the delay of each named port, and the noise of `lip_state`; adds nothing for an exact measurement."""
     if config == MeasurementConfig():
         return
     for name in names:
         port = wiring.port(name)
         if config.delay_ticks:
-            # Its memory is renewed at the instant at which the controller reads it, which costs one tick of itself.
+            # The delay is updated at the instant at which the controller reads it, which is a delay of one tick itself.
             delay = DiscreteTimeDelay(wiring.tick, config.delay_ticks - 1, port.size())
             wiring.builder.AddNamedSystem(f"{name}_delay", delay)
             wiring.builder.Connect(port, delay.get_input_port())
             port = delay.get_output_port()
-        wiring.offer(name + SEEN, port)
+        wiring.offer_measured(name, port)
     deviations = np.array(config.noise.deviations)
     if not deviations.any():
         return
@@ -46,9 +67,9 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names
     scale = wiring.builder.AddNamedSystem("lip_state_noise_scale", MatrixGain(np.diag(deviations)))
     noisy = wiring.builder.AddNamedSystem("lip_state_noisy", Adder(2, deviations.size))
     wiring.builder.Connect(source.get_output_port(), scale.get_input_port())
-    wiring.builder.Connect(wiring.port("lip_state" + SEEN), noisy.get_input_port(0))
+    wiring.builder.Connect(wiring.measured_port("lip_state"), noisy.get_input_port(0))
     wiring.builder.Connect(scale.get_output_port(), noisy.get_input_port(1))
-    wiring.offer("lip_state" + SEEN, noisy.get_output_port())
+    wiring.offer_measured("lip_state", noisy.get_output_port())
 
     def seed_source(root: Context) -> None:
         source.SetRandomContext(source.GetMyMutableContextFromRoot(root), RandomGenerator(seed))
@@ -57,7 +78,7 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names
 
 
 def add_model_error(wiring: Wiring, config: ModelErrorConfig, plant: MultibodyPlant, biped: Biped) -> None:
-    """Makes the simulated torso heavier or lighter than the controller's."""
+    """Scales the mass of the simulated torso; the controller's model keeps its own."""
     if config == ModelErrorConfig():
         return
     body = plant.GetBodyByName(biped.config.torso_link or biped.config.base_link)

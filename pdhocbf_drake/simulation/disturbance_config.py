@@ -1,4 +1,4 @@
-"""What a user writes about a plant that is not as the controller believes: its mass, and how it is measured."""
+"""Config of model errors and measurement errors."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ class ModelErrorConfig(Config):
     """How the simulated robot differs from the controller's model of it.
 
     Attributes:
-        torso_mass: mass and inertia of the simulated torso over those the controller knows [1].
+        torso_mass: mass and inertia of the simulated torso over those of the controller's model [1].
     """
 
     torso_mass: float = Field(1.0, gt=0, le=100)
 
 
 class MeasurementNoise(Config):
-    """Standard deviations of white noise, drawn anew at every tick, alike in x and y.
+    """Standard deviations of white noise, drawn anew at every tick, the same in x and y.
 
     Attributes:
         com: of the CoM [m].
@@ -39,11 +39,11 @@ class MeasurementNoise(Config):
 
 
 class MeasurementConfig(Config):
-    """What happens to the estimator's answer on its way to the controller.
+    """Errors of the estimate that the controller gets.
 
     Attributes:
         noise: added to the CoM and ZMP.
-        delay_ticks: how late CoM, ZMP and soles arrive [ticks].
+        delay_ticks: delay of CoM, ZMP and soles [ticks].
     """
 
     noise: MeasurementNoise = MeasurementNoise()

@@ -1,7 +1,7 @@
-"""Drake's own configs inside a scenario: plain data checked and completed through Drake's YAML reader.
+"""Drake's own configs inside a scenario: plain data, checked and completed by Drake's YAML reader.
 
-Drake checks less than a user needs (a wrong contact model is only found by a plant, NaN by nobody),
-so each config is also tried on a throw-away object.
+Drake's reader checks types only (a plant finds a wrong contact model, nothing finds NaN): here numbers must be finite,
+and each config is tried on a temporary object.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ T = TypeVar("T")
 
 def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
     """Drake's config from scenario data; raises ValueError with one sentence."""
-    # SAP, since TAMSI ignores the joints' implicit PD gains; points, because hydroelastic soles take twice the time;
-    # no sampled outputs, because with them the plant steps before the blocks that measure it at the same instant;
-    # nothing near rigid, because SAP softens such contact with the square of the step, and at 5 ms the robot falls.
+    # SAP, since TAMSI ignores the joints' implicit PD gains. Point contact, because hydroelastic soles take twice the
+    # time. No sampled outputs, because with them the plant steps before the blocks that measure it at the same instant.
+    # No near-rigid threshold, because it softens contact with the square of the step, and at 5 ms the robot falls.
     defaults = MultibodyPlantConfig(
         discrete_contact_approximation="sap",
         contact_model="point",
@@ -32,7 +32,7 @@ def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
         sap_near_rigid_threshold=0.0,
     )
     config = _load(MultibodyPlantConfig, data, defaults)
-    if config.time_step < 0.0:  # Drake would end the process
+    if config.time_step < 0.0:  # Drake aborts the process
         raise ValueError(f"time_step must be above 0 s, given {config.time_step:g}")
     if config.discrete_contact_approximation == "tamsi":
         raise ValueError("discrete_contact_approximation tamsi ignores the joints' PD; allowed: sap, similar, lagged")

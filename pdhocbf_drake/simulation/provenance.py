@@ -1,4 +1,4 @@
-"""Where a run's numbers come from: versions, commit, seed, machine and time."""
+"""Provenance of a run: versions, commit, seed, machine and time."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ _PACKAGES = ("drake", "daqp", "numpy", "pydantic", "matplotlib")
 
 
 class Provenance(Config):
-    """What is needed to run it again and to understand a difference.
+    """Everything needed to repeat a run and to explain a difference.
 
     Attributes:
         pdhocbf_drake: version of this package.
         commit: commit of the checkout it ran from; null for an installed package.
-        modified: whether that checkout had changes of its own.
-        python, packages: versions of Python and of the packages that decide the numbers.
-        machine, processor, cores: the computer, since wall times mean nothing without it.
-        seed: seed of everything random.
+        modified: whether that checkout had uncommitted changes.
+        python, packages: versions of Python and of the packages that determine the numbers.
+        machine, processor, cores: the computer, on which wall times depend.
+        seed: seed of all random numbers.
         started: date and time, UTC.
-        wall_seconds: how long the simulation took [s].
+        wall_seconds: wall time of the simulation [s].
     """
 
     pdhocbf_drake: str
@@ -45,7 +45,7 @@ class Provenance(Config):
 
     @classmethod
     def of_run(cls, scenario: Scenario, started: datetime, wall_seconds: float) -> Provenance:
-        """The provenance of a run that was just simulated here."""
+        """The provenance of a run that this process has simulated."""
         commit, modified = _commit(Path(pdhocbf_drake.__file__).resolve().parent)
         return cls(
             pdhocbf_drake=pdhocbf_drake.__version__,
@@ -63,7 +63,7 @@ class Provenance(Config):
 
 
 def _commit(package: Path) -> tuple[str | None, bool | None]:
-    """The commit of our own checkout, not of a repository that merely contains the environment we are installed in."""
+    """The commit of this package's checkout, not of a repository that contains the environment it is installed in."""
     checkout = package.parent
     if not (checkout / ".git").exists() or not (checkout / "pyproject.toml").is_file():
         return None, None

@@ -1,4 +1,4 @@
-"""The folder that a run leaves: written beside its place and moved there when it is complete."""
+"""Run folders: written beside their place and moved there when they are complete."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from typing import Final, NamedTuple
 
 from pdhocbf_drake.config import parse_config, shown
 from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.mpc.terms import constraints_of
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.systems.signals import size
 from pdhocbf_drake.yaml_text import read_yaml, write_yaml
 
 SCENARIO: Final = "scenario.yaml"
@@ -30,7 +32,7 @@ _ENTRIES = {SCENARIO, PROVENANCE, LOG, METRICS, REPLAY, REPORT, FIGURES}
 
 
 class Run(NamedTuple):
-    """What was run, what was recorded, and where that came from."""
+    """A run: its scenario, its log and its provenance."""
 
     scenario: Scenario
     log: RunLog
@@ -39,7 +41,7 @@ class Run(NamedTuple):
 
 @contextmanager
 def new_run_folder(place: Path, entries: Collection[str] = _ENTRIES) -> Iterator[Path]:
-    """A folder to fill; it becomes `place` when the block ends well, and nothing is left of it otherwise.
+    """A folder to fill; it is moved to `place` when the block ends without an exception, and deleted otherwise.
 
     An older run in that place, which holds nothing but such entries, is replaced at that moment and not before.
 
@@ -58,7 +60,7 @@ def new_run_folder(place: Path, entries: Collection[str] = _ENTRIES) -> Iterator
         with writing(place):
             _move_into_place(staging, place)
     except RunFolderError as error:
-        # Nobody has heard of the folder that it was to be made in.
+        # The message names the user's folder, not the temporary one.
         raise RunFolderError(str(error).replace(str(staging), str(place))) from None
     finally:
         shutil.rmtree(staging, ignore_errors=True)
@@ -94,14 +96,18 @@ def read_run(folder: Path) -> Run:
     for signal, otherwise in (("h", 0), ("barrier_slack", barriers)):  # older logs have no slacks
         columns = log[signal].shape[1] if signal in log else otherwise
         if columns != barriers:
-            told = f"the scenario has {barriers} barriers and the log's {signal} has {columns}"
-            raise RunFolderError(f"{folder} is not a run folder: {told}")
+            problem = f"the scenario has {barriers} barriers and the log's {signal} has {columns}"
+            raise RunFolderError(f"{folder} is not a run folder: {problem}")
+    columns = size("unmet", constraints=len(constraints_of(scenario.mpc)))
+    if "unmet" in log and log["unmet"].shape[1] != columns:
+        problem = f"its log's unmet has {log['unmet'].shape[1]} columns, and its scenario needs {columns}"
+        raise RunFolderError(f"{folder} is not a run folder: {problem}")
     return Run(scenario, log, provenance)
 
 
 @contextmanager
 def replaced_file(path: Path) -> Iterator[Path]:
-    """A path to write to; it replaces `path` when the block ends well, and nothing is left of it otherwise."""
+    """A path to write to; it replaces `path` when the block ends without an exception, and is deleted otherwise."""
     staging = _staging(path)
     try:
         with writing(path):
@@ -114,7 +120,7 @@ def replaced_file(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def writing(place: Path) -> Iterator[None]:
-    """What the system says against writing to `place`, as a `RunFolderError` that names it."""
+    """Turns an `OSError` about writing to `place` into a `RunFolderError` that names it."""
     try:
         yield
     except RunFolderError:
@@ -130,13 +136,13 @@ def writing(place: Path) -> Iterator[None]:
 
 
 def _staging(place: Path) -> Path:
-    """Where `place` is made, beside it; a name that is as long as names may be has no room for more."""
+    """The temporary path beside `place`; a name near the file system's limit is replaced by its hash."""
     name = place.name if len(os.fsencode(place.name)) < 240 else hashlib.sha256(os.fsencode(place.name)).hexdigest()
     return place.with_name(f".{name}.part")
 
 
 def _locked(staging: Path, place: Path) -> int:
-    """Makes the staging folder, empty, for this process alone; what a killed process left there goes."""
+    """Makes the staging folder, locked by this process, and deletes what a killed process left in it."""
     staging.mkdir(exist_ok=True)
     lock = os.open(staging, os.O_RDONLY)
     try:
@@ -156,9 +162,9 @@ def _check_replaceable(place: Path, entries: Collection[str]) -> None:
         return
     if not place.is_dir():
         raise RunFolderError(f"{place} cannot be written: it is a file")
-    strangers = sorted(entry.name for entry in place.iterdir() if entry.name not in entries)
-    if strangers:
-        raise RunFolderError(f"{place} cannot be written: it is not a run folder, since it holds {strangers[0]}")
+    others = sorted(entry.name for entry in place.iterdir() if entry.name not in entries)
+    if others:
+        raise RunFolderError(f"{place} cannot be written: it is not a run folder, since it holds {others[0]}")
 
 
 def _move_into_place(staging: Path, place: Path) -> None:

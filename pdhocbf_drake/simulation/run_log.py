@@ -1,4 +1,4 @@
-"""What a run leaves behind: every signal at every tick, and how the run ended."""
+"""The log of a run: every signal at every tick, and how the run ended."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.errors import InputError, RunFolderError
-from pdhocbf_drake.simulation.signals import SIGNALS
+from pdhocbf_drake.systems.signals import LOGGED
 
 Array = NDArray[np.float64]
 
@@ -21,9 +21,10 @@ FELL: Final = "fell"
 INTERRUPTED: Final = "interrupted"
 FAILED: Final = "failed"
 
-_ELEMENTS = {signal.name: signal.elements for signal in SIGNALS}
-_SIZES = {signal.name: signal.size for signal in SIGNALS}
+_ELEMENTS = {signal.name: signal.elements for signal in LOGGED}
+_SIZES = {signal.name: signal.size for signal in LOGGED}
 _RESERVED = ("time", "ending")
+_RENAMED = {"velocity_bound": "barrier_bound"}  # signals of older logs, by the name that they had
 
 
 class RunLog:
@@ -33,7 +34,7 @@ class RunLog:
 
     Attributes:
         time: (T,) times of the rows [s].
-        signals: each (T, size) by its name in `simulation.signals`, in the units given there.
+        signals: each (T, size) by its name in `systems.signals`, in the units given there.
         ending: "finished", or why the run ended before its time: "fell", "interrupted", "failed: …".
     """
 
@@ -83,41 +84,27 @@ class RunLog:
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
     def finite(self) -> RunLog:
-        """The rows before the first one with a signal that is no finite number."""
+        """The rows before the first one with NaN or infinity."""
         bad = np.zeros(len(self), dtype=bool)
         for table in self.signals.values():
             bad |= ~np.isfinite(table).all(axis=1)
         rows = slice(int(bad.argmax()) if bad.any() else len(self))
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
-    def differences(self, other: RunLog) -> list[str]:
-        """Names of what differs in any bit; wall times are left out, since no two runs share them."""
-        names = sorted({*self.signals, *other.signals})
-        different = [name for name in names if not _same(self._untimed(name), other._untimed(name))]
-        if not _same(self.time, other.time):
-            different.insert(0, "time")
-        return different + (["ending"] if self.ending != other.ending else [])
-
-    def _untimed(self, name: str) -> Array | None:
-        table = self.signals.get(name)
-        if table is None or name != "solver_status":
-            return table
-        return np.delete(table, _ELEMENTS[name].index("time"), axis=1)
-
     def save(self, path: Path) -> None:
-        """Writes an `.npz` that numpy alone can read."""
+        """Writes an `.npz` that numpy can read."""
         columns = {**self.signals, "time": self.time, "ending": np.array(self.ending)}
         np.savez_compressed(path, allow_pickle=False, **columns)
 
     @classmethod
     def load(cls, path: Path) -> RunLog:
-        """Reads what `save` wrote; raises `RunFolderError`."""
+        """Reads what `save` wrote, signals of older logs under their present names; raises `RunFolderError`."""
         try:
             if not zipfile.is_zipfile(path):
-                path.open("rb").close()  # which says what is wrong with it, if that is why
+                path.open("rb").close()  # raises where the file is missing or unreadable
                 raise RunFolderError(f"{path} is not a run's log: it is no .npz file, or a damaged one")
             with np.load(path, allow_pickle=False) as data:
-                signals = {name: data[name] for name in data.files if name not in _RESERVED}
+                signals = {_RENAMED.get(name, name): data[name] for name in data.files if name not in _RESERVED}
                 if not all(table.dtype.kind in "fiub" for table in (*signals.values(), data["time"])):
                     raise ValueError
                 log = cls(signals, data["time"], str(data["ending"]))
@@ -133,12 +120,12 @@ class RunLog:
             raise RunFolderError(f"{path} is not a run's log: it has no {error.args[0]}") from None
         except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
             raise RunFolderError(f"{path} is not a run's log: it is damaged") from None
-        if why := log._doubt():
-            raise RunFolderError(f"{path} is not a run's log: {why}")
+        if problem := log._problem():
+            raise RunFolderError(f"{path} is not a run's log: {problem}")
         return log
 
-    def _doubt(self) -> str:
-        """Why these can't be the signals of a run, or nothing."""
+    def _problem(self) -> str:
+        """Why these can't be the signals of a run; empty if they can."""
         if not np.isfinite(self.time).all() or not (np.diff(self.time) > 0).all():
             return "its time does not grow from row to row"
         for name, table in self.signals.items():
@@ -148,9 +135,3 @@ class RunLog:
             if isinstance(size, int) and table.shape[1] != size:
                 return f"signal '{name}' has {table.shape[1]} columns, {size} are needed"
         return ""
-
-
-def _same(a: Array | None, b: Array | None) -> bool:
-    if a is None or b is None:
-        return a is b
-    return a.shape == b.shape and a.tobytes() == b.tobytes()

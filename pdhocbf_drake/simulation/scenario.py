@@ -7,12 +7,12 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from pdhocbf_drake.barriers.config import LinearBarrierConfig
 from pdhocbf_drake.config import Config, Name, parse_config, within
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, ModelErrorConfig
 from pdhocbf_drake.simulation.drake_config import complete_plant_config, complete_simulator_config
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
 DEFAULT_ROBOT = "biped"
@@ -70,7 +70,7 @@ class Scenario(Config):
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
         pushes: forces on the robot, or on the template's mass.
         model_error: how the simulated robot differs from the controller's model of it.
-        measurement: noise and delay of what the controller is told.
+        measurement: noise and delay of the measurements that the controller gets.
         plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`; what is left out is
             Drake's default, except that contact is solved by SAP on points, never softened for being near rigid.
     """
@@ -85,7 +85,7 @@ class Scenario(Config):
     friction: float = Field(0.8, gt=0, le=10)
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
-    barriers: dict[Name, LinearBarrierConfig] = Field({})
+    barriers: dict[Name, WalkBarrierConfig] = Field({})
     pushes: tuple[Push, ...] = ()
     model_error: ModelErrorConfig = ModelErrorConfig()
     measurement: MeasurementConfig = MeasurementConfig()
@@ -109,11 +109,6 @@ class Scenario(Config):
         """The sampling interval of the log [s]."""
         return self.van_der_pol.tick if self.system == "van_der_pol" else self.gait.tick
 
-    @property
-    def period(self) -> int:
-        """The period of the barriers' bounds [ticks]."""
-        return self.van_der_pol.ticks_per_period if self.system == "van_der_pol" else self.gait.ticks_per_step
-
     @classmethod
     def from_dict(cls, data: Any, where: str) -> Scenario:
         """A scenario from plain YAML data; raises `InputError`."""
@@ -123,6 +118,6 @@ class Scenario(Config):
         return parse_config(cls, data, where)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data with every default written out; `from_dict` of it is this scenario again."""
+        """Plain data with every default written out; `from_dict` makes this scenario of it again."""
         data: dict[str, Any] = json.loads(self.model_dump_json())
         return data

@@ -1,4 +1,4 @@
-"""Finding scenarios: by name in the package, or in a user's file; `extends` and overrides resolved.
+"""Finds scenarios by name in the package, or in a user's file, and resolves `extends` and overrides.
 
 A file holds one scenario, or several under their names (`FILE:NAME`). `extends: NAME` starts from another
 scenario, of the same file or of the package, and merges what follows into it in depth.
@@ -21,7 +21,7 @@ _PACKAGED = Path(__file__).resolve().parent.parent / "scenarios"
 
 
 def scenario_names() -> list[str]:
-    """The scenarios that come with the package."""
+    """The scenarios of the package."""
     return sorted(path.stem for path in _PACKAGED.glob("*.yaml"))
 
 
@@ -46,7 +46,7 @@ def load_scenario(scenario: str, text: str = "") -> Scenario:
 
 
 def _completed(data: dict[str, Any]) -> dict[str, Any]:
-    """CoM height and stance width that a biped's scenario leaves out are those of its robot."""
+    """The data with the robot's CoM height and stance width where a biped's scenario leaves them out."""
     robot, gait = data.get("robot", DEFAULT_ROBOT), data.get("gait", {})
     if data.get("system", "biped") != "biped" or not isinstance(robot, str) or not isinstance(gait, dict):
         return data
@@ -65,7 +65,7 @@ def _find(scenario: str) -> tuple[dict[str, Any], str, Path]:
         data = _map(content, str(file))
         if data and not set(data) & {*Scenario.model_fields, "extends"} and all(map(_is_map, data.values())):
             raise InputError(f"{file} holds several scenarios; choose one as {file}:NAME from {_listed(data)}")
-        # A run folder's scenario.yaml carries its own name; any other file lends its stem.
+        # A run folder's scenario.yaml holds the scenario's name; in any other file the name is the stem of the path.
         return _extended(data, {}, str(file), ()), as_name(file.stem), file.resolve().parent
     siblings = _map(content, str(file))
     if entry not in siblings:
@@ -88,8 +88,10 @@ def _is_file(text: str) -> bool:
     return "/" in text or text.endswith((".yaml", ".yml"))
 
 
-def _packaged(name: str, seen: tuple[str, ...] = (), siblings: Iterable[str] = (), where: str = "") -> dict[str, Any]:
-    """A scenario of the package; `where` is what extends it, nothing for the SCENARIO of a command line."""
+def _packaged(
+    name: str, extending: tuple[str, ...] = (), siblings: Iterable[str] = (), where: str = ""
+) -> dict[str, Any]:
+    """A scenario of the package; `where` is the scenario that extends it, empty for that of the command line."""
     names = scenario_names()
     if name not in names and where:
         there = ", ".join([*siblings, *names])
@@ -97,11 +99,11 @@ def _packaged(name: str, seen: tuple[str, ...] = (), siblings: Iterable[str] = (
     if name not in names:
         folder = f"; {name} is a folder, give a YAML file in it" if os.path.isdir(name) else ", or give a YAML file"
         raise InputError(f"unknown scenario {shown(name)}; there are {', '.join(names)}{folder}")
-    return _extended(_map(read_yaml(_PACKAGED / f"{name}.yaml"), name), {}, name, (*seen, name))
+    return _extended(_map(read_yaml(_PACKAGED / f"{name}.yaml"), name), {}, name, (*extending, name))
 
 
-def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, seen: tuple[str, ...]) -> dict[str, Any]:
-    """`data` merged onto what it extends, all the way down."""
+def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, extending: tuple[str, ...]) -> dict[str, Any]:
+    """`data` merged onto the scenario that it extends, and that one onto its own; `extending` is the chain so far."""
     data = dict(data)
     if not data:
         raise InputError(f"{where} holds no scenario: at least `extends: NAME` or `system: NAME` is needed")
@@ -111,20 +113,20 @@ def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, seen: 
     base = data.pop("extends")
     if not isinstance(base, str):
         raise InputError(f"{where}.extends must be the name of a scenario, given {shown(base)}")
-    if base in seen:
-        raise InputError(f"{where} extends itself: {' -> '.join((*seen, base))}")
+    if base in extending:
+        raise InputError(f"{where} extends itself: {' -> '.join((*extending, base))}")
     if base in siblings:
         place = f"{where.rpartition(':')[0]}:{base}"
-        parent = _extended(_map(siblings[base], place), siblings, place, (*seen, base))
+        parent = _extended(_map(siblings[base], place), siblings, place, (*extending, base))
     else:
-        parent = _packaged(base, seen, siblings, where)
+        parent = _packaged(base, extending, siblings, where)
     # A scenario's own name and description are not inherited.
     inherited = {key: value for key, value in parent.items() if key not in ("name", "description")}
     return _merged(inherited, data, where)
 
 
 def _merged(base: dict[str, Any], over: dict[str, Any], where: str) -> dict[str, Any]:
-    """`over` laid on `base`; a null that is to remove a barrier must name one."""
+    """`base` with the values of `over`; a null for a barrier that is not there is an error."""
     here, changes = base.get("barriers"), over.get("barriers")
     names = [name for name, barrier in here.items() if barrier is not None] if isinstance(here, dict) else []
     for name, barrier in changes.items() if isinstance(changes, dict) else ():
@@ -152,7 +154,7 @@ def _map(data: Any, where: str) -> dict[str, Any]:
 
 
 def _anchored(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """A robot or a terminal set given as a path means a path seen from the file that says so."""
+    """The data with the paths of a robot and a terminal set, which are relative to the scenario's file, absolute."""
     robot, mpc = data.get("robot"), data.get("mpc")
     if isinstance(robot, str) and _is_file(robot):
         data = {**data, "robot": str((folder / robot).resolve())}

@@ -1,4 +1,4 @@
-"""The one function that owns a `Simulator`: a scenario in, a log out."""
+"""Simulates a scenario: builds its diagram, advances it to its end, and returns the log."""
 
 from __future__ import annotations
 
@@ -14,17 +14,18 @@ from pdhocbf_drake.robot import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.checks import check_scenario
-from pdhocbf_drake.simulation.diagram import LoggedDiagram, oscillator_diagram, vhip_diagram
+from pdhocbf_drake.simulation.diagram import oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.wiring import LoggedDiagram
 
 Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 
 def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
-    """The scenario's diagram with its log, drawing to `meshcat`; raises `InputError` or `ModelError`."""
+    """The scenario's diagram with its log, drawn in `meshcat`; raises `InputError` or `ModelError`."""
     with collecting_no_garbage():
         return _make_diagram(scenario, meshcat)
 
@@ -54,7 +55,7 @@ def _make_diagram(scenario: Scenario, meshcat: Meshcat | None) -> LoggedDiagram:
 
 @contextmanager
 def collecting_no_garbage() -> Iterator[None]:
-    """Looks for no reference cycles meanwhile: what is built stays, and looking through it all takes a while."""
+    """Suspends the search for reference cycles, which takes long among the many objects of a diagram."""
     collecting = gc.isenabled()
     gc.disable()
     try:
@@ -65,23 +66,23 @@ def collecting_no_garbage() -> Iterator[None]:
 
 
 def check_watchable(scenario: Scenario) -> None:
-    """Refuses to show live what has no body; raises `InputError`."""
+    """Raises `InputError` for a scenario without a robot, which has no body to show."""
     if scenario.system != "biped":
         raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Meshcat | None = None) -> RunLog:
-    """Runs a scenario from its start to its duration, a fall, a failure of Drake's, or Ctrl-C.
+    """Runs a scenario until its duration is over, the robot falls, Drake fails, or Ctrl-C.
 
-    What was recorded is always returned, marked with how it ended.
+    The log up to then is returned in each case; `RunLog.ending` is the reason.
 
     Args:
-        scenario: what to run.
-        progress: called with the simulated time now and then [s].
-        meshcat: where a robot is shown while it walks, no faster than real time.
+        scenario: the scenario.
+        progress: called every 0.1 s of simulated time, with that time [s].
+        meshcat: shows the robot while it walks, no faster than real time.
 
     Raises:
-        InputError, ModelError: the scenario can't be built. Nothing has been simulated then.
+        InputError, ModelError: the scenario can't be built; nothing has been simulated.
     """
     logged = make_diagram(scenario, meshcat)
     simulator = Simulator(logged.diagram)
@@ -105,7 +106,7 @@ def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Mesh
     except KeyboardInterrupt:
         ending = INTERRUPTED
     except RuntimeError as error:
-        # Drake's plant gives up on numbers that are none; what led there is in the log.
+        # Drake's plant raises where its state or inputs are NaN; the log holds the ticks before.
         ending = f"{FAILED}: {str(error).splitlines()[0].split('. ')[0]}"
     return logged.recorded(simulator.get_context(), ending)
 

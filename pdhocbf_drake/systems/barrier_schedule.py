@@ -3,23 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import lcm
 
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from pdhocbf_drake.barriers import AffineBarrier
-from pdhocbf_drake.jit import compiled
-from pdhocbf_drake.systems.unbundled import Unbundled
+from pdhocbf_drake.systems.kernels import write_h
+from pdhocbf_drake.systems.signals import size, sizes
 
 
-class BarrierSchedule(Unbundled):
-    """Plays the periodic bounds V̄(k) of velocity barriers to the controller.
+class BarrierSchedule(LeafSystem):
+    """Outputs the periodic bounds V̄(k) of n_b barriers over the horizon H, and h.
 
     Input ports:
-        gait_phase (3), lip_state (6): as in `simulation.signals`.
-    Output ports:
-        velocity_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [m/s].
-        h (n_b): each barrier at the measured velocity, eq. (25) [m/s].
+        gait_phase (3), lip_state (6): as in `systems.signals`.
+    Output parts, see `unbundled`:
+        barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [unit of the barrier].
+        h (n_b): each barrier on the measured state, eq. (25) [unit of the barrier].
 
     Args:
         axes: 0 (x) or 1 (y) for each barrier.
@@ -31,48 +32,28 @@ class BarrierSchedule(Unbundled):
     def __init__(
         self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int
     ) -> None:
-        count = len(barriers)
-        schedule = _BarrierSchedule(axes, barriers, ticks_per_step, horizon)
-        super().__init__(schedule, {"velocity_bound": count * (horizon + 1), "h": count})
-
-
-class _BarrierSchedule(LeafSystem):
-    """`BarrierSchedule` with one output."""
-
-    def __init__(
-        self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int
-    ) -> None:
         super().__init__()
+        self.parts = sizes("barrier_bound", "h", barriers=len(barriers), horizon=horizon)
         self._barriers = tuple(barriers)
         self._n, self._count = ticks_per_step, horizon + 1
         for barrier in barriers:
-            barrier.check_fits(3)  # machine code would read beyond
-        # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
+            barrier.check_fits(3)  # the kernel checks no index
+        # One period and a horizon of each bound, so that the samples from any tick on are one slice.
         self._samples = [b.bound.samples(0, b.bound.period + self._count) for b in self._barriers]
         self._signs = np.array([float(b.sign) for b in self._barriers])
-        self._axes, self._normals = np.array(axes), np.array([b.normal for b in self._barriers])
-        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
-        self._lip = self.DeclareVectorInputPort("lip_state", 6)
-        size, changes = len(self._barriers) * (horizon + 2), {self._phase.ticket(), self._lip.ticket()}
-        self.DeclareVectorOutputPort("bounds_and_h", size, self._calc, changes)
+        self._axes, cycle = np.array(axes), lcm(*(b.normal_period for b in self._barriers))
+        self._normals = np.stack([b.normals(0, cycle) for b in self._barriers], axis=1)  # (cycle, n_b, 3)
+        self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
+        self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
+        prerequisites = {self._phase.ticket(), self._lip.ticket()}
+        self.DeclareVectorOutputPort("bounds_and_h", sum(self.parts.values()), self._calc, prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         phase, step, _ = self._phase.Eval(context).tolist()
         tick, count = round(step * self._n + phase), self._count
         starts = [tick % barrier.bound.period for barrier in self._barriers]
         bounds = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
-        told = np.concatenate([*bounds, self._signs])
-        _write_h(self._signs, self._axes, self._normals, count, self._lip.Eval(context), told)
-        output.SetFromVector(told)
-
-
-@compiled
-def _write_h(
-    signs: np.ndarray, axes: np.ndarray, normals: np.ndarray, count: int, lip: np.ndarray, told: np.ndarray
-) -> None:
-    """h behind the bounds, each on its own axis alone: what is no number on the other one is not its business."""
-    for i in range(len(signs)):
-        value = 0.0
-        for j in range(3):
-            value += normals[i, j] * lip[3 * axes[i] + j]
-        told[count * len(signs) + i] = signs[i] * (told[count * i] - value)
+        values = np.concatenate([*bounds, self._signs])  # the signs are overwritten with h
+        normals = self._normals[tick % len(self._normals)]
+        write_h(self._signs, self._axes, normals, count, self._lip.Eval(context), values)
+        output.SetFromVector(values)

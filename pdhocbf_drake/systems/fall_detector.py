@@ -1,4 +1,4 @@
-"""Ends a run when the robot has fallen."""
+"""Blocks that end a run when the robot, or the template, has fallen."""
 
 from __future__ import annotations
 
@@ -6,25 +6,59 @@ import math
 
 from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
-FALLEN = "fell: the CoM is below"
+from pdhocbf_drake.systems.signals import places, size
+
 _FRACTION = 0.7  # of the nominal CoM height
+(_Z,) = places("com_z", "z")
 
 
 class FallDetector(LeafSystem):
-    """Watches the CoM height once a tick; a height below 70 % of nominal, or one that is not finite, ends the run.
+    """Ends the run when the robot's CoM is at or below 70 % of its nominal height, or its height is not finite.
+
+    Checked once a tick.
 
     Input ports:
         com_z (2) [m, m/s].
+
+    Args:
+        height: nominal height of the CoM [m]. tick: δ [s].
     """
 
-    def __init__(self, nominal: float, tick: float) -> None:
+    def __init__(self, height: float, tick: float) -> None:
         super().__init__()
-        self._least = _FRACTION * nominal
-        self._com_z = self.DeclareVectorInputPort("com_z", 2)
-        self.DeclarePeriodicPublishEvent(tick, 0.0, self._watch)
+        self._least = _FRACTION * height
+        self._com_z = self.DeclareVectorInputPort("com_z", size("com_z"))
+        self.DeclarePeriodicPublishEvent(tick, 0.0, self._check)
 
-    def _watch(self, context: Context) -> EventStatus:
-        height = self._com_z.Eval(context)[0]
+    def _check(self, context: Context) -> EventStatus:
+        height = self._com_z.Eval(context)[_Z]
         if math.isfinite(height) and height > self._least:
             return EventStatus.Succeeded()
-        return EventStatus.ReachedTermination(self, f"{FALLEN} {self._least:.2f} m")
+        return EventStatus.ReachedTermination(self, f"fell: the CoM is below {self._least:.2f} m")
+
+
+class LeanDetector(LeafSystem):
+    """Ends the run when the template leans by more than 45°: its CoM is farther from the ZMP than it is high.
+
+    Checked once a tick; a state with NaN ends the run as well. In single support a walk leans by less than half a
+    step, and no foothold within a leg's reach stops a lean of 45°.
+
+    Input ports:
+        lip_state (6): c, v, p of x, then of y [m, m/s, m].
+
+    Args:
+        height: of the CoM [m]. tick: δ [s].
+    """
+
+    def __init__(self, height: float, tick: float) -> None:
+        super().__init__()
+        self._height = height
+        self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
+        self.DeclarePeriodicPublishEvent(tick, 0.0, self._check)
+
+    def _check(self, context: Context) -> EventStatus:
+        x, _, x_zmp, y, _, y_zmp = self._lip.Eval(context).tolist()
+        lean = math.hypot(x - x_zmp, y - y_zmp)
+        if lean <= self._height:
+            return EventStatus.Succeeded()
+        return EventStatus.ReachedTermination(self, f"fell: the CoM is {lean:.2f} m beside the ZMP")

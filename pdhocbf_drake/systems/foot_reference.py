@@ -1,22 +1,23 @@
-"""Where both soles should be."""
+"""Planned motion of both soles."""
 
 from __future__ import annotations
 
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from pdhocbf_drake.systems.signals import size
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.swing import Swing
 
 
 class FootReference(LeafSystem):
-    """Stance foot where it is, swing foot on its way to where the plan now has it land.
+    """Keeps the stance foot in place and moves the swing foot to its planned landing.
 
-    The plan may move the landing at every tick. The swing foot goes on from where it was sent at the last tick
-    (this block's discrete state), so that a moved landing bends its way and never makes it jump. What it does above
-    the ground is a function of the clock alone.
+    The plan may move the landing at every tick. The swing foot continues from its reference of the last tick, which is
+    this block's discrete state, so that its position, velocity and acceleration along the ground stay continuous. Its
+    height is a function of the tick alone.
 
     Input ports:
-        gait_phase (3); foot_plan (8): start and end of each foot in this step, see `mpc.memory.Memory` [m].
+        gait_phase (3); foot_plan (8): start and end of each foot in this step [m].
     Output ports:
         foot_reference (18): left then right sole: position, velocity, acceleration [m, m/s, m/s²].
     """
@@ -24,14 +25,16 @@ class FootReference(LeafSystem):
     def __init__(self, gait: Gait) -> None:
         super().__init__()
         self._swing = Swing(gait)
-        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
-        self._plan = self.DeclareVectorInputPort("foot_plan", 8)
-        self.DeclareDiscreteState(18)
-        self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._remember)
-        changes = {self._phase.ticket(), self._plan.ticket(), self.xd_ticket()}
-        self._reference = self.DeclareVectorOutputPort("foot_reference", 18, self._calc, changes)
+        self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
+        self._plan = self.DeclareVectorInputPort("foot_plan", size("foot_plan"))
+        self.DeclareDiscreteState(size("foot_reference"))
+        self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
+        prerequisites = {self._phase.ticket(), self._plan.ticket(), self.xd_ticket()}
+        self._reference = self.DeclareVectorOutputPort(
+            "foot_reference", size("foot_reference"), self._calc, prerequisites
+        )
 
-    def _remember(self, context: Context, values: DiscreteValues) -> None:
+    def _update(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._reference.Eval(context))
 
     def _calc(self, context: Context, output: BasicVector) -> None:

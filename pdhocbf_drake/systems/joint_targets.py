@@ -1,4 +1,4 @@
-"""What the plant's own joint PD is told at each of its steps, all of it Drake's own C++ blocks."""
+"""Set points of the plant's own joint PD at each of its steps, made of Drake's own C++ blocks."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from pydrake.systems.primitives import AffineSystem, MatrixGain
 from pdhocbf_drake.robot import Biped
 
 LATENCY = 2.0
-"""Plant steps from a measurement to the effect of what is planned from it, calibrated on the walk.
+"""Plant steps from a measurement to the effect of the plan made from it, calibrated on the walk.
 
-One until the plan is read and one through the integral, less the half by which the target leads it, and a half more
-that the robot itself takes. With 1.5 the robot loses 9 mm/s of its barrier's margin at a plant step of 5 ms, with 1.0
-it falls behind its command (0.342 instead of 0.375 m/s), and with 2.5 the ZMP leaves its box in 8 % of the ticks
-instead of 6.
+One until the plan is read and one through the integral, less the half by which the target leads the integral, and a
+half that the robot's own response takes. With 1.5 the robot loses 9 mm/s of its barrier's margin at a plant step of
+5 ms, with 1.0 it falls behind its command (0.342 instead of 0.375 m/s), and with 2.5 the ZMP leaves its box in 8 % of
+the ticks instead of 6.
 """
 
 
 def joint_targets(biped: Biped, initial: np.ndarray, time_step: float) -> Diagram:
-    """Joint targets that move evenly between ticks, in the order of the plant's actuators.
+    """Joint targets that move at constant rates between ticks, in the order of the plant's actuators.
 
-    The plant's PD is implicit: over a whole step it holds one target, which is that of the step's middle, half a
-    step's way ahead of the integral of the rates.
+    The plant's PD is implicit: over a whole step it holds one target, that of the step's middle, which leads the
+    integral of the rates by half a step.
 
     Input ports:
         desired_state (24): targets and rates; the rates are integrated at the plant's step, so that targets don't jump.
@@ -35,16 +35,17 @@ def joint_targets(biped: Biped, initial: np.ndarray, time_step: float) -> Diagra
         initial: joint positions at the start (12,) [rad].
         time_step: the plant's [s].
     """
-    order, none, one = np.eye(12)[np.argsort(biped.u_index)], np.zeros((12, 12)), np.eye(12)
+    count = len(biped.u_index)
+    order, none, one = np.eye(count)[np.argsort(biped.u_index)], np.zeros((count, count)), np.eye(count)
     builder = DiagramBuilder()
-    # The integrator starts from zero in every context, so it holds the way moved from the initial posture.
+    # The integrator starts from zero in every context, so it holds the displacement from the initial posture.
     desired = AffineSystem(
         A=one,
         B=np.hstack([none, time_step * order]),
-        f0=np.zeros(12),
+        f0=np.zeros(count),
         C=np.vstack([one, none]),
         D=np.block([[none, 0.5 * time_step * order], [none, order]]),
-        y0=np.concatenate([order @ initial, np.zeros(12)]),
+        y0=np.concatenate([order @ initial, np.zeros(count)]),
         time_period=time_step,
     )
     builder.AddNamedSystem("desired", desired)

@@ -11,23 +11,23 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control
 from pdhocbf_drake.mpc.memory import OUTPUTS, Memory, MemoryLayout
-from pdhocbf_drake.systems.unbundled import Unbundled
+from pdhocbf_drake.systems.signals import size
 
 
-class MpcController(Unbundled):
+class MpcController(LeafSystem):
     """Solves (36) at every tick kδ; its outputs are then what is planned for tick k + 1.
 
     All it remembers (the last plan, the feet on the ground, the active sets) is discrete state, laid out by
     `Memory`, so that a context can be copied, reset and replayed.
 
     Input ports:
-        gait_phase (3), lip_state (6): as in `simulation.signals`.
-        velocity_bound (n_b (H + 1)): the bounds, where there are barriers.
+        gait_phase (3), lip_state (6): as in `systems.signals`.
+        barrier_bound (n_b (H + 1)): the bounds, where there are barriers.
         zmp_offset (2 H): expected real minus template ZMP, x then y; may be left unconnected.
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
-    Output ports:
+    Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
-        barrier_slack (n_b), unmet (6): as in `simulation.signals`; they tell of the plan made at tick k.
+        barrier_slack (n_b), unmet (2 n_c): as in `systems.signals`; they tell of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
 
     Attributes:
@@ -36,7 +36,7 @@ class MpcController(Unbundled):
     Args:
         initial: [c, v, p] per axis at the start, shape (2, 3).
         feet: left and right foot at the start, shape (2, 2) [m].
-        barriers: (axis, name) in the order of the velocity_bound port.
+        barriers: (axis, name) in the order of the barrier_bound port.
         latency: from a measurement to the effect of what is planned from it, see `joint_targets.LATENCY` [s].
     """
 
@@ -48,36 +48,29 @@ class MpcController(Unbundled):
         barriers: Sequence[tuple[int, str]],
         latency: float = 0.0,
     ) -> None:
-        layout, start = MemoryLayout(mpc), Memory.at_start(mpc, initial, feet)
-        parts = {name: layout.sizes[name] for name in (*OUTPUTS, "last_step")}
-        super().__init__(_MpcController(mpc, layout, start, barriers, latency), parts)
-        self.mpc = mpc
-
-
-class _MpcController(LeafSystem):
-    """`MpcController` with one output, which is its state."""
-
-    def __init__(
-        self, mpc: PeriodicMpc, layout: MemoryLayout, start: Memory, barriers: Sequence[tuple[int, str]], latency: float
-    ) -> None:
         super().__init__()
-        self._layout, self._latency = layout, latency
+        self._layout, self.latency = MemoryLayout(mpc), latency
+        self.parts = {name: self._layout.sizes[name] for name in (*OUTPUTS, "last_step")}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
         self._columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
-        horizon = mpc.config.horizon
-        self._phase = self.DeclareVectorInputPort("gait_phase", 3)
-        self._lip = self.DeclareVectorInputPort("lip_state", 6)
+        count, horizon = len(barriers), mpc.config.horizon
+        self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
+        self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         if barriers:
-            self._bounds = self.DeclareVectorInputPort("velocity_bound", len(barriers) * (horizon + 1))
-        self._offset = self.DeclareVectorInputPort("zmp_offset", 2 * horizon)
-        self._feet = self.DeclareVectorInputPort("foot_state", 12)
-        self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(layout.pack(start)))
+            self._bounds = self.DeclareVectorInputPort("barrier_bound", size("barrier_bound", count, horizon))
+        self._offset = self.DeclareVectorInputPort("zmp_offset", size("zmp_offset", horizon=horizon))
+        self._feet = self.DeclareVectorInputPort("foot_state", size("foot_state"))
+        start = self._layout.pack(Memory.at_start(mpc, initial, feet))
+        self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(start))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
-    def _update(self, context: Context, values: DiscreteValues) -> None:
-        started = time.perf_counter()
-        memory = self._layout.unpack_carried(context.get_discrete_state_vector().value()[self._layout.carried])
+    def memory(self, context: Context) -> Memory:
+        """What the controller remembers before its update, in a context of this block."""
+        return self._layout.unpack_carried(context.get_discrete_state_vector().value()[self._layout.carried])
+
+    def measurement(self, context: Context) -> Measurement:
+        """What the controller is given at the tick of a context of this block."""
         phase, step, _ = self._phase.Eval(context).tolist()
         feet = self._feet.Eval(context).reshape(2, 6)[:, :2] if self._feet.HasValue(context) else None
         offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
@@ -86,7 +79,11 @@ class _MpcController(LeafSystem):
             samples = self._bounds.Eval(context).reshape(len(self._names), -1)
             bounds = dict(zip(self._names, samples, strict=True))
         tick, state = round(step * self.mpc.gait.period + phase), self._lip.Eval(context).reshape(2, 3)
-        memory, plan = control(self.mpc, memory, Measurement(tick, state, feet, offset, bounds), self._latency)
+        return Measurement(tick, state, feet, offset, bounds)
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        started = time.perf_counter()
+        memory, plan = control(self.mpc, self.memory(context), self.measurement(context), self.latency)
         memory.barrier_slack = plan.slacks[self._columns]
         memory.solver_status[1] = time.perf_counter() - started
         values.set_value(self._layout.pack(memory))

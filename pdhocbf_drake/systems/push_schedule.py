@@ -12,6 +12,8 @@ from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from pdhocbf_drake.systems.signals import size
+
 
 class TimedForce(NamedTuple):
     """A constant force [N] (3,), world axes, on a point of a body [m] (3,), during ticks first … last − 1."""
@@ -24,10 +26,10 @@ class TimedForce(NamedTuple):
 
 
 class PushSchedule(LeafSystem):
-    """Applies forces to the plant; its discrete state is the tick whose interval is running.
+    """Applies forces to the plant; its discrete state is the present tick.
 
-    Each force is a numeric parameter of the context (force, first, last), so that one diagram can be pushed in many
-    ways: see `push`.
+    Each force is a numeric parameter of the context (force, first, last), so that one diagram serves for many pushes,
+    see `push`.
 
     Output ports:
         applied_spatial_force: list of `ExternallyAppliedSpatialForce`.
@@ -44,7 +46,7 @@ class PushSchedule(LeafSystem):
         state = {self.xd_ticket(), self.all_parameters_ticket()}
         model = Value[list[ExternallyAppliedSpatialForce]]
         self.DeclareAbstractOutputPort("applied_spatial_force", lambda: model([]), self._applied, state)
-        self.DeclareVectorOutputPort("push", 3, self._sum, state)
+        self.DeclareVectorOutputPort("push", size("push"), self._sum, state)
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
         values.set_value([context.get_discrete_state_vector()[0] + 1.0])
@@ -54,7 +56,7 @@ class PushSchedule(LeafSystem):
         context.get_mutable_numeric_parameter(index).SetFromVector([*force, first, last])
 
     def _active(self, context: Context) -> list[tuple[TimedForce, np.ndarray]]:
-        """The forces of this tick: where they act, and what they are [N]."""
+        """The forces of this tick: their points of application, and the forces (3,) [N]."""
         tick = round(context.get_discrete_state_vector()[0])
         values = [context.get_numeric_parameter(i).value() for i in range(len(self._forces))]
         pairs = zip(self._forces, values, strict=True)

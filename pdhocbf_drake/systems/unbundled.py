@@ -1,51 +1,48 @@
-"""Blocks that work out several outputs at once."""
+"""A block with one output vector as a diagram with an output port for each part of that vector."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, System
 from pydrake.systems.primitives import Selector, SelectorParams
 
+_LEAF = "leaf"
 
-class Unbundled(Diagram):
-    """A block written in Python that has one output vector, with a port of its own for each part of it.
 
-    Drake calls Python once for all parts, and its own code takes them apart: a call costs more than what most parts
-    take to be worked out. In return every output depends on whatever one of them depends on.
+def unbundled(leaf: LeafSystem) -> Diagram:
+    """The block with the output ports `leaf.parts`, in place of its one output vector.
+
+    Drake calls a block's Python once for the whole vector, and its own code selects the parts: a call costs more than
+    the computation of most parts. In return every part is recomputed when any of them may have changed.
 
     Input ports:
         those of the block.
     Output ports:
         one for each part.
+
+    Args:
+        leaf: a block with one output port, and with `parts`, the name and size of each part of its vector in order;
+            the elements behind the last part stay inside the block.
     """
-
-    def __init__(self, block: LeafSystem, parts: Mapping[str, int]) -> None:
-        """
-        Args:
-            block: has one output port.
-            parts: name and size of each part of its vector, in order; what is left behind them is the block's own.
-        """
-        super().__init__()
-        builder = DiagramBuilder()
-        builder.AddNamedSystem("block", block)
-        for port in map(block.get_input_port, range(block.num_input_ports())):
-            builder.ExportInput(port, port.get_name())
-        split = builder.AddNamedSystem("parts", _split(block.get_output_port().size(), parts))
-        builder.Connect(block.get_output_port(), split.get_input_port())
-        for i, name in enumerate(parts):
-            builder.ExportOutput(split.get_output_port(i), name)
-        builder.BuildInto(self)
-
-
-def _split(size: int, parts: Mapping[str, int]) -> Selector:
-    """Not a `Demultiplexer`, which works its outputs out anew whenever time goes on, and refuses parts of size 0."""
+    builder = DiagramBuilder()
+    builder.AddNamedSystem(_LEAF, leaf)
+    for port in map(leaf.get_input_port, range(leaf.num_input_ports())):
+        builder.ExportInput(port, port.get_name())
+    # Not a Demultiplexer, whose outputs are recomputed whenever time advances, and which refuses parts of size 0.
     params = SelectorParams()
-    params.inputs = [SelectorParams.InputPortParams(size=size)]
+    params.inputs = [SelectorParams.InputPortParams(size=leaf.get_output_port().size())]
     outputs, start = [], 0
-    for name, count in parts.items():
-        entries = [SelectorParams.OutputSelection(input_offset=start + i) for i in range(count)]
-        outputs.append(SelectorParams.OutputPortParams(name=name, selections=entries))
-        start += count
+    for name, size in leaf.parts.items():
+        elements = [SelectorParams.OutputSelection(input_offset=start + i) for i in range(size)]
+        outputs.append(SelectorParams.OutputPortParams(name=name, selections=elements))
+        start += size
     params.outputs = outputs
-    return Selector(params)
+    selector = builder.AddNamedSystem("parts", Selector(params))
+    builder.Connect(leaf.get_output_port(), selector.get_input_port())
+    for i, name in enumerate(leaf.parts):
+        builder.ExportOutput(selector.get_output_port(i), name)
+    return builder.Build()
+
+
+def leaf_of(block: System) -> LeafSystem:
+    """The block that `unbundled` was given."""
+    return block.GetSubsystemByName(_LEAF)

@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 
+from pdhocbf_drake.systems.signals import places, size
 from pdhocbf_drake.walking.vhip import Vhip
+
+_ZMP_VELOCITY = places("zmp_reference", "ux", "uy")
+_HORIZONTAL = places("push", "fx", "fy")
 
 
 class VhipPlant(LeafSystem):
@@ -15,34 +19,33 @@ class VhipPlant(LeafSystem):
     [kδ, (k + 1)δ], this plant steps half a tick after the controller.
 
     Input ports:
-        gait_phase (3): where in its period eta is.
-        zmp_reference (4): the planned ZMP and its velocity, of which the velocity acts.
-        push (3): external force on the mass, of which x and y act: v⁺ = (23) + δ F/m [N]; may be left unconnected.
+        gait_phase (3): the tick of the step, which determines eta.
+        zmp_reference (4): the planned ZMP and its velocity; the velocity is the input u.
+        push (3): external force F on the mass; its horizontal part changes the velocity by δ F/m [N]; may be left
+            unconnected.
     Output ports:
         lip_state (6): c, v, p of x, then of y [m, m/s, m].
 
     Args:
         initial: c, v, p of x, then of y at the start, shape (2, 3).
-        mass: m, which turns a push into a change of velocity [kg].
+        mass: m [kg].
     """
 
     def __init__(self, vhip: Vhip, initial: np.ndarray, mass: float) -> None:
         super().__init__()
         self._vhip, self._mass = vhip, mass
-        self.DeclareVectorInputPort("gait_phase", 3)
-        self.DeclareVectorInputPort("zmp_reference", 4)
-        self.DeclareVectorInputPort("push", 3)
+        ports = [self.DeclareVectorInputPort(name, size(name)) for name in ("gait_phase", "zmp_reference", "push")]
+        self._phase, self._zmp, self._push = ports
         state = self.DeclareDiscreteState(np.asarray(initial, dtype=float).ravel())
         self.DeclarePeriodicDiscreteUpdateEvent(vhip.tick, 0.5 * vhip.tick, self._step)
         self.DeclareStateOutputPort("lip_state", state)
 
     def _step(self, context: Context, values: DiscreteValues) -> None:
-        # The clock already speaks of the tick we move towards.
-        phase = round(self.GetInputPort("gait_phase").Eval(context)[0]) - 1
-        velocity = self.GetInputPort("zmp_reference").Eval(context)[[1, 3]]
+        tick, _, _ = self._phase.Eval(context)
+        phase = round(tick) - 1  # half a tick after the clock's update gait_phase is that of the coming tick
+        velocity = self._zmp.Eval(context)[_ZMP_VELOCITY]
         state = context.get_discrete_state_vector().value().reshape(2, 3)
         following = self._vhip.step_axes(phase, state, velocity)
-        push = self.GetInputPort("push")
-        if push.HasValue(context):
-            following[:, 1] += self._vhip.tick * push.Eval(context)[:2] / self._mass
+        if self._push.HasValue(context):
+            following[:, 1] += self._vhip.tick * self._push.Eval(context)[_HORIZONTAL] / self._mass
         values.set_value(following.ravel())

@@ -1,4 +1,4 @@
-"""Gait as data, support region, swing foot, CoM height, the pendulum template and its divergent component."""
+"""Gait as data, support region, swing foot, CoM height, pendulum template, and the quantities that a barrier bounds."""
 
 from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig

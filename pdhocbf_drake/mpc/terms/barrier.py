@@ -51,7 +51,8 @@ class BarrierTerm(Term):
 
     def write(self, program: AxisProgram) -> None:
         barrier, horizon = self.barrier, program.horizon
-        along = barrier.normal @ program.phi, barrier.normal @ program.gamma, np.zeros(horizon + 1)
+        normals = barrier.normals(program.phase, horizon + 1)[:, None]
+        along = (normals @ program.phi)[:, 0], (normals @ program.gamma)[:, 0], np.zeros(horizon + 1)
         psi = affine_rows(barrier, self.setting.vhip.system, program.phase, horizon, along)
         keep = psi.reachable  # the others are facts about the present that no input changes
         rows = int(np.count_nonzero(keep))

@@ -137,10 +137,7 @@ def _judge(
         ticks = record(walk, effort.ticks, perturbed, seed=1).ticks
         chosen = ticks[:: max(1, len(ticks) // effort.judged)]
         few = 10 if others else 0
-        for gaps in (
-            accuracy.gaps(walk, chosen[few:], drake),
-            accuracy.gaps(walk, chosen[:few], [*drake, *others]),
-        ):
+        for gaps in (accuracy.gaps(walk, chosen[few:], drake), accuracy.gaps(walk, chosen[:few], [*drake, *others])):
             for name, each in gaps.items():
                 found.setdefault(name, []).extend(each)
     table = {name: accuracy.worst(gaps) for name, gaps in found.items()}

@@ -59,7 +59,7 @@ class BlockClock:
 def block_clock() -> Iterator[BlockClock]:
     """Diagrams that are built inside have their blocks timed; the classes are put back afterwards."""
     blocks = [
-        (block, name, block.__name__.strip("_"))
+        (block, name, block.__name__)
         for block in _python_blocks()
         for name, function in vars(block).items()
         if callable(function) and _is_callback(function)

@@ -19,6 +19,7 @@ from pdhocbf_drake.studies.bench.bare_plant import bare_plant, replayed_plant
 from pdhocbf_drake.studies.bench.block_clock import block_clock, drake_clock
 from pdhocbf_drake.studies.bench.clock import now
 from pdhocbf_drake.studies.bench.recording import record
+from pdhocbf_drake.systems.unbundled import leaf_of
 
 _CHUNK = 0.2  # [s] of simulated time between turns
 _SAME = 0.05  # metrics that differ by less than this part are the same
@@ -95,7 +96,7 @@ def _advanced(simulator: Simulator, by: float) -> float:
 def _warm(scenario: Scenario) -> Simulator:
     """A second after the start, with all compiled: what a tick costs, not what its first time costs."""
     diagram = make_diagram(scenario).diagram
-    diagram.GetSubsystemByName("mpc_controller").mpc.prepare()
+    leaf_of(diagram.GetSubsystemByName("mpc_controller")).mpc.prepare()
     simulator = _started(diagram)
     simulator.AdvanceTo(1.0)
     return simulator

@@ -7,17 +7,18 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.simulation.build import Walk
 
-NOISE = 0.004  # of the measured CoM velocity, at every tick [m/s]
+NOISE = 0.004  # standard deviation of the change of the CoM velocity at every tick [m/s]
 KICK = 0.04  # a sudden change of the CoM velocity [m/s]
 KICK_EVERY = 97  # [ticks]: no multiple of a step, so that kicks meet all phases
 
 
 class Tick(NamedTuple):
-    """What the controller was given at tick k; see `PeriodicMpc.solve`."""
+    """The arguments of `PeriodicMpc.solve` at tick k."""
 
     tick: int
     state: np.ndarray
@@ -27,7 +28,7 @@ class Tick(NamedTuple):
 
 
 class Recording(NamedTuple):
-    """The ticks of one run, and for each why its plan is what it is (`mpc.solution.Reason`)."""
+    """The ticks of one run, and the reason of each plan (`mpc.plan.Reason`)."""
 
     ticks: list[Tick]
     reasons: np.ndarray
@@ -36,26 +37,21 @@ class Recording(NamedTuple):
 def record(walk: Walk, count: int, perturbed: bool, seed: int = 0) -> Recording:
     """Walks the template for `count` ticks in the steady state of the walk.
 
-    Perturbed means that every velocity is measured with noise, and that the CoM is kicked about once a second.
+    Perturbed means that the velocity changes by noise at every tick, and by a kick about once a second.
     """
-    mpc = walk.mpc
-    memory = Memory.at_start(mpc, np.zeros((2, 3)), walk.gait.feet_at_start)
-    random = np.random.default_rng(seed)
     start = (walk.gait.config.start_steps + 2) * walk.gait.period
+    kicks = np.zeros((start + count, 2))
+    random = np.random.default_rng(seed)
+    for k in range(start, start + count if perturbed else start):
+        kicks[k] = NOISE * random.standard_normal(2)
+        if k % KICK_EVERY == 0:
+            kicks[k] += KICK * random.choice([-1.0, 1.0], 2)
     ticks, reasons = [], []
-    for k in range(start + count):
-        state = memory.state.copy()
-        if perturbed and k >= start:
-            state[:, 1] += NOISE * random.standard_normal(2)
-            if k % KICK_EVERY == 0:
-                state[:, 1] += KICK * random.choice([-1.0, 1.0], 2)
-        bounds = bounds_at(walk, k)
-        given = Tick(k, state, memory.stance.copy(), bounds, memory.plan)
-        plan = solve(mpc, given)
-        memory.advance(mpc, state, plan)
-        if k >= start:
-            ticks.append(given)
-            reasons.append(plan.reason)
+    for row in walk_template(walk.mpc, Memory.standing(walk.mpc), 0, start + count, kicks):
+        if row.tick >= start:
+            bounds = walk.mpc.bounds(row.tick)
+            ticks.append(Tick(row.tick, row.state, row.before.stance, bounds, row.before.plan))
+            reasons.append(row.plan.reason)
     return Recording(ticks, np.array(reasons, dtype=int))
 
 
@@ -68,8 +64,3 @@ def theta(mpc: PeriodicMpc, given: Tick, axis: int) -> np.ndarray:
     """The parameters of one axis at that tick."""
     tick = mpc.given(given.tick, given.state, given.stance, given.bounds, None, given.last)
     return mpc.problems[axis].theta(tick)
-
-
-def bounds_at(walk: Walk, tick: int) -> dict[str, np.ndarray]:
-    """The samples of every barrier's bound over the horizon."""
-    return {barrier.name: barrier.bound.samples(tick, walk.mpc.config.horizon + 1) for barrier in walk.barriers}

@@ -71,7 +71,9 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
         bound = part[f"bound_{barrier.name}"]
         for i in range(count):
             window = slice(first + i, first + i + len(coefficients))
-            rows = np.concatenate([np.outer(-coefficients, barrier.normal).ravel(), coefficients, [1.0] * soft])
+            normals = barrier.normals(phase + first + i, len(coefficients))
+            on_path = (-coefficients[:, None] * normals).ravel()
+            rows = np.concatenate([on_path, coefficients, [1.0] * soft])
             variables = np.concatenate([path[window].ravel(), bound[window], slack[i : i + 1]])
             prog.AddLinearConstraint(rows[None], [0.0], [np.inf], variables)
         if soft:

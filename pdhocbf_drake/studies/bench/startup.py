@@ -20,8 +20,9 @@ _START = (
 )
 _PREPARE = (
     "from pdhocbf_drake.simulation.scenario_file import load_scenario;"
-    "from pdhocbf_drake.simulation.simulate import make_diagram; scenario = load_scenario({name!r});"
-    "diagram = make_diagram(scenario).diagram; diagram.GetSubsystemByName('mpc_controller').mpc.prepare()"
+    "from pdhocbf_drake.simulation.simulate import make_diagram; from pdhocbf_drake.systems.unbundled import leaf_of;"
+    "scenario = load_scenario({name!r});"
+    "diagram = make_diagram(scenario).diagram; leaf_of(diagram.GetSubsystemByName('mpc_controller')).mpc.prepare()"
 )
 
 

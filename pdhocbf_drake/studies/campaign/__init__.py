@@ -1,1 +1,1 @@
-"""Many runs of a scenario with its fields varied, on all cores or a cluster, and what share of them survives."""
+"""Many runs of a scenario with varied fields, on all cores or a cluster, and the share of them that survive."""

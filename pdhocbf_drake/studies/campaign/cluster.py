@@ -1,4 +1,4 @@
-"""Where the runs run: one worker a core of this machine, or the workers of a Dask scheduler that is there already."""
+"""The Dask cluster of a campaign: one worker a core of this machine, or the workers of an existing scheduler."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def cores() -> int:
 
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Client]:
-    """Workers of this machine, one run at a time each, that end with the block."""
+    """Workers of this machine, each with one run at a time, that end with the block."""
     scratch = tempfile.mkdtemp(prefix="pdhocbf-campaign-")
     settings = {
-        # The death of a worker is told at once, and only of a run that it had begun.
+        # The death of a worker ends its run at once, and only one that it had begun.
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,
     }
@@ -42,7 +42,7 @@ def local_cluster(workers: int) -> Iterator[Client]:
                     n_workers=workers,
                     threads_per_worker=1,
                     processes=True,
-                    memory_limit=None,  # it would measure the worker, and the run is another process
+                    memory_limit=None,  # of the worker, but the run is another process
                     dashboard_address=None,
                     local_directory=scratch,
                     silence_logs=logging.CRITICAL,
@@ -55,11 +55,11 @@ def local_cluster(workers: int) -> Iterator[Client]:
 
 @contextmanager
 def _ctrl_c_later() -> Iterator[None]:
-    """Holds Ctrl-C back; threads and processes started meanwhile never see it, since a terminal sends it to all.
+    """Blocks Ctrl-C for the threads and processes that start meanwhile, since a terminal sends it to all of them.
 
-    Dask starts its workers, those that replace a dead one too, from a thread that begins here.
+    Dask starts its workers, also those that replace a dead one, from a thread that begins here.
     """
-    resource_tracker.ensure_running()  # which would let SIGINT through again where it is started later
+    resource_tracker.ensure_running()  # started later, it would unblock SIGINT
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -75,7 +75,7 @@ def existing_cluster(address: str) -> Iterator[Client]:
         ClusterError: no scheduler answers there, or it has no workers, or they lack this package.
         InputError: the address is not one.
     """
-    _say_nothing()
+    _silence()
     try:
         client = Client(address, timeout=_PATIENCE)
     except ValueError as error:
@@ -91,8 +91,8 @@ def existing_cluster(address: str) -> Iterator[Client]:
         yield client
 
 
-def _say_nothing() -> None:
-    """Dask logs a traceback when a scheduler goes away, which we tell in a sentence; its loggers each have a level."""
+def _silence() -> None:
+    """Silences each of Dask's loggers: it logs a traceback when a scheduler goes away, which `ClusterError` reports."""
     for name in list(logging.root.manager.loggerDict):
         if name.split(".")[0] == "distributed":
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections import Counter
 from pathlib import Path
 from typing import Any, Final
 
 from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError
-from pdhocbf_drake.progress import Tell, run_progress
 from pdhocbf_drake.simulation.run_folder import REPORT, replaced_file
 from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.studies.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
+from pdhocbf_drake.studies.shared.results import write_json, write_text
+from pdhocbf_drake.terminal import Progress, say, shown_progress, table
 from pdhocbf_drake.yaml_text import write_yaml
 
 SUMMARY: Final = "campaign.json"
@@ -22,7 +21,7 @@ CAMPAIGN: Final = "campaign.yaml"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """A campaign, where to put it, and who works on it."""
+    """A campaign, its folder, and the workers."""
     parser.add_argument("campaign", metavar="FILE", help="a YAML file, or a campaign that comes with the package")
     parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/campaign-NAME")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler to use, such as tcp://host:8786")
@@ -31,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs what is missing of a campaign; gives the exit code."""
+    """Runs the missing runs of a campaign; returns the exit code."""
     try:
         from pdhocbf_drake.studies.campaign.store import FAILED, CampaignStore, locked
     except ModuleNotFoundError as error:
@@ -60,10 +59,10 @@ def run(options: argparse.Namespace) -> int:
             _write_results(folder, path.stem, config, len(planned), rows)
         except RunFolderError as error:
             stopped = stopped or str(error)
-    _tell(config, len(planned), rows, folder)
+    _print(config, len(planned), rows, folder)
     if stopped:
         again = "the same command goes on from there" if len(rows) < len(planned) else "the same command completes it"
-        print(f"pdhocbf: {stopped}; {len(rows)} of {len(planned)} runs are kept, and {again}", file=sys.stderr)
+        say(f"pdhocbf: {stopped}; {len(rows)} of {len(planned)} runs are kept, and {again}")
         return 1
     return 0
 
@@ -71,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
 def _run_missing(
     options: argparse.Namespace, config: CampaignConfig, name: str, planned: list[PlannedRun], store: Any
 ) -> str:
-    """Runs what has no row yet and writes each row; gives why it stopped early, or nothing."""
+    """Runs the runs without a row and writes each row; returns the reason of an early stop, or nothing."""
     from pdhocbf_drake.studies.campaign.cluster import cores, existing_cluster, local_cluster
     from pdhocbf_drake.studies.campaign.dispatch import dispatch
 
@@ -80,13 +79,14 @@ def _run_missing(
         return ""
     try:
         where = existing_cluster(options.scheduler) if options.scheduler else local_cluster(options.workers or cores())
-        with where as client, stop_requests() as asked, run_progress(name, len(store.rows), len(planned)) as tell:
+        shown = shown_progress(name, len(planned), "runs", len(store.rows))
+        with where as client, stop_requests() as asked, shown as progress:
             for outcome in dispatch(client, missing, config.run_seconds):
                 if asked.is_set():
                     return "interrupted"
                 if outcome is not None:
                     store.add(outcome)
-                    _show(tell, store.rows)
+                    _report(progress, store.rows)
     except KeyboardInterrupt:
         return "interrupted"
     except PdhocbfError as error:
@@ -96,9 +96,9 @@ def _run_missing(
     return ""
 
 
-def _show(tell: Tell, rows: dict[int, dict[str, Any]]) -> None:
+def _report(progress: Progress, rows: dict[int, dict[str, Any]]) -> None:
     counts = Counter(row["status"] for row in rows.values())
-    tell(len(rows), ", ".join(f"{count} {status}" for status, count in sorted(counts.items(), reverse=True)))
+    progress(len(rows), ", ".join(f"{count} {status}" for status, count in sorted(counts.items(), reverse=True)))
 
 
 def _write_results(folder: Path, name: str, config: CampaignConfig, runs: int, rows: list[dict[str, Any]]) -> None:
@@ -106,24 +106,21 @@ def _write_results(folder: Path, name: str, config: CampaignConfig, runs: int, r
     from pdhocbf_drake.studies.campaign.survival import campaign_summary
 
     summary = campaign_summary(runs, list(config.barriers), rows)
-    with replaced_file(folder / SUMMARY) as staging:
-        staging.write_text(json.dumps(summary, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
-    with replaced_file(folder / REPORT) as staging:
-        staging.write_text(campaign_report(name, config, runs, rows), encoding="utf-8")
+    write_json(folder / SUMMARY, summary, indent=2)
+    write_text(folder / REPORT, campaign_report(name, config, runs, rows))
 
 
-def _tell(config: CampaignConfig, runs: int, rows: list[dict[str, Any]], folder: Path) -> None:
+def _print(config: CampaignConfig, runs: int, rows: list[dict[str, Any]], folder: Path) -> None:
     from pdhocbf_drake.studies.campaign.survival import campaign_summary
 
     summary = campaign_summary(runs, list(config.barriers), rows)
-    width = max(len(name) for name in ("barrier", *config.barriers))
-    print(f"{'barrier':<{width}}  survived  95 % interval")
-    for name, rate in summary["survival"].items():
-        if rate["n"]:
-            low, high = 100 * rate["low"], 100 * rate["high"]
-            print(f"{name:<{width}}  {100 * rate['rate']:6.1f} %  {low:.1f} to {high:.1f} % of {rate['n']}")
-        else:
-            print(f"{name:<{width}}         –")
+    cells = [
+        (name, f"{100 * rate['rate']:.1f} %", f"{100 * rate['low']:.1f} to {100 * rate['high']:.1f} % of {rate['n']}")
+        if rate["n"]
+        else (name, "–", "")
+        for name, rate in summary["survival"].items()
+    ]
+    print(table(cells, ("barrier", "survived", "95 % interval")))
     if summary["failed"]:
-        print(f"failed: {summary['failed']} runs, told one by one in the report")
+        print(f"failed: {summary['failed']} runs, each explained in the report")
     print(f"results: {folder}")

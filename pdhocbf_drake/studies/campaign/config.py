@@ -1,4 +1,4 @@
-"""What a user writes about a campaign: which scenario, which of its fields vary and how, which barriers compete."""
+"""The configuration of a campaign: its scenario, the fields that vary and how, and the barriers that are compared."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class FactorConfig(Config):
     """How one field of the scenario varies: over given values, or between two ends.
 
     Attributes:
-        values: what the field may be, in the field's unit; any YAML a scenario takes there.
+        values: values of the field, in its unit; any YAML that a scenario takes there.
         low, high: the ends, both included, in the field's unit.
         points: on a grid, how many values from low to high.
         integer: whole numbers only.
@@ -55,12 +55,12 @@ class CampaignConfig(Config):
 
     Attributes:
         description: one sentence for the report.
-        scenario: a name from `pdhocbf list`, a YAML file (as seen from this one) or FILE:NAME.
+        scenario: a name from `pdhocbf list`, a YAML file (relative to this one) or FILE:NAME.
         overrides: merged into the scenario.
-        barriers: what is compared: for each name, what is merged into the scenario after the overrides.
+        barriers: the cases to compare by name, each merged into the scenario after the overrides.
         sample: "random" draws points, "grid" takes all combinations.
-        runs: how many runs, all barriers together, in a random sample; a grid counts itself.
-        repeats: on a grid, how often each point is run, each time from another seed.
+        runs: number of runs in a random sample, all barriers together; a grid has as many as it has points.
+        repeats: on a grid, the runs of each point, each from another seed.
         seed: of the sample, and of each run's own seed.
         factors: how each field varies, by its dotted path in the scenario ("gait.stride", "pushes.0.force.1").
         maps: pairs of factors to draw survival over; null draws the first three numbers against each other.

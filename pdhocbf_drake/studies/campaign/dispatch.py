@@ -1,7 +1,7 @@
-"""Hands runs to Dask's workers and yields what became of each, in the order in which they end.
+"""Submits runs to Dask's workers and yields the result of each, in the order in which they end.
 
-A run whose worker or process dies is begun once more; if that dies too, the run has failed. A worker that died
-can't tell, so every beginning is announced as an event of the scheduler and counted here.
+A run whose worker or process dies is begun once more; if that dies too, the run has failed. A dead worker reports
+nothing, so each begun run is announced as an event of the scheduler and counted here.
 """
 
 from __future__ import annotations
@@ -22,24 +22,24 @@ from pdhocbf_drake.studies.campaign.plan import PlannedRun
 from pdhocbf_drake.studies.campaign.task import DIED, perform
 
 ATTEMPTS: Final = 2
-# A worker may die while a run waits there that it has not begun; such a run is not at fault, up to a point.
+# A worker may die while a run waits there that it has not begun; up to this number the run is not at fault.
 _SUBMISSIONS: Final = 5
 _POLL = 0.5  # [s]
 _GONE = "the Dask scheduler went away"
 _FETCH = 10.0  # [s] for a row to arrive
-_AHEAD = 3  # runs a core that the scheduler knows of at a time
+_AHEAD = 3  # runs submitted at a time for each core
 
 
 class Outcome(NamedTuple):
-    """What became of a run.
+    """The result of a run.
 
     Attributes:
         planned: the run.
-        status: how it went, see `verdict`; None if it failed.
+        status: how it ended, one of `shared.endings`; None if it failed.
         metrics: as in metrics.json; None if it failed.
         error: why it failed.
-        attempts: how often it was begun.
-        worker: the worker that ended it.
+        attempts: times it was begun.
+        worker: address of the worker that ended it.
     """
 
     planned: PlannedRun
@@ -51,7 +51,7 @@ class Outcome(NamedTuple):
 
 
 def dispatch(client: Client, runs: Sequence[PlannedRun], seconds: float) -> Iterator[Outcome | None]:
-    """Runs them all; yields None now and then while nothing ends, so that the caller may stop or show the time.
+    """Runs them all; yields None every half second while nothing ends, so that the caller may stop.
 
     Raises:
         ClusterError: the scheduler went away.
@@ -87,7 +87,7 @@ class _Dispatcher:
                         yield outcome
                 if not ended:
                     yield None
-        except (OSError, CancelledError):  # whatever Dask was asked, nobody was there to answer
+        except (OSError, CancelledError):  # raised by any call to Dask without a scheduler
             raise ClusterError(_GONE) from None
         finally:
             with suppress(OSError, CancelledError):
@@ -103,24 +103,24 @@ class _Dispatcher:
         self._running[future] = planned
 
     def _ended(self) -> list[Future]:
-        """Futures that are done, and those that the scheduler began too often by itself."""
+        """Futures that are done, or that the scheduler began too often by itself."""
         with suppress(asyncio.TimeoutError, CancelledError):  # the first is not yet the builtin one in Python 3.10
             wait(list(self._running), timeout=_POLL, return_when="FIRST_COMPLETED")
         if self._client.status != "running":
             raise ClusterError(_GONE)
-        # A result that died with its worker before we had it is "lost": the scheduler begins its run again.
+        # A result whose worker died before it was fetched is "lost": the scheduler begins its run again.
         done = [future for future in self._running if future.status in ("finished", "error", "cancelled")]
         return done or [future for future, planned in self._running.items() if self._times_begun(planned) > ATTEMPTS]
 
     def _outcome(self, future: Future, planned: PlannedRun) -> Outcome | None:
-        """What became of the run, or None if it is to be begun again."""
+        """The result of the run, or None if it is to be begun again."""
         begun = self._times_begun(planned)
         cause, worker = "its worker died", None
         if future.status == "finished":
             try:
                 answer: dict[str, Any] = future.result(timeout=_FETCH)
             except (asyncio.TimeoutError, CancelledError, KilledWorker, OSError):
-                answer = {DIED: cause, "worker": None}  # between its end and our question
+                answer = {DIED: cause, "worker": None}  # after its end and before the fetch
             if DIED not in answer:
                 status, metrics, error = (answer.get(key) for key in ("status", "metrics", "error"))
                 return Outcome(planned, status, metrics, error, max(begun, 1), answer["worker"])
@@ -139,7 +139,7 @@ class _Dispatcher:
             return self._begun[planned.run]
 
     def _count(self, event: tuple[float, Any]) -> None:
-        # Dask calls this in a thread of its own.
+        # Called by Dask in a thread of its own.
         message = event[1]
         if isinstance(message, dict) and "run" in message:
             with self._lock:

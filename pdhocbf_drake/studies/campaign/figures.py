@@ -16,7 +16,7 @@ from pdhocbf_drake.analysis.palette import SAFE, UNSAFE, case_colour
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.studies.campaign.store import FAILED
 from pdhocbf_drake.studies.campaign.survival import Row, survival_rate
-from pdhocbf_drake.studies.push.endings import SURVIVED
+from pdhocbf_drake.studies.shared.endings import SURVIVED
 
 _BINS = 6  # a curve's or a map's, on each axis, where values are drawn
 _MOST_VALUES = 12  # up to which each given value has a bin of its own

@@ -1,7 +1,7 @@
-"""The process of one run: reads a scenario from its standard input, writes what became of it, and ends.
+"""The process of one run: reads a scenario from its standard input, writes the result, and ends.
 
-A process a run, because systems written in Python are never freed, and because whatever kills a run then kills
-nothing else. It ends as well when its standard input closes, since whoever wanted the answer is gone then.
+There is one process a run, because Drake never frees systems written in Python, and because a run that crashes then
+crashes alone. It also ends when its standard input closes, which means that its worker is gone.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from pdhocbf_drake.errors import PdhocbfError
 
 
 def run_one(scenario_data: dict[str, Any]) -> dict[str, Any]:
-    """Simulates a scenario; gives `{"status": …, "metrics": …}`, see `verdict`, or `{"error": one sentence}`."""
+    """Simulates a scenario; returns `{"status": …, "metrics": …}`, see `ending_of`, or `{"error": one sentence}`."""
     from pdhocbf_drake.analysis.metrics import compute_metrics
     from pdhocbf_drake.analysis.robot_limits import robot_limits
     from pdhocbf_drake.simulation.scenario import Scenario
     from pdhocbf_drake.simulation.simulate import simulate
-    from pdhocbf_drake.studies.campaign.verdict import verdict
+    from pdhocbf_drake.studies.shared.endings import ending_of
 
     try:
         scenario = Scenario.from_dict(scenario_data, "scenario")
@@ -31,7 +31,7 @@ def run_one(scenario_data: dict[str, Any]) -> dict[str, Any]:
         wall = time.perf_counter() - started
         limits = robot_limits(scenario)
         metrics = compute_metrics(scenario, log, wall, limits)
-        status = verdict(scenario, log, None if limits is None else limits.sole_half)
+        status = ending_of(scenario, log, None if limits is None else limits.sole_half)
         return {"status": status, "metrics": json.loads(metrics.to_json())}
     except PdhocbfError as error:
         return {"error": str(error)}
@@ -44,7 +44,7 @@ def main() -> None:
     """The process."""
     scenario = json.loads(sys.stdin.buffer.readline())
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    # Libraries may write to standard output; the answer goes through a copy of it that only we know.
+    # Libraries may write to standard output; the result goes through a copy of it.
     answer_to = os.dup(1)
     os.dup2(2, 1)
     answer = run_one(scenario)

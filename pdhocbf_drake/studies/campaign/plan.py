@@ -1,4 +1,4 @@
-"""From a campaign to the scenarios it runs, all of them checked before the first one starts."""
+"""The runs of a campaign as scenarios, all of them checked before the first one starts."""
 
 from __future__ import annotations
 
@@ -14,8 +14,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
-from pdhocbf_drake.studies.campaign.fields import has_field, set_field
-from pdhocbf_drake.studies.campaign.sample import points
+from pdhocbf_drake.studies.campaign.factors import has_field, points, set_field
 from pdhocbf_drake.yaml_text import merge, read_yaml
 
 _PACKAGED = Path(__file__).resolve().parents[2] / "campaigns"
@@ -30,7 +29,7 @@ class PlannedRun(NamedTuple):
         barrier: the barrier's name.
         factors: each factor's value; None where the barrier has no such field.
         scenario: the whole scenario as plain data.
-        fingerprint: of the scenario, by which a stored result is known to be of this run.
+        fingerprint: of the scenario; a stored result with the same one is of this run.
     """
 
     run: int
@@ -69,7 +68,7 @@ def plan_runs(config: CampaignConfig, folder: Path) -> list[PlannedRun]:
 
     Args:
         config: the campaign.
-        folder: where its file is, from which scenario files are seen.
+        folder: the folder of its file, to which scenario files are relative.
 
     Raises:
         InputError: a factor is no field of the scenario, or a scenario is wrong.
@@ -91,12 +90,12 @@ def plan_runs(config: CampaignConfig, folder: Path) -> list[PlannedRun]:
 
 
 def check_buildable(planned: Sequence[PlannedRun]) -> None:
-    """Refuses a campaign none of whose barriers can be built at the sample's first point, before anything is run.
+    """Refuses a campaign none of whose barriers can be built at the sample's first point.
 
-    A factor may well lead beyond what can be built; such runs fail one by one.
+    At other points a factor may lead beyond what can be built; such runs fail one by one.
 
     Raises:
-        InputError, ModelError: why not.
+        InputError, ModelError: the first barrier's scenario can't be built, nor that of any other one.
     """
     first_error: PdhocbfError | None = None
     for run in planned:
@@ -124,7 +123,7 @@ def _bases(config: CampaignConfig, folder: Path) -> dict[str, dict[str, Any]]:
         except InputError as error:
             raise InputError(f"barriers.{barrier}: {error}") from None
     for path in config.factors:
-        # A factor may belong to some barriers only, as a decay does where there is none to decay.
+        # A factor may belong to some barriers only, as γ does not to a scenario without barriers.
         if not any(has_field(base, path) for base in bases.values()):
             set_field(next(reversed(bases.values())), path, None)
     return bases

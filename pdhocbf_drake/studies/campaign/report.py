@@ -1,4 +1,4 @@
-"""The page of a campaign: rates, what barriers change on the same points, maps, and what failed."""
+"""The page of a campaign: survival rates, comparisons of barriers on the same points, maps, and failed runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pdhocbf_drake.studies.campaign.survival import Row, paired, survival_rate
 
 
 def campaign_report(title: str, config: CampaignConfig, runs: int, rows: Sequence[Row]) -> str:
-    """The page, with everything it shows inside."""
+    """The page, which loads nothing."""
     return page(
         "studies.campaign",
         title=title,

@@ -1,7 +1,7 @@
 """The folder of a campaign: one small Parquet file a run as runs end, one table of all of them at the end.
 
-Each file is written beside its place and moved there, so that whatever is there is whole. What a killed campaign
-leaves is read back when it is started again, and runs with a result are not run again.
+Each file is written beside its place and moved there, so that it is complete or not there. The rows of a killed
+campaign are read back when it is started again, and runs with a result are not run again.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TABLE: Final = "runs.parquet"
 PARTS: Final = "parts"
 FAILED: Final = "failed"
 
-# The rest of the columns is told by the metrics themselves.
+# The other columns are the factors and the metrics.
 _CORE = (
     ("run", pa.int64()), ("point", pa.int64()), ("barrier", pa.string()), ("status", pa.string()),
     ("attempts", pa.int64()), ("error", pa.string()), ("worker", pa.string()), ("fingerprint", pa.string()),
@@ -37,10 +37,10 @@ class CampaignStore:
 
     Attributes:
         folder: the folder, made if need be.
-        rows: what is known of each run, by its number: the columns of the table.
+        rows: the row of each run with a result, by its number.
 
     Raises:
-        RunFolderError: the folder can't be written, or holds something else, or another campaign, or one that runs.
+        RunFolderError: the folder can't be written, or holds a table that can't be read or another campaign.
     """
 
     def __init__(self, folder: Path, planned: Sequence[PlannedRun]) -> None:
@@ -62,12 +62,12 @@ class CampaignStore:
                 )
 
     def forget(self, runs: Sequence[int]) -> None:
-        """Takes runs out of what is known, so that they are run again; their files are replaced when they end."""
+        """Drops the rows of runs, so that they are run again; their files are replaced when they end."""
         for run in runs:
             self.rows.pop(run, None)
 
     def add(self, outcome: Outcome) -> None:
-        """Writes what became of a run; raises `RunFolderError`."""
+        """Writes the result of a run; raises `RunFolderError`."""
         row = _row(outcome)
         name = f"run-{outcome.planned.run:06d}.parquet"
         with _writable(self.folder):
@@ -97,7 +97,7 @@ class CampaignStore:
             try:
                 yield pq.read_table(part)
             except (OSError, pa.ArrowInvalid):
-                continue  # torn by a crash of the machine: that run is run again
+                continue  # cut short by a crash of the machine: the run is run again
 
 
 @contextmanager
@@ -140,7 +140,7 @@ def _flat(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """A factor as one cell: numbers as floats, so that all rows agree; lists and maps as JSON."""
+    """A factor as one cell: numbers as floats, so that all rows have one type; lists and maps as JSON."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return float(value)
     return value if value is None or isinstance(value, (str, bool)) else json.dumps(value)
@@ -154,7 +154,7 @@ def _table(rows: list[dict[str, Any]]) -> pa.Table:
 
 
 def _typed(table: pa.Table) -> pa.Table:
-    """The same with columns that hold nothing at all as numbers, since many readers know no column of nulls."""
+    """The table with its empty columns typed as numbers, since many readers can't read a column of nulls."""
     for index, field in enumerate(table.schema):
         if pa.types.is_null(field.type):
             table = table.set_column(index, field.name, table[field.name].cast(pa.float64()))

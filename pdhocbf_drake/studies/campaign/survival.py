@@ -1,4 +1,4 @@
-"""What share of the runs survives, and how sure that is."""
+"""The share of the runs that survive, with its confidence interval."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 from scipy.stats import binomtest
 
 from pdhocbf_drake.studies.campaign.store import FAILED
-from pdhocbf_drake.studies.push.endings import SURVIVED
+from pdhocbf_drake.studies.shared.endings import SURVIVED
 
 
 class Rate(NamedTuple):
@@ -24,7 +24,7 @@ Row = Mapping[str, Any]
 
 
 def survival_rate(rows: Iterable[Row]) -> Rate:
-    """The rate of the runs that gave a result; a run that failed says nothing about the robot."""
+    """The rate over the runs with a result; failed runs are left out."""
     survived = [row["status"] == SURVIVED for row in rows if row["status"] != FAILED]
     if not survived:
         return Rate(None, None, None, 0)
@@ -33,7 +33,7 @@ def survival_rate(rows: Iterable[Row]) -> Rate:
 
 
 def campaign_summary(runs: int, barriers: Sequence[str], rows: Sequence[Row]) -> dict[str, Any]:
-    """What campaign.json holds; `runs` counts those planned, of which some may be missing."""
+    """The contents of campaign.json; `runs` is the number of planned runs, of which some may be missing."""
     failed = sum(row["status"] == FAILED for row in rows)
     rates = {name: survival_rate(row for row in rows if row["barrier"] == name) for name in barriers}
     return {

@@ -1,6 +1,6 @@
-"""What a Dask worker does: starts the process of one run, waits for its answer, and tells how that went.
+"""The task of a Dask worker: starts the process of one run and returns its result.
 
-Nothing here loads Drake, so that workers stay small and can run for as long as their cluster does.
+It does not load Drake, so that workers stay small and can live as long as their cluster.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from distributed import get_worker
 
-# One run a core: libraries must not start threads of their own.
+# There is one run a core: libraries must not start threads of their own.
 _ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 
 DIED: Final = "died"
@@ -25,17 +25,17 @@ def perform(run: int, scenario: dict[str, Any], seconds: float, topic: str) -> d
     """Runs a scenario in a process of its own.
 
     Returns:
-        `{"status": …, "metrics": …}`, or `{"error": …}` for a run that could not be, or `{"died": …}` for a process
-        that was killed; with the worker's address as "worker".
+        `{"status": …, "metrics": …}`, or `{"error": …}` for a run that failed, or `{"died": …}` for a process that
+        was killed; with the worker's address as "worker".
     """
     worker = get_worker()
-    # Says that the run has begun, since a worker that is killed later can't.
+    # Announces that the run has begun, since a worker that is killed later can't.
     worker.log_event(topic, {"run": run})
     return {**run_process(run, scenario, seconds), "worker": worker.address}
 
 
 def run_process(run: int, scenario: dict[str, Any], seconds: float) -> dict[str, Any]:
-    """The answer of `one_run` in a process that is gone when this returns."""
+    """The result of `one_run`, whose process has ended when this returns."""
     reading, writing = os.pipe()
     with os.fdopen(writing, "wb", buffering=0) as lifeline:
         process = subprocess.Popen(
@@ -44,7 +44,7 @@ def run_process(run: int, scenario: dict[str, Any], seconds: float) -> dict[str,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             env={**os.environ, **_ONE_THREAD},
-            start_new_session=True,  # a Ctrl-C is for the command, not for its runs
+            start_new_session=True,  # Ctrl-C stops the command, which then ends its runs
         )
         os.close(reading)
         try:

@@ -1,4 +1,4 @@
-"""What is certified of one axis: the sets without a bound, under each bound, and under all of them."""
+"""The certificate of one axis: its invariant sets without a bound, under each bound, and under all of them."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.sets.invariant_set import InvariantSet, invariant_set, predecessor_rows
-from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope
+from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases, invariant_set
+from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.studies.certify.psi_rows import psi_system
 from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
 
 
 @dataclass(frozen=True)
 class BoundCertificate:
-    """What holds of one barrier h on the template.
+    """The invariant sets of one barrier h on the template.
 
     Attributes:
         barrier: the barrier.
         kept: the states from which h ≥ 0 can be kept for ever. Where there are some, the bound is enforceable.
-        rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if not asked, or
-            not to be had (class-K functions that are not linear, orders above 2, a gamma so small that all is flat).
+        rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if it was not
+            computed or can't be (see `psi_system`, or a gamma so small that the sets are flat).
         failing: phases at which h ≥ 0 alone is *not* a barrier: some state that could walk on for ever, with h ≥ 0
             now, must break h ≥ 0 or fall at the next tick, whatever its ZMP. There `kept` is smaller than the part
             of the unbounded set with h ≥ 0.
@@ -111,7 +111,7 @@ def _psi_set(template: SteppingTemplate, barrier: AffineBarrier) -> InvariantSet
         return InvariantSet((), problem, 0, np.nan, 0.0)
     try:
         return invariant_set(*problem)
-    except InputError:  # too flat for the geometry (very small gamma): nothing is known
+    except InputError:  # too flat for the geometry: a very small gamma
         return None
 
 
@@ -119,19 +119,10 @@ def _failing(template: SteppingTemplate, unbounded: InvariantSet, barrier: Affin
     """Phases at which the set {h ≥ 0} within the unbounded one does not lead into itself."""
     if not unbounded.enforceable:
         return tuple(range(template.period))
-    normal = np.zeros(template.system.n)
-    normal[:2] = barrier.sign * barrier.normal[:2]
-    parts = [
-        Polytope.from_rows(np.vstack([part.A, normal]), np.append(part.b, barrier.sign * barrier.bound(phase)))
-        for phase, part in enumerate(unbounded.sets)
-    ]
-    return tuple(phase for phase in range(template.period) if _breaks(template, parts, phase))
-
-
-def _breaks(template: SteppingTemplate, parts: Sequence[Polytope | None], phase: int) -> bool:
-    here, there = parts[phase], parts[(phase + 1) % template.period]
-    if here is None or there is None:
-        return True
-    rows, bounds = predecessor_rows(template.system, phase, there, template.inputs[phase])
-    excess: Array = here.vertices @ rows.T - bounds
-    return bool(excess.max() > THINNEST)
+    parts = []
+    for phase, part in enumerate(unbounded.sets):
+        normal = np.zeros(template.system.n)
+        normal[:2] = barrier.sign * barrier.normals(phase, 1)[0, :2]
+        limit = barrier.sign * barrier.bound(phase)
+        parts.append(Polytope.from_rows(np.vstack([part.A, normal]), np.append(part.b, limit)))
+    return broken_phases(template.system, parts, template.inputs)

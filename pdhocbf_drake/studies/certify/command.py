@@ -1,28 +1,23 @@
-"""`pdhocbf certify`: what can be kept for ever, at which phase not, what it costs, and what a push may do."""
+"""`pdhocbf certify`: whether bounds can be kept for ever, at which phase not, their cost, and the largest push."""
 
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
-
-from tqdm import tqdm
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
-from pdhocbf_drake.sets.user_system import LinearSystemConfig, system_data
+from pdhocbf_drake.sets.user_system import LinearSystemConfig
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines
-from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate, certify_scenario
+from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines, system_data
+from pdhocbf_drake.studies.certify.scenario_certificate import STAGES, ScenarioCertificate, certify_scenario
 from pdhocbf_drake.studies.certify.terminal import terminal_sets
 from pdhocbf_drake.studies.certify.trial import Trial, try_sets
+from pdhocbf_drake.studies.shared.results import write_json
+from pdhocbf_drake.terminal import shown_progress, table
 from pdhocbf_drake.yaml_text import read_yaml, write_yaml
 
 CERTIFICATE, TERMINAL = "certify.json", "terminal_set.npz"
@@ -49,17 +44,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Certifies, writes and tells; gives the exit code. A bound that is not enforceable is an answer, not an error."""
+    """Certifies, writes and prints; gives the exit code. A bound that is not enforceable is an answer, not an error."""
     if options.reach is not None and not 0.0 < options.reach < 10.0:
         raise InputError(f"--reach must be a length above 0 [m], given {options.reach}")
     if options.starts < 0:
         raise InputError(f"--starts must be 0 or more, given {options.starts}")
-    own = _own_system(options.scenario)
-    return _certify_walk(options) if own is None else _certify_system(own, options)
+    system = _linear_system(options.scenario)
+    return _certify_walk(options) if system is None else _certify_system(system, options)
 
 
-def _own_system(scenario: str) -> LinearSystemConfig | None:
-    """The system in a file that holds one."""
+def _linear_system(scenario: str) -> LinearSystemConfig | None:
+    """The linear system in a file, if it holds one instead of a scenario."""
     path = Path(scenario)
     if path.suffix not in (".yaml", ".yml"):
         return None
@@ -76,13 +71,13 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
     place = options.out or Path("runs") / f"certify-{config.name}"
     with new_run_folder(place, _ENTRIES) as folder:
         data = system_data(config, config.certify(), time.perf_counter() - started)
-        _write_json(data, folder / CERTIFICATE)
+        write_json(folder / CERTIFICATE, data)
     if data["enforceable"]:
         areas = [phase["area"] for phase in data["phases"]]
         verdict = f"enforceable, found in {data['sweeps']} sweeps; volume {min(areas):.4g} to {max(areas):.4g}"
     else:
         verdict = f"not enforceable: going backward, no state is left at phase {data['first_failing_phase']}"
-    _tell([(config.name, verdict), ("certificate", str(place / CERTIFICATE))])
+    print(table([(config.name, verdict), ("certificate", place / CERTIFICATE)]))
     return 0
 
 
@@ -92,34 +87,32 @@ def _certify_walk(options: argparse.Namespace) -> int:
     started = time.perf_counter()
     scenario = load_scenario(options.scenario, options.text)
     place = options.out or Path("runs") / f"certify-{scenario.name}"
-    with new_run_folder(place, _ENTRIES) as folder:
-        stages = 5
-        with _progress("certify", stages) as done:
-            found = certify_scenario(scenario, options.reach, not options.no_rows, lambda _: done(None))
-            done(None)
-            seconds = time.perf_counter() - started
-            sets, problem = _terminal(found)
-            trial = _trial(found, options.starts) if options.starts and sets else None
-            data = certificate_data(found, seconds, trial)
-            done(None)
-            _write_json(data, folder / CERTIFICATE)
-            write_yaml(scenario.to_dict(), folder / SCENARIO)
-            lines = certificate_lines(data)
-            if sets:
-                made_for = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
-                save_terminal_sets(folder / TERMINAL, sets, made_for)
-                lines.append(("terminal set", f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"))
-            else:
-                lines.append(("terminal set", f"none: {problem}"))
-            write_certificate_figures(found, data, folder / FIGURES)
+    with new_run_folder(place, _ENTRIES) as folder, shown_progress("certify", STAGES + 1, "stages") as progress:
+        found = certify_scenario(scenario, options.reach, not options.no_rows, progress)
+        seconds = time.perf_counter() - started
+        progress(STAGES, "pushes")
+        sets, problem = _terminal(found)
+        trial = _trial(found, options.starts) if options.starts and sets else None
+        data = certificate_data(found, seconds, trial)
+        progress(STAGES + 1)
+        write_json(folder / CERTIFICATE, data)
+        write_yaml(scenario.to_dict(), folder / SCENARIO)
+        lines = certificate_lines(data)
+        if sets:
+            made_for = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
+            save_terminal_sets(folder / TERMINAL, sets, made_for)
+            lines.append(("terminal set", f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"))
+        else:
+            lines.append(("terminal set", f"none: {problem}"))
+        write_certificate_figures(found, data, folder / FIGURES)
     if trial is not None:
         lines += _trial_lines(trial)
-    _tell([*lines, ("certificate", str(place / CERTIFICATE)), ("figures", str(place / FIGURES))])
+    print(table([*lines, ("certificate", place / CERTIFICATE), ("figures", place / FIGURES)]))
     return 0
 
 
 def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str]:
-    """The terminal sets, or none and why."""
+    """The terminal sets, or none and the reason."""
     try:
         return terminal_sets(found), ""
     except InputError as error:
@@ -127,8 +120,8 @@ def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str]:
 
 
 def _trial(found: ScenarioCertificate, count: int) -> Trial:
-    with _progress("trial", 2 * count) as done:
-        return try_sets(found, count, found.scenario.seed, done)
+    with shown_progress("trial", 2 * count, "starts") as progress:
+        return try_sets(found, count, found.scenario.seed, progress)
 
 
 def _trial_lines(trial: Trial) -> list[tuple[str, str]]:
@@ -140,31 +133,3 @@ def _trial_lines(trial: Trial) -> list[tuple[str, str]]:
         ),
         ("trial, outside", f"{trial.unsavable} of {trial.outside} starts proved lost by an independent program"),
     ]
-
-
-@contextmanager
-def _progress(name: str, total: int) -> Iterator[Callable[[int | None], None]]:
-    """A function to call with what is done so far, or None for one more: a bar on a terminal, plain lines otherwise."""
-    live = sys.stderr.isatty()
-    told = 0
-    with tqdm(total=total, desc=name, file=sys.stderr, disable=not live) as bar:
-        count = 0
-
-        def done(so_far: int | None) -> None:
-            nonlocal count, told
-            count = count + 1 if so_far is None else so_far
-            bar.update(min(count, total) - bar.n if live else 0)
-            if not live and 10 * count // total > told:
-                told = 10 * count // total
-                print(f"{name}: {min(count, total)} of {total}", file=sys.stderr, flush=True)
-
-        yield done
-
-
-def _write_json(data: dict[str, Any], path: Path) -> None:
-    path.write_text(json.dumps(data, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-
-
-def _tell(lines: list[tuple[str, str]]) -> None:
-    width = max(len(name) for name, _ in lines)
-    print("\n".join(f"{name:<{width}}  {value}" for name, value in lines))

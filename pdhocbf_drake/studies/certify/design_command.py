@@ -1,4 +1,4 @@
-"""`pdhocbf design-bound`: from a recorded walk to a certified bound, as YAML ready for a scenario."""
+"""`pdhocbf design-bound`: designs and certifies a bound from a recorded walk and writes it as YAML for a scenario."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import Any
 import yaml
 
 from pdhocbf_drake.barriers import Linear
-from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.config import as_name
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import Run, read_run, replaced_file
@@ -18,56 +17,63 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 from pdhocbf_drake.studies.certify.design import Envelope, designed_barrier
 from pdhocbf_drake.studies.certify.report import share
 from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate, certify_scenario
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
+from pdhocbf_drake.walking.quantities import SPEEDS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     parser.add_argument("run", type=Path, metavar="RUN", help="the run folder of a walk")
     parser.add_argument("--margin", type=float, required=True, metavar="M", help="above all that was measured [m/s]")
-    parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="tabulated unless told")
-    parser.add_argument("--axis", choices=("x", "y"), default="x", help="x unless told")
-    parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="upper unless told")
-    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="0.5 0.5 unless told")
-    parser.add_argument("--name", default="forward_speed", help="the barrier's name; forward_speed unless told")
+    parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="otherwise tabulated")
+    parser.add_argument("--axis", choices=("x", "y"), default="x", help="otherwise x")
+    parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="otherwise upper")
+    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="otherwise 0.5 0.5")
+    parser.add_argument("--name", default="forward_speed", help="the barrier's name; otherwise forward_speed")
     parser.add_argument(
-        "--from-time", type=float, metavar="S", help="use the walk from here on; else the scenario's [s]"
+        "--from-time",
+        type=float,
+        metavar="S",
+        help="use the walk from this time on [s]; otherwise from the scenario's from_time",
     )
-    parser.add_argument("--out", type=Path, metavar="FILE", help="where to write it; else ./bound-NAME.yaml")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="the file; otherwise ./bound-NAME.yaml")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Designs, certifies, writes and tells; gives the exit code."""
+    """Designs, certifies, writes and reports; gives the exit code."""
     for rate in options.gamma:
-        Linear(rate)  # refuses what is no class-K function
+        Linear(rate)  # refuses a rate outside (0, 1]
     if as_name(options.name) != options.name:
         raise InputError(f"--name must be letters, digits, '_', '-' or '.', at most 100 (given: {options.name!r})")
     recorded = read_run(options.run)
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time
+    quantity = SPEEDS["xy".index(options.axis)]
     barrier, envelope = designed_barrier(
-        recorded, options.axis, options.side, options.kind, options.margin, tuple(options.gamma), from_time
+        recorded, quantity, options.side, options.kind, options.margin, tuple(options.gamma), from_time
     )
     found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}))
-    told = _checked(found, options.name, options.margin)
+    verdict = _checked(found, options.name, options.margin)
     place = options.out or Path(f"bound-{options.name}.yaml")
-    text = _yaml(recorded, options, barrier, envelope, told)
+    text = _yaml(recorded, options, barrier, envelope, verdict)
     with replaced_file(place) as path:
         path.write_text(text, encoding="utf-8")
-    spread = f"{1000 * envelope.spread:.2f} mm/s above the mean at most" if options.side == "upper" else "as measured"
+    spread = f"{1000 * envelope.spread:.2f} m{quantity.unit} above the mean at most"
+    spread = spread if options.side == "upper" else "as measured"
     print(f"measured  {envelope.periods} times at every phase; {spread}")
-    print(f"certified {told}")
+    print(f"certified {verdict}")
     print(place)
     return 0
 
 
 def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
-    """What the certificate says of the bound; raises `InputError` where it can't be kept."""
+    """The certificate of the bound in one line; raises `InputError` if the bound can't be kept."""
     certificate = found.axes[found.main_axis]
     bound = certificate.bounds[0]
     if not bound.kept.enforceable:
         raise InputError(
-            f"barrier {name}: with a margin of {margin:g} m/s it can't be kept for ever (no state is left at phase "
-            f"{bound.kept.first_failing_phase}); a larger margin is needed"
+            f"barrier {name}: with a margin of {margin:g} {bound.barrier.unit} it can't be kept for ever (no state is "
+            f"left at phase {bound.kept.first_failing_phase}); a larger margin is needed"
         )
     rows = ""
     if bound.rows is not None:
@@ -78,12 +84,14 @@ def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
     return f"enforceable{rows}; {100 * (left or 0.0):.1f} % of the states that can walk on for ever can also keep it"
 
 
-def _yaml(recorded: Run, options: argparse.Namespace, barrier: BarrierConfig, envelope: Envelope, told: str) -> str:
-    scenario = recorded.scenario
+def _yaml(
+    recorded: Run, options: argparse.Namespace, barrier: WalkBarrierConfig, envelope: Envelope, verdict: str
+) -> str:
+    scenario, quantity = recorded.scenario, envelope.quantity
     lines = [
-        f"# A bound on the CoM velocity in {options.axis}, {options.margin:g} m/s beyond all that was measured in a",
+        f"# A bound on the {quantity.label}, {options.margin:g} {quantity.unit} beyond all that was measured in a",
         f"# run of {scenario.name} ({envelope.periods} times at every phase, {recorded.provenance.started}).",
-        f"# Certified for that scenario's template: {told}.",
+        f"# Certified for that scenario's template: {verdict}.",
     ]
     data: dict[str, Any] = {}
     if _is_packaged(scenario):
@@ -95,7 +103,7 @@ def _yaml(recorded: Run, options: argparse.Namespace, barrier: BarrierConfig, en
 
 
 def _is_packaged(scenario: Scenario) -> bool:
-    """Whether the file can extend a scenario of the package, because that one walks in the same way."""
+    """Whether the package has a scenario of this name with the same walk, which the file then extends."""
     if scenario.name not in scenario_names():
         return False
     packaged = load_scenario(scenario.name)

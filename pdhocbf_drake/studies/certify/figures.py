@@ -11,8 +11,10 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend, panels, save, styled
+from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.tube_figure import safe_tube
+from pdhocbf_drake.walking.quantities import SPEEDS
 
 _SHOWN = 6
 
@@ -40,12 +42,12 @@ def sections(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:
             _filled(plot, listed[phase]["vertices"], palette.SAFE, 0.55, "can also keep the bounds")
         for index, bound in enumerate(certificate.bounds):
             colour = palette.BARRIERS[(index + 1) % len(palette.BARRIERS)]
-            plot.axhline(bound.barrier.bound(phase), color=colour, lw=1.2, label=f"bound of {bound.barrier.name}")
+            _bound_line(plot, bound.barrier, phase, colour)
         plot.plot(*found.orbit[axis, :period, :2].T, color="black", lw=0.6, alpha=0.5)
         plot.plot(*found.orbit[axis, phase, :2], "ko", ms=5, label="nominal orbit, here")
         plot.set_title(f"phase {phase}")
     for plot in plots[:, 0]:
-        label(plot, f"CoM velocity in {name}", "m/s")
+        label(plot, SPEEDS[axis].label, SPEEDS[axis].unit)
     for plot in plots[-1]:
         plot.set_xlabel(f"CoM {name} from the foot [m]")
     handles, names = plots.flat[0].get_legend_handles_labels()
@@ -80,6 +82,16 @@ def pushes(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:
     impulses.set_title(f"{data['push_seconds']:g} s, {data['mass']:.0f} kg, best response", loc="right")
     impulses.margins(x=0)
     return figure
+
+
+def _bound_line(plot: Axes, barrier: AffineBarrier, phase: int, colour: str) -> None:
+    """The edge n·[c, v] = V̄(k) of the safe half-plane."""
+    (on_com, on_velocity), limit = barrier.normals(phase, 1)[0, :2], barrier.bound(phase)
+    style: dict[str, Any] = {"color": colour, "lw": 1.2, "label": f"bound of {barrier.name}"}
+    if on_velocity == 0.0:
+        plot.axvline(limit / on_com, **style)
+    else:
+        plot.axline((0.0, limit / on_velocity), slope=-on_com / on_velocity, **style)
 
 
 def _filled(plot: Axes, vertices: list[list[float]], colour: str, alpha: float, name: str) -> None:

@@ -1,4 +1,4 @@
-"""The ψ rows of one barrier as limits that an invariant set can be computed for."""
+"""The ψ rows of a barrier on the CoM velocity, written as limits on state and input for `invariant_set`."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | 
 
     With h(k+1) = y + (1 − γ_1) h(k) the velocity follows from y alone, v(k+1) = V̄(k+1) ∓ h(k+1), and the ZMP box is
     a limit on the state [c, v, y, s]. ψ_1 ≥ 0 is y ≥ 0; for order 2, y(k+1) = (1 − γ_2) y(k) + ψ_2(k), whose input
-    ψ_2 ≥ 0 is what the controller's rows ask for; for order 1, y(k+1) is free. So the set says from which states,
-    and with which ZMP, the rows can be kept for ever: what γ costs.
+    ψ_2 ≥ 0 is what the controller's rows demand; for order 1, y(k+1) is free. So the set holds the states from
+    which, and the ZMPs with which, the rows can be kept for ever: it shows what γ costs.
 
     Returns:
         Dynamics, state limits and input limits for `invariant_set`; the first phase at which no state is within the
-        limits; or None for a barrier that is not on the velocity, has an order above 2 or other than linear class-K
-        functions.
+        limits; or None for a barrier whose normal is not a constant multiple of the velocity's, whose order is above 2,
+        or whose class-K functions are not linear.
     """
     try:
         rates = linear_rates(barrier)
     except InputError:
         return None
-    if len(rates) > 2 or barrier.normal[0] != 0.0:
+    if len(rates) > 2 or barrier.normal.ndim > 1 or barrier.normal[0] != 0.0:
         return None
     keep, following = 1.0 - rates[0], (1.0 - rates[1] if len(rates) == 2 else 0.0)
     period, n, sign, scale = template.period, template.system.n, float(barrier.sign), float(barrier.normal[1])
@@ -75,7 +75,7 @@ def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | 
 
 
 def zmp_of_psi(template: SteppingTemplate, barrier: AffineBarrier, phase: int, state: Array) -> float:
-    """The ZMP from the stance foot that a state [c, v, ψ_1, …] of `psi_system` stands for [m]."""
+    """The ZMP, from the stance foot, of a state [c, v, ψ_1, …] of `psi_system` [m]."""
     com, velocity, psi = state[:3]
     normal = float(barrier.normal[1])
     h = barrier.sign * (barrier.bound(phase) - normal * velocity)
@@ -85,7 +85,7 @@ def zmp_of_psi(template: SteppingTemplate, barrier: AffineBarrier, phase: int, s
 
 
 def _largest_psi(template: SteppingTemplate, barrier: AffineBarrier, gamma: float) -> float:
-    """More than ψ_1 = γ h + V̄(k+1) − V̄(k) ∓ (v(k+1) − v(k)) can be within the limits [m/s]."""
+    """An upper bound of ψ_1 = γ h + V̄(k+1) − V̄(k) ∓ (v(k+1) − v(k)) within the limits [unit of h]."""
     bound, scale = np.array([barrier.bound(k) for k in range(template.period + 1)]), abs(barrier.normal[1])
     reach = max(float(np.abs(states.vertices[:, 0]).max()) for states in template.states)
     from_zmp = reach + template.half + float(np.abs(template.steps).max())

@@ -1,4 +1,4 @@
-"""The largest push that some controller can still answer within the limits, at each phase of the step."""
+"""The largest push at each phase of the step that some controller can still answer within the limits."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def kick_range(template: SteppingTemplate, sets: InvariantSet, phase: int, state
 def push_range(template: SteppingTemplate, sets: InvariantSet, phase: int, state: Array, ticks: int) -> PushRange:
     """Total velocity changes by a constant force over some ticks, from [c, v] on, with the best response.
 
-    The response knows the push beforehand and moves ZMP and foothold from its first tick on; the state must be in
-    the set of every tick on the way. So no controller does better, and one that must first see the push does worse.
+    The response may depend on the whole push and moves ZMP and foothold from its first tick on; the state must be in
+    the set at every tick. So no controller does better, and one that must first measure the push does worse.
     """
     if not sets.enforceable:
         return PushRange(np.nan, np.nan)

@@ -1,4 +1,4 @@
-"""What a certificate says, as plain data for `certify.json` and as lines for people."""
+"""A certificate as plain data for `certify.json` and as lines for the terminal."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pdhocbf_drake.sets.invariant_set import InvariantSet
+from pdhocbf_drake.sets.user_system import LinearSystemConfig
 from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, area, section
 from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
 from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
@@ -17,7 +18,7 @@ PUSH_SECONDS = 0.1  # as in `pdhocbf push`
 
 
 def certificate_data(found: ScenarioCertificate, seconds: float, trial: Trial | None = None) -> dict[str, Any]:
-    """Everything for `certify.json`: the main axis on top, both axes under `axes`."""
+    """The contents of `certify.json`: the main axis on top, both axes under `axes`."""
     axes = {name: _axis(found, axis) for axis, name in enumerate("xy")}
     main = axes["xy"[found.main_axis]]
     failing = [(name, data["first_failing_phase"]) for name, data in axes.items() if not data["enforceable"]]
@@ -64,7 +65,7 @@ def _axis(found: ScenarioCertificate, axis: int) -> dict[str, Any]:
 
 
 def share(certificate: AxisCertificate, sets: InvariantSet) -> float | None:
-    """The mean over the phases of the area that is left of the set without barriers; None where that is empty."""
+    """Area of `sets` over that of the set without barriers, mean over the phases; None where the latter is empty."""
     phases = range(certificate.template.period)
     whole = [area(certificate.section(phase, certificate.unbounded)) for phase in phases]
     left = [area(certificate.section(phase, sets)) for phase in phases]
@@ -117,7 +118,7 @@ def _phases(found: ScenarioCertificate, axis: int, sets: InvariantSet) -> list[d
         listed.append({
             "phase": phase,
             "area": area(part),
-            "vertices": [] if part is None else _around(part.vertices),
+            "vertices": [] if part is None else part.outline.tolist(),
             "push_max": _number(found.mass * push.high),
             "push_min": _number(found.mass * push.low),
             "kick_max": _number(kick.high),
@@ -134,19 +135,37 @@ def _orbit_inside(found: ScenarioCertificate, axis: int) -> bool:
     )
 
 
-def _around(vertices: np.ndarray) -> list[list[float]]:
-    """In order around the polygon."""
-    centred = vertices - vertices.mean(axis=0)
-    centred = centred / np.abs(centred).max(axis=0)
-    return [[float(c), float(v)] for c, v in vertices[np.argsort(np.arctan2(centred[:, 1], centred[:, 0]))]]
-
-
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
+def system_data(config: LinearSystemConfig, found: InvariantSet, seconds: float) -> dict[str, Any]:
+    """The content of `certify.json` for a user's own system; pushes are for walks only, and null here."""
+    return {
+        "schema": 1,
+        "scenario": config.name,
+        "enforceable": found.enforceable,
+        "first_failing_phase": found.first_failing_phase,
+        "phases": [
+            {
+                "phase": phase,
+                "area": part.volume(),
+                "vertices": part.vertices.tolist(),
+                "rows": part.A.tolist(),
+                "bounds": part.b.tolist(),
+                "push_max": None,
+                "push_min": None,
+            }
+            for phase, part in enumerate(found.sets)
+        ],
+        "sweeps": found.sweeps,
+        "residual": found.residual if found.enforceable else None,
+        "seconds": seconds,
+    }
+
+
 def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
-    """The answer for people: name and value."""
+    """The main results as (name, value)."""
     lines = []
     for name, axis in data["axes"].items():
         for barrier, bound in axis["barriers"].items():

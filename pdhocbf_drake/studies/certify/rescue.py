@@ -1,4 +1,4 @@
-"""An independent test of savability: a linear program over a long future, which knows nothing of the sets."""
+"""An independent test of savability: a linear program over a long future, which does not use the sets."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ class Rescue:
         c_{i+1} = c_i + δ v_i,   v_{i+1} = v_i + δ eta_i (c_i − p_i),   |c_i − f| ≤ reach,   h_i ≥ 0,
         |p_i − ((1 − w_i) f₋ + w_i f)| ≤ half,   shortest ≤ f − f₋ ≤ longest,
 
-    all of these limits eased by one t ≥ 0, which is minimised. t > 0 proves that the state can't be saved. That
-    is written down from the walk, in the world, not from the matrices that the sets are computed with, and it knows
-    nothing of the sets. (t = 0 proves the opposite only for T ticks: a state may be lost later.)
+    all of these limits relaxed by one t ≥ 0, which is minimised. t > 0 proves that the state can't be saved. The
+    program is derived from the walk, in world coordinates, and not from the matrices from which the sets are computed.
+    (t = 0 proves the opposite only for T ticks: a state may be lost later.)
     """
 
     def __init__(
@@ -58,8 +58,8 @@ class Rescue:
             for sign in (1.0, -1.0):
                 upper.append(({int(c[i]): sign, now: -sign}, reach))
             for barrier in barriers:
-                row = {int(c[i]): barrier.sign * barrier.normal[0], now: -barrier.sign * barrier.normal[0]}
-                row[int(v[i])] = barrier.sign * barrier.normal[1]
+                on_com, on_velocity = barrier.sign * barrier.normals(k, 1)[0, :2]
+                row = {int(c[i]): on_com, now: -on_com, int(v[i]): on_velocity}
                 upper.append((row, barrier.sign * barrier.bound(k)))
         for j in range(1, later + 1):
             low, high = template.steps[((start // n + j - 1) % steps_per_period) * n]

@@ -1,4 +1,4 @@
-"""From a scenario to what is certified of it."""
+"""The certificate of a scenario: both axes of its walk, with its barriers and the reach of its robot."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from pdhocbf_drake.studies.certify.certificate import AxisCertificate, certify_a
 from pdhocbf_drake.studies.certify.stepping_template import stepping_template
 from pdhocbf_drake.walking import Gait
 
-Told = Callable[[str], None]
-
+STAGES = 3
+"""Stages of `certify_scenario`: the walk, then the sets along x and y."""
 TEMPLATE_REACH = 0.23
-"""How far the CoM may be from the stance foot where no robot tells [m]: what our biped's legs allow."""
+"""Reach of the CoM from the stance foot where there is no robot [m]: what our biped's legs allow."""
 
 
 @dataclass(frozen=True)
 class ScenarioCertificate:
-    """What is certified of a scenario's walk.
+    """The certified sets of a scenario's walk.
 
     Attributes:
-        scenario: what was certified.
+        scenario: the scenario, without a terminal set.
         walk: its gait, barriers and controller.
         reach: how far the CoM may be from the stance foot, along either axis [m].
-        mass: turns a change of velocity into an impulse [kg].
+        mass: of the robot or the template [kg]; impulses are this times a change of velocity.
         orbit: c, v, p of the nominal walk without barriers, c and p from the stance foot, shape (2, 2N, 3).
         axes: the certificates along x and y.
     """
@@ -51,7 +51,10 @@ class ScenarioCertificate:
 
 
 def certify_scenario(
-    scenario: Scenario, reach: float | None = None, with_rows: bool = True, told: Told | None = None
+    scenario: Scenario,
+    reach: float | None = None,
+    with_rows: bool = True,
+    report: Callable[[int, str], None] = lambda done, stage: None,
 ) -> ScenarioCertificate:
     """Certifies both axes of a scenario's walk.
 
@@ -59,7 +62,7 @@ def certify_scenario(
         scenario: a walk, on the robot or on the template.
         reach: of the CoM from the stance foot [m]; by default half the longest stride of the robot.
         with_rows: certify the ψ rows as well.
-        told: called with what is done next.
+        report: called with the number of stages that are done, of `STAGES`, and the name of the next one.
 
     Raises:
         InputError: the scenario is no walk, or can't be built or certified. ModelError: nor its robot.
@@ -68,11 +71,10 @@ def certify_scenario(
         raise InputError(
             f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"
         )
-    tell = told or (lambda _: None)
-    if scenario.mpc.terminal_set is not None:  # certifying is what makes a new one
+    if scenario.mpc.terminal_set is not None:  # certifying makes a new one
         mpc = scenario.mpc.model_copy(update={"terminal_set": None})
         scenario = scenario.model_copy(update={"mpc": mpc})
-    tell("walk and nominal orbit")
+    report(0, "walk and nominal orbit")
     walk = build_walk(scenario)
     mass = scenario.vhip.mass
     if scenario.system == "biped":
@@ -86,7 +88,7 @@ def certify_scenario(
     for axis in (0, 1):
         template = stepping_template(scenario.gait, scenario.mpc, axis, reach)
         barriers = [barrier for on, barrier in zip(walk.axes, walk.barriers, strict=True) if on == axis]
-        tell(f"sets along {'xy'[axis]}")
+        report(1 + axis, f"sets along {'xy'[axis]}")
         axes.append(certify_axis(template, barriers, with_rows))
     return ScenarioCertificate(scenario, walk, reach, mass, orbit_of_walk(scenario), (axes[0], axes[1]))
 

@@ -1,4 +1,4 @@
-"""Random starts inside and outside of certified sets."""
+"""Random states inside and outside of certified sets, from which trials start."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
 
 
 class Start(NamedTuple):
-    """A phase and a state [c, v, s] (or [c, v] with given steps) [m, m/s, m]."""
+    """A phase and a state [c, v, s], or [c, v] where the steps are given [m, m/s, m]."""
 
     phase: int
     state: Array
@@ -23,16 +23,16 @@ def inside_starts(sets: InvariantSet, count: int, random: np.random.Generator, p
     starts: list[Start] = []
     while len(starts) < count:
         at = int(random.integers(len(sets.sets))) if phase is None else phase
-        starts.append(Start(at, _in_hull(sets.sets[at], random)))
+        starts.append(Start(at, sets.sets[at].sample(random)))
     return starts
 
 
 def outside_starts(
     limits: tuple[Polytope, ...], sets: InvariantSet, count: int, random: np.random.Generator, margin: float = 1e-4
 ) -> list[Start]:
-    """States that meet all limits now but lie outside of the sets, by at least a margin [m].
+    """States within all limits but outside of the sets, by at least a margin [m].
 
-    They are spread over twice the sets' extent, so that many lie close to the sets, where it matters.
+    They are spread over twice the sets' extent, so that many lie close to the boundary of the sets.
     """
     starts: list[Start] = []
     while len(starts) < count:
@@ -48,7 +48,7 @@ def outside_starts(
 def zmp_range(template: SteppingTemplate, sets: InvariantSet, start: Start) -> tuple[float, float]:
     """The ZMPs from the stance foot that lead from a start into the set of the next tick [m].
 
-    Of the coming step, where it is chosen at this tick, the best one counts.
+    Where the coming step is chosen at this tick, the range is over all choices.
     """
     k, target = start.phase, sets.sets[(start.phase + 1) % template.period]
     base = template.system.A(k) @ start.state + template.system.c(k)
@@ -63,11 +63,3 @@ def zmp_range(template: SteppingTemplate, sets: InvariantSet, start: Start) -> t
         step = start.state[2] if template.chooses_steps else template.held[k]
         centre = -(1.0 - template.weights[k]) * step
     return centre + float(joint.vertices[:, 0].min()), centre + float(joint.vertices[:, 0].max())
-
-
-def _in_hull(part: Polytope, random: np.random.Generator) -> Array:
-    low, high = part.vertices.min(axis=0), part.vertices.max(axis=0)
-    while True:
-        state = random.uniform(low, high)
-        if part.violation(state) <= 0.0:
-            return np.asarray(state)

@@ -1,4 +1,4 @@
-"""The stepping template: one axis of (22)–(23) seen from the stance foot, with ZMP and foothold as bounded inputs."""
+"""The stepping template: one axis of (22)–(23) in coordinates of the stance foot; ZMP and foothold are its inputs."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.step_limits import step_ranges
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.walking import Gait, GaitConfig
+from pdhocbf_drake.walking.quantities import SPEEDS
 from pdhocbf_drake.walking.vhip import Vhip
 
 FASTEST = 5.0
-"""A speed that no state within the CoM's reach can be saved from; it only makes the polytopes bounded [m/s]."""
+"""A speed at which no state within the CoM's reach can be saved; it only makes the polytopes bounded [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -77,15 +78,15 @@ class SteppingTemplate:
         """X_q with h ≥ 0 of each barrier, or the first phase at which nothing is left.
 
         Raises:
-            InputError: a barrier on another quantity than CoM and CoM velocity.
+            InputError: the normal of a barrier has a part on the ZMP, which is an input here.
         """
-        if wrong := [b.name for b in barriers if len(b.normal) < 2 or np.any(b.normal[2:])]:
+        if wrong := [b.name for b in barriers if np.any(b.normals(0, b.normal_period)[:, 2:])]:
             raise InputError(f'barrier "{wrong[0]}": only bounds on CoM position and velocity can be certified')
         limited = []
         for phase, states in enumerate(self.states):
             rows = np.zeros((len(barriers), self.system.n))
             for row, barrier in zip(rows, barriers, strict=True):
-                row[:2] = barrier.sign * barrier.normal[:2]
+                row[:2] = barrier.sign * barrier.normals(phase, 1)[0, :2]
             bounds = [barrier.sign * barrier.bound(phase) for barrier in barriers]
             left = Polytope.from_rows(np.vstack([states.A, rows]), np.concatenate([states.b, bounds]))
             if left is None:
@@ -103,7 +104,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     """One axis of a walk's template.
 
     Args:
-        gait_config: the walk; its start and end do not matter here.
+        gait_config: the walk; its start and end are ignored.
         mpc: footholds' range, margin and the ticks for which a foothold is frozen.
         axis: 0 (x) or 1 (y).
         reach: how far the CoM may be from the stance foot along this axis [m].
@@ -114,7 +115,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     gait = Gait(gait_config.model_copy(update={"walk_steps": None}))
     vhip = Vhip(gait.height.eta(), gait_config.tick)
     n, delta = gait.period, gait_config.tick
-    parities = 1 if axis == 0 else 2
+    parities = SPEEDS[axis].steps
     period, commit = parities * n, min(mpc.freeze_ticks, n - 1 - gait_config.double_support_ticks)
     commanded = CommandedSteps(gait, mpc.horizon, mpc.zmp_margin)
     # Even steps come first, so that a phase here is a tick modulo the period.

@@ -19,7 +19,7 @@ _NONE = 1e-9
 
 
 def terminal_sets(found: ScenarioCertificate) -> dict[int, TerminalSet]:
-    """The set of each axis for a scenario's MPC: where a hard barrier is to be kept, that of the barrier's ψ rows.
+    """The terminal set of each axis for a scenario's MPC; under a hard barrier that of the barrier's ψ rows.
 
     Raises:
         InputError: there is no such set.

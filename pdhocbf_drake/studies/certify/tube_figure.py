@@ -12,6 +12,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
+from pdhocbf_drake.walking.quantities import SPEEDS
 
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 481)
 
@@ -38,7 +39,7 @@ def safe_tube(found: ScenarioCertificate) -> Figure:
     plot.plot(phases, orbit[:, 0], orbit[:, 1], color="black", lw=3.0, zorder=10)
     plot.set_xlabel(f"phase of the step [ticks of {1000 * template.tick:g} ms]", labelpad=18)
     plot.set_ylabel(f"CoM {name} from the foot [m]", labelpad=8)
-    plot.set_zlabel(f"CoM velocity in {name} [m/s]", labelpad=4)
+    plot.set_zlabel(f"{SPEEDS[axis].label} [{SPEEDS[axis].unit}]", labelpad=4)
     plot.set_box_aspect((2.3, 1.0, 1.05), zoom=1.13)
     plot.view_init(elev=22, azim=-62)
     plot.set_xlim(0, len(phases))
@@ -98,7 +99,7 @@ def _tube(plot: Axes3D, parts: Parts, pieces: list[np.ndarray], colour: str, alp
         for phase in {*known[::4], *known[:1], *known[-1:]}:
             part = parts[phase]
             if part is not None:
-                ring = _ordered(part)
+                ring = part.outline
                 face = [np.column_stack([np.full(len(ring), phase), ring])]
                 edge = Poly3DCollection(face, facecolor="none", edgecolor=colour, lw=0.8, alpha=0.9, zorder=order + 2)
                 plot.add_collection3d(edge)
@@ -112,8 +113,3 @@ def _rim(part: Polytope) -> Array:
     slack = part.b - part.A @ part.centre
     reach = np.where(speed > 1e-12, slack / np.where(speed > 1e-12, speed, 1.0), np.inf).min(axis=1)
     return np.asarray(part.centre + reach[:, None] * rays)
-
-
-def _ordered(part: Polytope) -> Array:
-    centred = (part.vertices - part.centre) / np.ptp(part.vertices, axis=0)
-    return np.asarray(part.vertices[np.argsort(np.arctan2(centred[:, 1], centred[:, 0]))])

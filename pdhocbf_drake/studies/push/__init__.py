@@ -1,1 +1,1 @@
-"""How hard the robot can be pushed, and what a barrier changes about it."""
+"""The largest push that the robot survives, with and without barriers: `pdhocbf push`."""

@@ -1,31 +1,28 @@
-"""`pdhocbf push`: how hard the robot of a scenario can be pushed, by direction, phase of the gait and barrier."""
+"""`pdhocbf push`: the largest push that the robot of a scenario survives, by direction, phase and barrier."""
 
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from pathlib import Path
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.progress import run_progress
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.run_folder import replaced_file
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.push.directions import parse_directions, parse_phases
-from pdhocbf_drake.studies.push.figures import draw_phases, draw_polar
-from pdhocbf_drake.studies.push.folder import result_folder
-from pdhocbf_drake.studies.push.results import Impulse, document, table
-from pdhocbf_drake.studies.push.variants import BARRIERS, told_of_borrowed
-from pdhocbf_drake.studies.push.worker import Settings, search_all
+from pdhocbf_drake.studies.push.results import Impulse, document, draw_phases, draw_polar, table
+from pdhocbf_drake.studies.push.search import Settings, search_all
+from pdhocbf_drake.studies.shared.cases import CASES, lent_barriers
+from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
+from pdhocbf_drake.studies.shared.results import result_folder, write_json, write_text
+from pdhocbf_drake.terminal import say, shown_progress
 
 RESULT = "push.json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """A scenario, the pushes to try, and where to put what is found."""
+    """A scenario, the pushes to try, and the folder of the results."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
     add_overrides(parser)
     parser.add_argument(
@@ -36,47 +33,43 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     phases = "how many, evenly spread over the gait, or a list of its ticks such as 0,10,20 (or '0,' for one)"
     parser.add_argument("--phases", default="8", metavar="N|LIST", help=phases)
-    parser.add_argument(
-        "--barriers", default=",".join(BARRIERS), metavar="LIST", help="which of " + ", ".join(BARRIERS)
-    )
+    parser.add_argument("--barriers", default=",".join(CASES), metavar="LIST", help="which of " + ", ".join(CASES))
     parser.add_argument("--tolerance", type=float, default=1.0, metavar="NS", help="resolution of the answer [N s]")
     parser.add_argument("--duration", type=float, default=0.1, metavar="S", help="length of a push [s]")
-    parser.add_argument("--watch", type=float, default=3.2, metavar="S", help="how long to watch after it began [s]")
+    parser.add_argument("--watch", type=float, default=3.2, metavar="S", help="time simulated from the push on [s]")
     parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
     parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/push-NAME")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Searches, writes and tells; gives the exit code."""
+    """Searches, writes and prints; returns the exit code."""
     scenario = load_scenario(options.scenario, options.text)
     directions = parse_directions(options.directions)
     gait = scenario.gait
     phases = parse_phases(options.phases, gait.ticks_per_gait)
     barriers = [word.strip() for word in options.barriers.split(",") if word.strip()]
     settings = _settings(options, gait.ticks_per_gait * gait.tick)
-    if not barriers or not set(barriers) <= set(BARRIERS):
-        raise InputError(f"--barriers: a list of {', '.join(BARRIERS)} is needed (given: {options.barriers!r})")
+    if not barriers or not set(barriers) <= set(CASES):
+        raise InputError(f"--barriers: a list of {', '.join(CASES)} is needed (given: {options.barriers!r})")
     if options.workers < 1:
         raise InputError(f"--workers must be 1 or more (given: {options.workers})")
     if scenario.system != "biped":
         raise InputError(f"scenario.system: only a 'biped' can be pushed here (given: {scenario.system!r})")
     folder = result_folder(options.out, "push", scenario)
-    if told := told_of_borrowed(scenario):
-        print(told, file=sys.stderr, flush=True)
+    if lent := lent_barriers(scenario):
+        say(lent)
     mass = Biped.load(scenario.robot).mass
     total = len(barriers) * len(directions) * len(phases)
-    with run_progress("push", 0, total) as progress:
-        impulses = search_all(
-            scenario, barriers, directions, phases, settings, options.workers, mass, lambda n: progress(n, "searched")
-        )
-    print(table(impulses), flush=True)  # first, since what is found must not be lost with a disk
+    with shown_progress("push", total, "searches") as progress:
+        impulses = search_all(scenario, barriers, directions, phases, settings, options.workers, mass, progress)
+    print(table(impulses), flush=True)  # before the files, since a full disk must not cost the result
     _write(folder, scenario, impulses)
     print(f"wrote {folder / RESULT} and two figures beside it")
     return 0
 
 
 def _settings(options: argparse.Namespace, gait: float) -> Settings:
-    """What the searches share; raises `InputError`."""
+    """The settings that the searches share; raises `InputError`."""
     for name, least in (("tolerance", 0.01), ("duration", 0.01), ("watch", options.duration + gait)):
         value = getattr(options, name)
         if not least <= value < 1e3:
@@ -90,7 +83,5 @@ def _write(folder: Path, scenario: Scenario, impulses: list[Impulse]) -> None:
         draw_polar(impulses, staging)
     with replaced_file(folder / "push_phases.png") as staging:
         draw_phases(impulses, staging, scenario.gait.ticks_per_step)
-    with replaced_file(folder / "push.txt") as staging:
-        staging.write_text(table(impulses) + "\n", encoding="utf-8")
-    with replaced_file(folder / RESULT) as staging:
-        staging.write_text(json.dumps(document(impulses), indent=1) + "\n", encoding="utf-8")
+    write_text(folder / "push.txt", table(impulses))
+    write_json(folder / RESULT, document(impulses))

@@ -1,8 +1,98 @@
-"""The largest impulse that is survived, by bisection."""
+"""The largest impulse that is survived, by bisection, for each barrier, direction and phase, shared among processes."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.studies.push.results import Impulse
+from pdhocbf_drake.studies.shared.cases import NONE, in_case
+from pdhocbf_drake.studies.shared.events import force
+from pdhocbf_drake.studies.shared.pool import in_processes
+from pdhocbf_drake.studies.shared.pushing import PushedWalk
+
+_LIMIT = 60.0  # [N s]
+# Impulses that a robot of this mass is likely to survive, from which the search begins [N s], [kg].
+_LIKELY, _LIKELY_MASS = {"+x": 16.0, "-x": 16.0, "+y": 8.0, "-y": 8.0}, 29.0
+
+
+class Settings(NamedTuple):
+    """Shared by all searches of a command: resolution [N s], length of a push [s], time simulated from it on [s]."""
+
+    tolerance: float
+    duration: float
+    watch: float
+
+
+class Search(NamedTuple):
+    """The searches in all directions at one phase, each begun from a guess [N s]: one piece of work."""
+
+    scenario: str
+    barrier: str
+    phases: tuple[int, ...]
+    phase: int
+    guesses: dict[str, float]
+    settings: Settings
+
+
+def search_all(
+    scenario: Scenario, barriers: Sequence[str], directions: Sequence[str], phases: Sequence[int],
+    settings: Settings, workers: int, mass: float = _LIKELY_MASS, report: Callable[[int], None] | None = None,
+) -> list[Impulse]:  # fmt: skip
+    """Every barrier, direction and phase, sorted in the order given.
+
+    The searches with a barrier begin from what is survived without one.
+
+    Args:
+        scenario: the scenario. barriers: some of `CASES`.
+        directions: some of `DIRECTIONS`. phases: ticks of the gait.
+        settings: shared by all searches.
+        workers: processes.
+        mass: of the robot, from which the first guesses are scaled [kg].
+        report: called with the number of impulses found so far.
+
+    Raises:
+        PdhocbfError: a worker process died.
+    """
+    text = scenario.model_dump_json()
+    found: dict[tuple[str, str, int], float] = {}
+    likely = {direction: _LIKELY[direction] * mass / _LIKELY_MASS for direction in directions}
+    for wave in ([b for b in barriers if b == NONE], [b for b in barriers if b != NONE]):
+        work = []
+        for barrier in wave:
+            for phase in phases:
+                guesses = {way: found.get((NONE, way, phase), likely[way]) for way in directions}
+                work.append(Search(text, barrier, tuple(phases), phase, guesses, settings))
+        for impulses in in_processes(search, work, workers):
+            found.update({impulse[:3]: impulse.survived for impulse in impulses})
+            if report is not None:
+                report(len(found))
+    order = [(b, d, p) for b in barriers for d in directions for p in phases]
+    return [Impulse(*key, found[key]) for key in order]
+
+
+def search(work: Search) -> list[Impulse]:
+    """The largest survived impulse in each direction at one phase."""
+    walk, settings = _walk(work.scenario, work.barrier, work.phases), work.settings
+
+    def in_direction(direction: str) -> Callable[[float], bool]:
+        def survives(impulse: float) -> bool:
+            pushed = force(direction, impulse, settings.duration)
+            return walk.trial(work.phase, pushed, settings.duration, settings.watch).survived
+
+        return survives
+
+    return [
+        Impulse(work.barrier, way, work.phase, largest_survived(in_direction(way), guess, settings.tolerance, _LIMIT))
+        for way, guess in work.guesses.items()
+    ]
+
+
+@lru_cache(maxsize=1)  # by value: a worker gets the same walk again for its next phase
+def _walk(scenario: str, barrier: str, phases: tuple[int, ...]) -> PushedWalk:
+    return PushedWalk(in_case(Scenario.model_validate_json(scenario), barrier), phases)
 
 
 def largest_survived(survives: Callable[[float], bool], guess: float, tolerance: float, limit: float) -> float:
@@ -13,7 +103,7 @@ def largest_survived(survives: Callable[[float], bool], guess: float, tolerance:
     that is not. The search then gives one of the edges, the one next to the guess as a rule.
 
     Args:
-        survives: says of an impulse whether it is survived; zero is taken to be.
+        survives: whether an impulse is survived; zero is taken to be.
         guess: where to begin [N s].
         tolerance: distance between neighbouring impulses [N s].
         limit: no impulse above it is tried [N s].

@@ -1,4 +1,4 @@
-"""What the paper leaves out, chosen so that (38) comes out; the script states what it fitted.
+"""A calibration of what the paper leaves out to its eq. (38); the script prints what was fitted.
 
 The paper prints two margins and their ratio, and neither stride, Δ_z, ε nor the bounds. Fixed by choice: a stride of
 0.15 m, ε = 1e4 1/s² a foothold, the literal gait (no double support, no standing start), α₁ = 1, and one rule for
@@ -18,9 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.loop import walk_template
+from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.reproduce.template_walk import run_template, standing
 
 PAPER_DCBF, PAPER_PERIODIC = 0.0226, 0.0073  # [m/s], eq. (38)
 WINDOW = slice(201, 401)  # ticks of eq. (38)
@@ -40,7 +42,7 @@ class Calibration(NamedTuple):
         amplitude: Δ_z of eq. (24) [m].
         margin: by which both bounds clear the nominal velocity [m/s].
         ripple: peak less mean of the nominal velocity [m/s].
-        walks: how many walks it took.
+        walks: number of simulated walks.
     """
 
     amplitude: float
@@ -52,14 +54,25 @@ class Calibration(NamedTuple):
 def free_walk(gait: dict[str, Any], mpc: dict[str, Any], ticks: int = _SETTLED) -> NDArray[np.float64]:
     """Forward CoM velocity of the template without barriers, (ticks,) [m/s]."""
     walk = build_walk(Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc}, "calibration"))
-    record, _ = run_template(walk, standing(walk), 0, ticks)
-    if record.unplanned.any():
-        raise InputError(f"the walk with gait {gait} can't be planned at tick {int(np.argmax(record.unplanned))}")
-    return record.speed
+    return forward_speed(walk.mpc, ticks)
+
+
+def forward_speed(mpc: PeriodicMpc, ticks: int) -> NDArray[np.float64]:
+    """Forward CoM velocity of the template from a stand on, (ticks,) [m/s].
+
+    Raises:
+        InputError: there is no plan at some tick.
+    """
+    speed = np.empty(ticks)
+    for row in walk_template(mpc, Memory.standing(mpc), 0, ticks):
+        if row.plan.fallbacks:
+            raise InputError(f"the walk with gait {mpc.gait.config} can't be planned at tick {row.tick}")
+        speed[row.tick] = row.state[0, 1]
+    return speed
 
 
 def measure(amplitude: float) -> tuple[float, float]:
-    """(ripple that the two bounds see over the window, offset of the settled orbit from the window's mean) [m/s]."""
+    """(settled peak, settled mean), both less the mean over the window [m/s]."""
     speed = free_walk({**CHOSEN["gait"], "com_height_amplitude": amplitude}, CHOSEN["mpc"])
     orbit = speed[-40:]
     return float(orbit.max() - speed[WINDOW].mean()), float(orbit.mean() - speed[WINDOW].mean())
@@ -86,12 +99,12 @@ def calibrate(low: float = 0.015, high: float = 0.022) -> Calibration:
 
 
 def statement(fit: Calibration) -> str:
-    """What was chosen and what was fitted, in words."""
+    """The chosen and the fitted values, in words."""
     gait, mpc = CHOSEN["gait"], CHOSEN["mpc"]
     return (
-        f"Calibrated, since the paper does not give it: chosen stride {gait['stride']} m, "
-        f"epsilon {mpc['foothold_weight']:g} 1/s^2 per foothold, no double support, no standing start, gamma 1, one "
-        f"margin for both bounds; fitted in {fit.walks} walks to the two margins of (38): Delta_z = "
+        f"Calibrated, since the paper does not give it: chosen stride {gait['stride']} m, epsilon "
+        f"{mpc['foothold_weight']:g} 1/s^2 per foothold, no double support, no standing start, gamma 1, one margin "
+        f"for both bounds; fitted in {fit.walks} walks to the two margins of (38): Delta_z = "
         f"{1e3 * fit.amplitude:.2f} mm and margin = {1e3 * fit.margin:.2f} mm/s. The velocity then rises "
         f"{1e3 * fit.ripple:.2f} mm/s over its mean."
     )

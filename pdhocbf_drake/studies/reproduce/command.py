@@ -3,15 +3,94 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from pdhocbf_drake.analysis.drawing import styled
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import new_run_folder
-from pdhocbf_drake.studies.reproduce.report import FIGURES, REPORT, RESULTS, write_report
-from pdhocbf_drake.studies.reproduce.runs import Runs
-from pdhocbf_drake.studies.reproduce.sections import chosen, make_sections
+from pdhocbf_drake.studies.reproduce.joints import figure_6
+from pdhocbf_drake.studies.reproduce.lemma_2 import lemma_2
+from pdhocbf_drake.studies.reproduce.literal import MEASURED_ZMP, NO_DOUBLE_SUPPORT, literal_against_corrected
+from pdhocbf_drake.studies.reproduce.oscillator import figure_1
+from pdhocbf_drake.studies.reproduce.report import FIGURES, REPORT, RESULTS, Section, write_report
+from pdhocbf_drake.studies.reproduce.runs import Request, Runs
+from pdhocbf_drake.studies.reproduce.schematics import figures_2_and_3
+from pdhocbf_drake.studies.reproduce.sensitivity import sensitivity
+from pdhocbf_drake.studies.reproduce.snapshots import figure_5
+from pdhocbf_drake.studies.reproduce.theorem import theorem_1
+from pdhocbf_drake.studies.reproduce.unsafe import figure_7
+from pdhocbf_drake.studies.reproduce.unsafe_robot import EVENTS, figure_7_robot
+from pdhocbf_drake.studies.reproduce.walk import ROBOT, figure_4, margins
+from pdhocbf_drake.terminal import Progress, shown_progress
+
+_ROBOT = tuple(ROBOT.values())
+_UNSAFE = tuple(request for requests in EVENTS.values() for request in requests.values())
+
+
+class Part(NamedTuple):
+    """The function that makes a section, and its runs of the robot, which a worker process makes ahead."""
+
+    make: Callable[[Runs], Section]
+    needs: tuple[Request, ...] = ()
+
+
+PARTS: dict[str, Part] = {
+    "fig1": Part(figure_1),
+    "fig2": Part(figures_2_and_3),
+    "fig4": Part(figure_4, _ROBOT),
+    "margins": Part(margins, _ROBOT),
+    "sensitivity": Part(sensitivity),
+    "fig5": Part(figure_5, _ROBOT[1:]),
+    "fig6": Part(figure_6, _ROBOT[1:]),
+    "fig7": Part(figure_7),
+    "fig7robot": Part(figure_7_robot, _UNSAFE),
+    "theorem": Part(theorem_1),
+    "lemma2": Part(lemma_2),
+    "literal": Part(literal_against_corrected, (_ROBOT[1], NO_DOUBLE_SUPPORT, MEASURED_ZMP)),
+}
+
+# Made last and in this order, so that the worker's runs of the robot are ready by then.
+_LATE = ("fig4", "margins", "fig5", "fig6", "literal", "fig7robot")
+
+
+def chosen(only: str | None) -> list[str]:
+    """The keys of `--only` ("fig1,fig4"), in the report's order; all without it.
+
+    Raises:
+        InputError: a key that does not exist.
+    """
+    if only is None:
+        return list(PARTS)
+    asked = [key.strip() for key in only.split(",") if key.strip()]
+    asked = ["fig2" if key == "fig3" else key for key in asked]  # one section draws both
+    unknown = [key for key in asked if key not in PARTS]
+    if unknown or not asked:
+        what = unknown[0] if unknown else only
+        raise InputError(f"--only: there is no part '{what}'; there are {', '.join(PARTS)} (fig3 comes with fig2)")
+    return [key for key in PARTS if key in asked]
+
+
+def make_sections(
+    keys: Sequence[str], runs: Runs, report: Progress = lambda done, words="": None
+) -> dict[str, Section]:
+    """The sections with these keys, in that order.
+
+    Args:
+        keys: some of `PARTS`.
+        runs: shared by the parts.
+        report: called with the number of finished sections, and the name of the next step.
+    """
+    runs.prepare(dict.fromkeys(request for key in _LATE if key in keys for request in PARTS[key].needs))
+    made: dict[str, Section] = {}
+    runs.report = lambda words: report(len(made), words)
+    for key in sorted(keys, key=lambda key: key in _LATE and 1 + _LATE.index(key)):
+        runs.report(f"making {key}")
+        made[key] = PARTS[key].make(runs)
+    report(len(made))
+    return {key: made[key] for key in keys}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,17 +100,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Makes the sections and writes them; gives the exit code."""
+    """Makes the sections and writes them; returns the exit code."""
     keys = chosen(options.only)
     place: Path = options.out or Path("runs/reproduction")
     started = time.monotonic()
 
-    def tell(line: str) -> None:
-        print(f"[{time.monotonic() - started:5.0f} s] {line}", file=sys.stderr, flush=True)
-
-    with new_run_folder(place, {REPORT, RESULTS, FIGURES}) as folder:
-        with Runs(tell) as runs, styled():
-            sections = make_sections(keys, runs)
+    with (
+        new_run_folder(place, {REPORT, RESULTS, FIGURES}) as folder,
+        shown_progress("reproduce", len(keys), "parts", every=True) as progress,
+    ):
+        with Runs() as runs, styled():
+            sections = make_sections(keys, runs, progress)
         write_report(sections, folder, time.monotonic() - started)
     for number in (n for section in sections.values() for n in section.numbers if n.paper is not None):
         verdict = {None: "", True: "agrees", False: "DIFFERS"}[number.agrees]

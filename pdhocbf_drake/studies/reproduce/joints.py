@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, time_axis
 from pdhocbf_drake.analysis.robot_limits import robot_limits
-from pdhocbf_drake.simulation.signals import JOINTS
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section, Table
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.walk import ROBOT
+from pdhocbf_drake.studies.shared.cases import PERIODIC
+from pdhocbf_drake.systems.signals import JOINTS
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,7 @@ _LEG = [joint.removeprefix("left_").replace("_", " ") for joint in JOINTS[:6]]
 
 def figure_6(runs: Runs) -> Section:
     """Angles, velocities, torques, and how much of each limit they use."""
-    run = runs.run(*ROBOT["periodic"])
+    run = runs.run(*ROBOT[PERIODIC])
     limits = robot_limits(run.scenario)
     if limits is None:
         raise RuntimeError("Fig. 6 needs a robot")
@@ -35,9 +36,9 @@ def figure_6(runs: Runs) -> Section:
     time = log.time[_SHOWN]
     effort, fastest = np.column_stack([-limits.effort, limits.effort]), np.column_stack([-limits.speed, limits.speed])
     pictures = [
-        _legs("fig6", "Fig. 6: joint angles of both legs", time, angle, np.degrees(limits.position), "angle", "deg"),
-        _legs("fig6_velocities", "Beyond Fig. 6: joint velocities", time, speed, fastest, "velocity", "rad/s"),
-        _legs("fig6_torques", "Beyond Fig. 6: torques", time, torque, effort, "torque", "N m"),
+        both_legs("fig6", "Fig. 6: joint angles", time, angle, np.degrees(limits.position), "angle", "deg"),
+        both_legs("fig6_velocities", "Beyond Fig. 6: joint velocities", time, speed, fastest, "velocity", "rad/s"),
+        both_legs("fig6_torques", "Beyond Fig. 6: torques", time, torque, effort, "torque", "N m"),
     ]
     rows = []
     for i, joint in enumerate(JOINTS):
@@ -65,13 +66,13 @@ def figure_6(runs: Runs) -> Section:
         ],
         pictures,
         [Table("What the walk asks of the joints, over the whole run", header, rows)],
-        [Number("degrees of freedom of the robot", 12, len(JOINTS), "1", 0.0, False, "pdhocbf reproduce --only fig6")],
+        [Number("degrees of freedom of the robot", 12, len(JOINTS), "1", "pdhocbf reproduce --only fig6", 0.0)],
         f"From {log.time[_STEADY]:g} s on every angle repeats after a gait to {repeats:.2f} deg.",
     )
 
 
-def _legs(name: str, what: str, time: Array, values: Array, limits: Array, quantity: str, unit: str) -> Picture:
-    """Each leg over time, and beside it what each joint may do and what it does in the whole run."""
+def both_legs(name: str, what: str, time: Array, values: Array, limits: Array, quantity: str, unit: str) -> Picture:
+    """Each leg over time, and beside it the limits of each joint and the part of them that the whole run uses."""
     figure = Figure(figsize=(8.5, 5.6))
     axes = figure.subplots(2, 2, sharex="col", sharey="col", width_ratios=[4.0, 1.0])
     data: dict[str, Sequence[float] | Array] = {"time [s]": time}

@@ -10,9 +10,9 @@ from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
 from pdhocbf_drake.barriers import check_relative_degree, input_interval
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.oscillator.van_der_pol_tube import Run, VanDerPolTube
-from pdhocbf_drake.studies.reproduce import look
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section, Table
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Runs
+from pdhocbf_drake.studies.shared.cases import NONE, PERIODIC
 
 HARMONIC = VanDerPolConfig(tube=(0.05, 0.05))
 LIMIT_CYCLE = VanDerPolConfig(beta=1.0, ticks_per_period=666, initial_state=(2.0, 0.0), tube=(0.2, 0.2))
@@ -25,7 +25,7 @@ def figure_1(runs: Runs) -> Section:
     pictures, rows = [], []
     growth, degrees = np.nan, [0, 0, 0, 0]
     for name, config in (("fig1", HARMONIC), ("fig1_limit_cycle", LIMIT_CYCLE)):
-        runs.tell(f"Van der Pol with beta = {config.beta:g}")
+        runs.report(f"Van der Pol with beta = {config.beta:g}")
         tube = VanDerPolTube(config)
         wanted = np.zeros(_TICKS) if config.beta == 0 else 0.6 * np.cos(config.tick * np.arange(_TICKS))
         held, free = tube.run(_TICKS, wanted=wanted), tube.run(_TICKS, filtered=False, wanted=wanted)
@@ -72,25 +72,19 @@ def figure_1(runs: Runs) -> Section:
     return Section(
         "Fig. 1: the Van der Pol oscillator",
         [
-            f"Equation (17) does not hold for the discretisation (16): Euler multiplies the amplitude by √(1+δ²) a "
-            f"tick, "
-            f"{exact:.2f} % a revolution, and 2π/δ = 628.3 is no whole number. Left alone, the oscillation leaves any "
-            f"tube; "
-            "the barriers hold it in one whose period is a whole number of ticks.",
+            "Equation (17) does not hold for the discretisation (16): Euler multiplies the amplitude by √(1+δ²) a "
+            f"tick, {exact:.2f} % a revolution, and 2π/δ = 628.3 is no whole number. Left alone, the oscillation "
+            "leaves any tube; the barriers hold it in one whose period is a whole number of ticks.",
             "The x₁ barriers have relative degree 2 and the x₂ barriers 1, computed from the dynamics, as the paper "
-            "says. All "
-            "four share one input. That they can be kept together is not automatic: it is a linear program per "
-            "phase over "
-            "the whole safe set, and here some room is left everywhere (“least room in the tube”).",
+            "says. All four share one input. That they can be kept together is not automatic: it is a linear program "
+            "per phase over the whole safe set, and here some room is left everywhere (“least room in the tube”).",
         ],
         pictures,
         [Table("Four barriers, one input", header, rows)],
         [
-            Number(
-                "growth of (16) per revolution with beta = 0, (17) says", 0.0, float(growth), "%", None, False, command
-            ),
-            Number("relative degree of the x1 barriers, (18)", 2, degrees[0], "1", 0.0, False, command),
-            Number("relative degree of the x2 barriers, (18)", 1, degrees[2], "1", 0.0, False, command),
+            Number("growth of (16) per revolution with beta = 0, (17) says", 0.0, float(growth), "%", command),
+            Number("relative degree of the x1 barriers, (18)", 2, degrees[0], "1", command, 0.0),
+            Number("relative degree of the x2 barriers, (18)", 1, degrees[2], "1", command, 0.0),
         ],
         "The barriers do what Fig. 1 shows; what they fight is the drift of the paper's own discretisation.",
     )
@@ -109,11 +103,11 @@ def _figure(tube: VanDerPolTube, held: Run, free: Run, lower: np.ndarray, upper:
         centre = np.resize(tube.orbit[:, i], _TICKS + 1)
         half = tube.config.tube[i]
         axes[i].fill_between(time, centre - half, centre + half, color=palette.BOX, alpha=0.6, lw=0, label="tube (18)")
-        axes[i].plot(time, free.states[:, i], color=look.FREE, lw=1.2, ls="--", label="without barriers")
-        axes[i].plot(time, held.states[:, i], color=look.PERIODIC, label="with P-DHOCBF")
+        axes[i].plot(time, free.states[:, i], color=palette.CASES[NONE], lw=1.2, ls="--", label="without barriers")
+        axes[i].plot(time, held.states[:, i], color=palette.CASES[PERIODIC], label="with P-DHOCBF")
         label(axes[i], f"x{i + 1}", _UNITS[i])
     axes[2].fill_between(
-        time[:-1], lower, upper, color=look.PERIODIC, alpha=0.25, lw=0, label="inputs that all four allow"
+        time[:-1], lower, upper, color=palette.CASES[PERIODIC], alpha=0.25, lw=0, label="inputs that all four allow"
     )
     axes[2].plot(time[:-1], held.inputs, color=palette.LIMIT, lw=1.0, label="input applied")
     axes[2].set_ylim(*_limits(held.inputs))

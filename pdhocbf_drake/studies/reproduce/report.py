@@ -1,20 +1,118 @@
-"""Binds the sections into one page that loads nothing, with every figure's PNG and CSV and every number beside it."""
+"""Sections of the reproduction (numbers beside the paper's, pictures with their data, tables, text) and their page.
+
+The page loads nothing; the PNG and CSV of every figure lie beside it.
+"""
 
 from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 import pdhocbf_drake
 from pdhocbf_drake.analysis.page import data_url, page, png
-from pdhocbf_drake.studies.reproduce.record import Number, Section
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC
 
 REPORT: Final = "report.html"
 RESULTS: Final = "results.json"
 FIGURES: Final = "figures"
+
+LABELS: Final = {NONE: "no barrier", DCBF: "Case 1, DCBF", PERIODIC: "Case 2, P-DHOCBF"}
+STYLES: Final = {NONE: ":", DCBF: "--", PERIODIC: "-"}
+"""Name and line style of each case; its colour is that of `palette.CASES`."""
+
+
+class Number(NamedTuple):
+    """One number of the paper beside ours: a row of `results.json`.
+
+    Attributes:
+        name: its name.
+        paper: the paper's value; None where the paper has none.
+        ours: our value, in the same unit.
+        unit: of both.
+        command: the command that prints it.
+        tolerance: largest |ours − paper| that counts as reproduced [unit]; None where no agreement is claimed.
+        calibrated: True where a value that the paper leaves out was fitted to this number.
+    """
+
+    name: str
+    paper: float | None
+    ours: float
+    unit: str
+    command: str
+    tolerance: float | None = None
+    calibrated: bool = False
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether ours is within the tolerance; None where no agreement is claimed."""
+        if self.paper is None or self.tolerance is None:
+            return None
+        return bool(abs(self.ours - self.paper) <= self.tolerance)
+
+
+class Picture(NamedTuple):
+    """A figure and the numbers drawn in it.
+
+    Attributes:
+        name: file name without ending.
+        caption: what it shows.
+        figure: a matplotlib figure.
+        data: columns of equal length by name, with the unit in the name; they become the CSV.
+    """
+
+    name: str
+    caption: str
+    figure: Figure
+    data: Mapping[str, ArrayLike]
+
+    def table(self) -> tuple[list[str], list[list[Any]]]:
+        """Header and rows of the CSV.
+
+        Raises:
+            InputError: columns of different lengths.
+        """
+        columns = [np.asarray(column).ravel() for column in self.data.values()]
+        if len({len(column) for column in columns}) > 1:
+            raise InputError(f"figure {self.name}: all columns of its data need one length")
+        return list(self.data), [list(row) for row in zip(*(column.tolist() for column in columns), strict=True)]
+
+
+class Table(NamedTuple):
+    """A small table for the report; the cells are text."""
+
+    caption: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+@dataclass
+class Section:
+    """A part of the report.
+
+    Attributes:
+        title: its heading.
+        text: paragraphs.
+        pictures, tables, numbers: in the order in which they are shown.
+        finding: the one sentence to take away.
+        frames: whole HTML pages to embed (a replay), by title.
+    """
+
+    title: str
+    text: list[str] = field(default_factory=list)
+    pictures: list[Picture] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
+    numbers: list[Number] = field(default_factory=list)
+    finding: str = ""
+    frames: dict[str, str] = field(default_factory=dict)
 
 
 def results(sections: Mapping[str, Section]) -> list[dict[str, Any]]:
@@ -34,13 +132,7 @@ def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) 
             header, rows = picture.table()
             with (folder / FIGURES / f"{picture.name}.csv").open("w", newline="", encoding="utf-8") as file:
                 csv.writer(file).writerows([header, *rows])
-            pictures.append(
-                {
-                    "caption": picture.caption,
-                    "name": picture.name,
-                    "source": data_url(image),
-                }
-            )
+            pictures.append({"caption": picture.caption, "name": picture.name, "source": data_url(image)})
         shown.append({"key": key, "section": section, "pictures": pictures, "numbers": section.numbers})
     numbers = results(sections)
     (folder / RESULTS).write_text(
@@ -58,7 +150,7 @@ def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) 
 
 
 def value(number: float | None) -> str:
-    """A number for the eye: four significant digits, a dash for none."""
+    """A number with four significant digits; a dash for none."""
     return "–" if number is None else f"{number:.4g}"
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future, ProcessPoolExecutor
+from contextlib import ExitStack
 from datetime import datetime, timezone
 from functools import lru_cache
-from types import TracebackType
+from typing import Any
 
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.provenance import Provenance
@@ -17,6 +17,7 @@ from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.reproduce.calibration import Calibration, calibrate
+from pdhocbf_drake.studies.shared.pool import result_of, worker_pool
 
 Request = tuple[str, str]
 """A scenario's name and the YAML laid over it."""
@@ -27,14 +28,15 @@ class Runs:
 
     Use as a context, which ends the worker.
 
-    Args:
-        tell: called with a line whenever something long begins.
+    Attributes:
+        report: called with a few words when a long step begins.
     """
 
-    def __init__(self, tell: Callable[[str], None] = lambda line: None) -> None:
-        self.tell = tell
+    def __init__(self) -> None:
+        self.report: Callable[[str], None] = lambda words: None
         self._done: dict[Request, Run] = {}
         self._ahead: dict[Request, Future[tuple[RunLog, datetime, float]]] = {}
+        self._stack = ExitStack()
         self._pool: ProcessPoolExecutor | None = None
         self.walk = lru_cache(maxsize=16)(self._walk)
         self.calibration = lru_cache(maxsize=1)(self._calibration)
@@ -42,19 +44,15 @@ class Runs:
     def __enter__(self) -> Runs:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        if self._pool is not None:
-            self._pool.shutdown(wait=kind is None, cancel_futures=True)
+    def __exit__(self, *error: Any) -> None:
+        self._stack.close()
 
-    def ahead(self, requests: Iterable[Request]) -> None:
-        """Lets the worker begin with these, in this order."""
+    def prepare(self, requests: Iterable[Request]) -> None:
+        """Has the worker process simulate these, in this order."""
         for request in requests:
             if request not in self._ahead and request not in self._done:
                 if self._pool is None:
-                    # Spawned: a forked child would share Drake's threads and locks.
-                    self._pool = ProcessPoolExecutor(1, multiprocessing.get_context("spawn"))
+                    self._pool = self._stack.enter_context(worker_pool(1))
                 self._ahead[request] = self._pool.submit(_simulated, *request)
 
     def run(self, name: str, text: str = "") -> Run:
@@ -62,9 +60,9 @@ class Runs:
         request = (name, text)
         if request not in self._done:
             if request in self._ahead:
-                log, started, wall = self._ahead.pop(request).result()
+                log, started, wall = result_of(self._ahead.pop(request))
             else:
-                self.tell(f"simulating {name} {text}".rstrip())
+                self.report(f"simulating {name} {text}".rstrip())
                 log, started, wall = _simulated(name, text)
             scenario = load_scenario(name, text)
             self._done[request] = Run(scenario, log, Provenance.of_run(scenario, started, wall))
@@ -74,7 +72,7 @@ class Runs:
         return build_walk(load_scenario(name, text))
 
     def _calibration(self) -> Calibration:
-        self.tell("calibrating the template to (38)")
+        self.report("calibrating the template to (38)")
         return calibrate()
 
 

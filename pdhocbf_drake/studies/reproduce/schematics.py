@@ -9,9 +9,10 @@ from matplotlib.patches import Rectangle
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend
 from pdhocbf_drake.simulation.run_log import RunLog
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.walk import TEMPLATE
+from pdhocbf_drake.studies.shared.cases import PERIODIC
 
 _FIRST, _TICKS = 200, 80  # two steps of the settled walk
 _EVERY = 5  # ticks between two drawn pendulums
@@ -19,7 +20,7 @@ _EVERY = 5  # ticks between two drawn pendulums
 
 def figures_2_and_3(runs: Runs) -> Section:
     """One gait of the template, from the side and from above."""
-    run = runs.run(*TEMPLATE["periodic"])
+    run = runs.run(*TEMPLATE[PERIODIC])
     rows = np.arange(_FIRST, _FIRST + _TICKS + 1)
     config = run.scenario.gait
     command = "pdhocbf reproduce --only fig2"
@@ -28,10 +29,10 @@ def figures_2_and_3(runs: Runs) -> Section:
         ["Both are drawn from the log of the template's walk: what is shown is the model, not a sketch of it."],
         [_side(run.log, rows), _above(run.log, rows)],
         numbers=[
-            Number("nominal CoM height Z_com, (24)", 0.58, config.com_height, "m", 0.0, False, command),
-            Number("side of the ZMP box, (27)", 0.1, config.zmp_box[0], "m", 0.0, False, command),
-            Number("sampling interval", 0.01, config.tick, "s", 0.0, False, command),
-            Number("horizon H, Lemma 2", 80, run.scenario.mpc.horizon, "ticks", 0.0, False, command),
+            Number("nominal CoM height Z_com, (24)", 0.58, config.com_height, "m", command, 0.0),
+            Number("side of the ZMP box, (27)", 0.1, config.zmp_box[0], "m", command, 0.0),
+            Number("sampling interval", 0.01, config.tick, "s", command, 0.0),
+            Number("horizon H, Lemma 2", 80, run.scenario.mpc.horizon, "ticks", command, 0.0),
         ],
         finding="With no double support the ZMP crosses from box to box within a tick; these boxes do not overlap.",
     )
@@ -67,16 +68,16 @@ def _above(log: RunLog, rows: np.ndarray) -> Picture:
     axes = figure.subplots()
     box = log["zmp_box"][rows]
     support = log.element("gait_phase", "support")[rows]
-    seen = set()
+    labelled = set()
     for corner, side in {tuple(np.round(b, 6)): s for b, s in zip(box, support, strict=True)}.items():
         name = "left" if side > 0 else "right"
         colour = palette.LEFT if side > 0 else palette.RIGHT
         patch = Rectangle(
             (corner[0], corner[2]), corner[1] - corner[0], corner[3] - corner[2], fc=colour, alpha=0.25, ec=colour
         )
-        if name not in seen:
+        if name not in labelled:
             patch.set_label(f"ZMP box (27), {name} foot")
-            seen.add(name)
+            labelled.add(name)
         axes.add_patch(patch)
     zmp = np.stack([log.element("lip_state", f"{a}_zmp")[rows] for a in "xy"])
     com = np.stack([log.element("lip_state", a)[rows] for a in "xy"])

@@ -13,11 +13,10 @@ from pdhocbf_drake.barriers import margin_ratio
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.reproduce import look
-from pdhocbf_drake.studies.reproduce.calibration import PAPER_DCBF, PAPER_PERIODIC, WINDOW, free_walk
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
+from pdhocbf_drake.studies.reproduce.calibration import PAPER_DCBF, PAPER_PERIODIC, WINDOW, forward_speed, free_walk
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Runs
-from pdhocbf_drake.studies.reproduce.template_walk import run_template, standing
+from pdhocbf_drake.studies.shared.cases import DCBF, PERIODIC
 
 _NAME = "forward_speed"
 # What is varied: axis label, values, and where in the scenario the value goes.
@@ -34,66 +33,40 @@ def sensitivity(runs: Runs) -> Section:
     """M measured over five of the choices that the paper does not report."""
     data = load_scenario("paper_vhip").to_dict()
     found: dict[str, np.ndarray] = {}
-    columns: dict[str, list[Any]] = {
-        "varied": [],
-        "value": [],
-        "ripple [m/s]": [],
-        "M [%]": [],
-        "h_DCBF [m/s]": [],
-        "h_P [m/s]": [],
-    }
     orbits: dict[str, np.ndarray] = {}
     for key, (_, values) in VARIED.items():
-        runs.tell(f"M over {key}")
-        rows = []
-        for value in values:
-            rows.append(measured(data, key, value, orbits))
-            for name, entry in zip(columns, (key, value, *rows[-1]), strict=True):
-                columns[name].append(entry)
-        found[key] = np.array(rows)
+        runs.report(f"M over {key}")
+        found[key] = np.array([measured(data, key, value, orbits) for value in values])
     gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])[:, 1]
     command = "pdhocbf reproduce --only sensitivity"
     spread, slow = found["margin"][:, 1], found["gamma"][:, 1]
     return Section(
         "What M measures",
         [
-            "Both cases walk the same, so M = (mean of V̄_P − v̄)/(V̄_DCBF − v̄): a property of where the two "
-            "bounds were "
-            "drawn. A constant bound has to clear the peak of the velocity; if both clear the velocity by the same "
-            "least "
-            "distance m, M = m/(m + r), with r the ripple: peak less mean. The lines are that formula, the points are "
-            "walks.",
+            "Both cases walk the same, so M = (mean of V̄_P − v̄)/(V̄_DCBF − v̄): a property of where the two bounds "
+            "were drawn. A constant bound has to clear the peak of the velocity; if both clear the velocity by the "
+            "same least distance m, M = m/(m + r), with r the ripple: peak less mean. The lines are that formula, "
+            "the points are walks.",
             f"With the gait fixed, the choice of the margin alone moves M from {spread.min():.0f} % to "
-            f"{spread.max():.0f} %; "
-            f"with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % to {gaits.max():.0f} %. "
-            f"γ leaves it at {slow[-1]:.0f} % unless it is so small that the constant barrier forbids the ripple "
-            f"itself: "
-            f"at γ = {VARIED['gamma'][1][0]:g} the walk slows down and M is {slow[0]:.0f} %. Any M between 0 and "
-            f"100 % can "
-            "be had, and M = 32.3 % "
-            "is met by a whole family of gaits, so it identifies none of them.",
+            f"{spread.max():.0f} %; with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % "
+            f"to {gaits.max():.0f} %. γ leaves it at {slow[-1]:.0f} % unless it is so small that the constant barrier "
+            f"forbids the ripple itself: at γ = {VARIED['gamma'][1][0]:g} the walk slows down and M is {slow[0]:.0f} "
+            "%. Any M between 0 and 100 % can be had, and M = 32.3 % is met by a whole family of gaits, so it "
+            "identifies none of them.",
         ],
         [_figure(found), _law(found)],
         [],
         [
-            Number(
-                "least M over margins of 1 to 60 mm/s, the same walk",
-                None,
-                float(spread.min()),
-                "%",
-                None,
-                False,
-                command,
-            ),
-            Number("largest M over the same margins", None, float(spread.max()), "%", None, False, command),
+            Number("least M over margins of 1 to 60 mm/s, the same walk", None, float(spread.min()), "%", command),
+            Number("largest M over the same margins", None, float(spread.max()), "%", command),
             Number(
                 "ripple of the velocity that (38) implies, one margin for both",
                 PAPER_DCBF - PAPER_PERIODIC,
                 float(found["com_height_amplitude"][3, 0]),
                 "m/s",
+                command,
                 0.0006,
                 True,
-                command,
             ),
         ],
         "M says how closely the two bounds were drawn around one trajectory, not how two controllers differ.",
@@ -121,19 +94,18 @@ def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.
         orbits[name] = free_walk(gait, mpc)[-(1200 % period) - period :][:period]
     orbit = orbits[name]
     h = {}
-    for case, values in (("periodic", orbit + margin), ("constant", np.full(1, orbit.max() + margin))):
+    for case, values in ((PERIODIC, orbit + margin), (DCBF, np.full(1, orbit.max() + margin))):
         bound = {"kind": "tabulated", "values": values.tolist()}
         barrier = {"bound": bound, "gamma": [gamma], "relative_degree": 2}
         walk = build_walk(
             Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc, "barriers": {_NAME: barrier}}, key)
         )
-        record, _ = run_template(walk, standing(walk), 0, WINDOW.stop)
-        h[case] = np.resize(values, WINDOW.stop)[WINDOW] - record.speed[WINDOW]
+        h[case] = (np.resize(values, WINDOW.stop) - forward_speed(walk.mpc, WINDOW.stop))[WINDOW]
     return (
         float(orbit.max() - orbit.mean()),
-        100 * margin_ratio(h["periodic"], h["constant"]),
-        float(h["constant"].mean()),
-        float(h["periodic"].mean()),
+        100 * margin_ratio(h[PERIODIC], h[DCBF]),
+        float(h[DCBF].mean()),
+        float(h[PERIODIC].mean()),
     )
 
 
@@ -142,7 +114,7 @@ def _figure(found: dict[str, np.ndarray]) -> Picture:
     axes = figure.subplots(2, 3).ravel()
     data: dict[str, list[Any]] = {"varied": [], "value": [], "M [%]": []}
     for axis, (key, (name, values)) in zip(axes, VARIED.items(), strict=False):
-        axis.plot(values, found[key][:, 1], "o-", color=look.PERIODIC)
+        axis.plot(values, found[key][:, 1], "o-", color=palette.CASES[PERIODIC])
         axis.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0)
         axis.set_ylim(0, 100)
         axis.set_xlabel(name)
@@ -161,12 +133,16 @@ def _law(found: dict[str, np.ndarray]) -> Picture:
     figure = Figure(figsize=(8.5, 3.8))
     axes = figure.subplots()
     ripple = np.linspace(0, 0.045, 200)
-    for margin, colour in ((0.003, palette.RUNS[5]), (PAPER_PERIODIC, look.PERIODIC), (0.015, palette.RUNS[4])):
+    for margin, colour in (
+        (0.003, palette.RUNS[5]),
+        (PAPER_PERIODIC, palette.CASES[PERIODIC]),
+        (0.015, palette.RUNS[4]),
+    ):
         axes.plot(
             1e3 * ripple, 100 * margin / (margin + ripple), color=colour, label=f"m/(m + r), m = {1e3 * margin:g} mm/s"
         )
     gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])
-    axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=look.PERIODIC, label="walks, m = 7.3 mm/s")
+    axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=palette.CASES[PERIODIC], label="walks, m = 7.3 mm/s")
     margins = found["margin"]
     axes.plot(1e3 * margins[:, 0], margins[:, 1], "x", color=palette.LIMIT, label="one walk, m from 1 to 60 mm/s")
     axes.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0, label="the paper's 32.3 %")

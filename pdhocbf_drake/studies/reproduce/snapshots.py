@@ -21,10 +21,11 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from pdhocbf_drake.analysis.replay import replay_html
-from pdhocbf_drake.robot.robot import Biped
-from pdhocbf_drake.studies.reproduce.record import Picture, Section
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.studies.reproduce.report import Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.walk import ROBOT
+from pdhocbf_drake.studies.shared.cases import PERIODIC
 
 _SETTLED, _POSES = 3, 4  # gaits before the one that is shown, pictures of it
 _SIZE = (900, 900)
@@ -35,8 +36,8 @@ Pixels = NDArray[np.float64]
 
 def figure_5(runs: Runs) -> Section:
     """Five poses of one gait in two views, and the replay of the run."""
-    run = runs.run(*ROBOT["periodic"])
-    runs.tell("rendering the snapshots")
+    run = runs.run(*ROBOT[PERIODIC])
+    runs.report("rendering the snapshots")
     gait = run.scenario.gait
     first = gait.start_steps * gait.ticks_per_step + _SETTLED * gait.ticks_per_gait
     rows = first + gait.ticks_per_gait * np.arange(_POSES + 1) // _POSES
@@ -59,13 +60,13 @@ def figure_5(runs: Runs) -> Section:
         "Fig. 5: snapshots of the walk",
         ["Rendered by Drake from the recorded joint angles. The replay of the whole run is below."],
         [Picture("fig5", caption, figure, data)],
-        finding="The robot walks with the feet, knees and torso that the log says.",
+        finding="The rendered feet, knees and torso are those of the log.",
         frames={"Replay of the robot under Case 2": replay_html(run)},
     )
 
 
 class Studio:
-    """The robot before a camera that looks at it from a height [m], on a plain floor."""
+    """The robot on a plain floor, and a camera that looks at the middle of its walk at a height [m]."""
 
     def __init__(self, robot: str, poses: NDArray[np.float64], height: float) -> None:
         builder = DiagramBuilder()
@@ -98,8 +99,8 @@ class Studio:
         self._plant.SetPositions(self._plant.GetMyMutableContextFromRoot(self._context), positions)
         query = self._scene_graph.get_query_output_port().Eval(self._scene_graph.GetMyContextFromRoot(self._context))
         place = self._middle + np.array(_VIEWS[view])
-        looks = looking(place, self._middle)
-        image = query.RenderColorImage(self._camera, self._scene_graph.world_frame_id(), looks)
+        pose_of_camera = looking(place, self._middle)
+        image = query.RenderColorImage(self._camera, self._scene_graph.world_frame_id(), pose_of_camera)
         return np.asarray(image.data[:, :, :3], dtype=float) / 255.0
 
 

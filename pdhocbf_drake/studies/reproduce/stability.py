@@ -9,62 +9,66 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
-from pdhocbf_drake.qp import QpSolver, compile_program, make_solver
-from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.mpc.terms import TERMS
+from pdhocbf_drake.mpc.terms.program import AxisProgram
+from pdhocbf_drake.mpc.terms.stability import Stability
+from pdhocbf_drake.mpc.terms.term import Setting, Term
 
 Array = NDArray[np.float64]
 Row = tuple[Array, Array]
 """Coefficients (H,) of the inputs and (3,) of the state [c, v, p]; their sum is to be zero."""
-Rows = Callable[[PeriodicMpc, int], list[Row]]
+Rows = Callable[[Setting, int], list[Row]]
 
 
-def matching(mpc: PeriodicMpc, phase: int) -> list[Row]:
+def matching(setting: Setting, phase: int) -> list[Row]:
     """(33) for the discretised template: Σ_i g_i u_i/Π_{j≤i} λ_j = (1 − Π λ⁻¹) e_k."""
-    horizon = mpc.config.horizon
-    left = 1.0 - mpc.divergent.discounts(phase, horizon)[-1]
-    return [(mpc.divergent.input_weights(phase, horizon), -left * mpc.divergent.offset_row(phase))]
+    divergent, horizon = setting.divergent, setting.config.horizon
+    left = 1.0 - divergent.discounts(phase, horizon)[-1]
+    return [(divergent.input_weights(phase, horizon), -left * divergent.offset_row(phase))]
 
 
-def matching_terminal(mpc: PeriodicMpc, phase: int) -> list[Row]:
+def matching_terminal(setting: Setting, phase: int) -> list[Row]:
     """(34) for the discretised template: e_{k+H} = e_k."""
-    return [_returns(mpc, phase, mpc.divergent.offset_row(phase))]
+    return [_returns(setting, phase, setting.divergent.offset_row(phase))]
 
 
-def literal(mpc: PeriodicMpc, phase: int) -> list[Row]:
+def literal(setting: Setting, phase: int) -> list[Row]:
     """(33) with the letters' meaning put right (ω = √η of this tick), its exponentials as printed."""
-    return [_printed(mpc, np.sqrt(mpc.vhip.eta[phase]))]
+    return [_printed(setting, np.sqrt(setting.vhip.eta[phase]))]
 
 
-def literal_terminal(mpc: PeriodicMpc, phase: int) -> list[Row]:
+def literal_terminal(setting: Setting, phase: int) -> list[Row]:
     """(34) on the Euler model (23), with the same ω."""
-    return [_returns(mpc, phase, np.array([1.0, 1.0 / np.sqrt(mpc.vhip.eta[phase]), -1.0]))]
+    return [_returns(setting, phase, np.array([1.0, 1.0 / np.sqrt(setting.vhip.eta[phase]), -1.0]))]
 
 
-def eta_for_omega(mpc: PeriodicMpc, phase: int) -> list[Row]:
+def eta_for_omega(setting: Setting, phase: int) -> list[Row]:
     """(33) to the letter: the η of (22), in 1/s², where a rate in 1/s belongs."""
-    return [_printed(mpc, mpc.vhip.eta[phase])]
+    return [_printed(setting, setting.vhip.eta[phase])]
 
 
 VARIANTS: dict[str, Rows] = {
     "(33), matching": matching,
     "(34), matching": matching_terminal,
-    "(33) and (34), matching": lambda mpc, phase: matching(mpc, phase) + matching_terminal(mpc, phase),
+    "(33) and (34), matching": lambda setting, phase: matching(setting, phase) + matching_terminal(setting, phase),
     "(33), literal": literal,
     "(34), literal": literal_terminal,
-    "(33) and (34), literal": lambda mpc, phase: literal(mpc, phase) + literal_terminal(mpc, phase),
+    "(33) and (34), literal": lambda setting, phase: literal(setting, phase) + literal_terminal(setting, phase),
     "(33), η for ω": eta_for_omega,
 }
 
 
-def _printed(mpc: PeriodicMpc, rate: float) -> Row:
-    delta, horizon = mpc.gait.config.tick, mpc.config.horizon
+def _printed(setting: Setting, rate: float) -> Row:
+    delta, horizon = setting.gait.config.tick, setting.config.horizon
     factor = rate * (1 - np.exp(-horizon * rate * delta)) / (1 - np.exp(-rate * delta))
     return np.exp(-rate * delta * np.arange(horizon)), -factor * np.array([1.0, 1.0 / rate, -1.0])
 
 
-def _returns(mpc: PeriodicMpc, phase: int, row: Array) -> Row:
-    phi, gamma = mpc.vhip.prediction(phase, mpc.config.horizon)
+def _returns(setting: Setting, phase: int, row: Array) -> Row:
+    phi, gamma = setting.vhip.prediction(phase, setting.config.horizon)
     return row @ gamma[-1], row @ (phi[-1] - np.eye(3))
 
 
@@ -73,56 +77,46 @@ class Attempt(NamedTuple):
 
     Attributes:
         planned: ticks until no solution was found.
-        status: the solver's word at the end.
+        reason: of the last plan.
         speed: forward CoM velocity, (planned,) [m/s].
-        inputs: forward ZMP velocity, (planned,) [m/s].
     """
 
     planned: int
-    status: str
+    reason: Reason
     speed: Array
-    inputs: Array
 
 
-def attempt(walk: Walk, memory: Memory, first: int, ticks: int, rows: Rows) -> Attempt:
-    """Walks on from a settled walk with these rows in place of the stability row, until no solution is found."""
-    mpc = walk.mpc
-    solvers = [[_solver(mpc, axis, phase, rows) for phase in range(mpc.gait.period)] for axis in (0, 1)]
-    memory = memory.copy()
-    speed: list[float] = []
-    inputs: list[float] = []
-    horizon, n_f = mpc.config.horizon, mpc.footholds
-    for k in range(first, first + ticks):
-        found = []
-        given = mpc.given(k, memory.state, memory.stance, {}, None, memory.plan)
-        for axis in (0, 1):
-            theta = mpc.problems[axis].theta(given)
-            result = solvers[axis][k % mpc.gait.period].solve(theta)
-            if not result.ok:
-                return Attempt(k - first, f"{result.status} ({'xy'[axis]})", np.array(speed), np.array(inputs))
-            found.append(result.decisions[: horizon + n_f])
-        plans = np.stack(found)
-        if memory.plan is None:
-            raise RuntimeError("the attempt begins in the middle of a walk")
-        plan = memory.plan._replace(tick=k, inputs=plans[:, :horizon], footholds=plans[:, horizon:])
-        speed.append(memory.state[0, 1])
-        inputs.append(plan.inputs[0, 0])
-        memory.advance(mpc, memory.state, plan)
-    return Attempt(ticks, "solved", np.array(speed), np.array(inputs))
+def attempt(mpc: PeriodicMpc, memory: Memory, first: int, ticks: int, rows: Rows) -> Attempt:
+    """Walks on from a settled walk without barriers, with these rows in place of the stability row.
+
+    Args:
+        mpc: the problem (36) with the stability row.
+        memory: of the settled walk before tick `first`.
+        first: the first tick.
+        ticks: after which the attempt ends, if it has a solution at each of them.
+        rows: one of `VARIANTS`.
+    """
+    kinds: list[type[Term]] = [_demanding(rows) if kind is Stability else kind for kind in TERMS]
+    config = mpc.config.model_copy(update={"solver": "clarabel"})
+    other = PeriodicMpc(mpc.gait, mpc.vhip, config, ([], []), on_demand=True, kinds=kinds)
+    speed, reason = [], Reason.SOLVED
+    for row in walk_template(other, memory, first, ticks):
+        reason = row.plan.reason
+        if reason != Reason.SOLVED:
+            break
+        speed.append(row.state[0, 1])
+    return Attempt(len(speed), reason, np.array(speed))
 
 
-def _solver(mpc: PeriodicMpc, axis: int, phase: int, rows: Rows) -> QpSolver:
-    program = mpc.problems[axis].write(phase)
-    prog, state = program.prog, program.part["state"]
-    for binding in prog.GetAllConstraints():
-        if binding.evaluator().get_description() == "stability":
-            prog.RemoveConstraint(binding)
-    for on_inputs, on_state in rows(mpc, phase):
-        row = np.concatenate([on_inputs, on_state])
-        # Scaled, so that the solver's tolerance means the same for every variant.
-        row = row / np.abs(row).max()
-        binding = prog.AddLinearEqualityConstraint(
-            row[None], [0.0], np.concatenate([program.decisions[: mpc.config.horizon], state])
-        )
-        binding.evaluator().set_description("stability")
-    return make_solver("clarabel", compile_program(prog, program.decisions, program.parameters))
+def _demanding(rows: Rows) -> type[Stability]:
+    """The kind of term that demands these rows in place of the stability row."""
+
+    class Other(Stability):
+        def write(self, program: AxisProgram) -> None:
+            variables = np.concatenate([program.u, program.part["state"]])
+            for on_inputs, on_state in rows(self.setting, program.phase):
+                row = np.concatenate([on_inputs, on_state])
+                # Scaled, so that the solver's tolerance means the same for every variant.
+                program.equal_zero(row[None] / np.abs(row).max(), variables, "stability")
+
+    return Other

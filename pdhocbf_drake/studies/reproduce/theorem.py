@@ -10,9 +10,9 @@ from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend
 from pdhocbf_drake.barriers import Barrier
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.studies.reproduce import look
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section, Table
+from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Runs
+from pdhocbf_drake.studies.shared.cases import PERIODIC
 
 RATES = (0.3, 1.0, 1.5, 2.0, 2.5)  # γ of α(s) = γ s; the last three are class K too, and above s
 _SEQUENCES, _TICKS = 10_000, 60
@@ -20,7 +20,7 @@ _SEQUENCES, _TICKS = 10_000, 60
 
 def theorem_1(runs: Runs) -> Section:
     """False for α(s) = 2s, true for α(s) ≤ s."""
-    runs.tell("Lemma 1 and Theorem 1 on random sequences")
+    runs.report("Lemma 1 and Theorem 1 on random sequences")
     least = {gamma: (least_of_lemma(gamma), least_of_theorem(gamma)) for gamma in RATES}
     rows = [
         (f"{g:g}", "yes" if g <= 1 else "no", f"{a:.4f}", f"{b:.4f}", "holds" if min(a, b) > -1e-12 else "violated")
@@ -30,15 +30,12 @@ def theorem_1(runs: Runs) -> Section:
     return Section(
         "Lemma 1 and Theorem 1",
         [
-            "Lemma 1 as printed allows any class-K function. It is false: α(s) = 2s is one, and b(1) = b(0) − 2b(0) = "
-            "−b(0) "
-            "satisfies b(1) − b(0) ≥ −α(b(0)). What is needed is α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ 1. Then "
-            "ψ_{i−1}(k+1) = ψ_i(k) + (id − α_i)(ψ_{i−1}(k)) ≥ 0, and induction runs from ψ_m down to h.",
+            "Lemma 1 as printed allows any class-K function. It is false: α(s) = 2s is one, and b(1) = b(0) − 2b(0) "
+            "= −b(0) satisfies b(1) − b(0) ≥ −α(b(0)). What is needed is α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ "
+            "1. Then ψ_{i−1}(k+1) = ψ_i(k) + (id − α_i)(ψ_{i−1}(k)) ≥ 0, and induction runs from ψ_m down to h.",
             "Corrected Theorem 1: if ψ_i(0) ≥ 0 for all i < m, ψ_m(k) ≥ 0 for all k, and every α_i(s) ≤ s on s ≥ 0, "
-            "then h(k) "
-            "≥ 0 for all k. Neither a periodic trajectory (7) nor a periodic controller is used; (7) would even "
-            "exclude the "
-            "paper's own transient of 0–2 s. Only the functions h(k, ·) are periodic.",
+            "then h(k) ≥ 0 for all k. Neither a periodic trajectory (7) nor a periodic controller is used; (7) would "
+            "even exclude the paper's own transient of 0–2 s. Only the functions h(k, ·) are periodic.",
             f"This library refuses such a function when a barrier is made: “{refusal()}”.",
         ],
         [_figure()],
@@ -50,23 +47,14 @@ def theorem_1(runs: Runs) -> Section:
             )
         ],
         [
-            Number(
-                "Lemma 1 with alpha(s) = 2s: b(1)/b(0), claimed at least",
-                0.0,
-                counterexample()[1],
-                "1",
-                None,
-                False,
-                command,
-            ),
+            Number("Lemma 1 with alpha(s) = 2s: b(1)/b(0), claimed at least", 0.0, counterexample()[1], "1", command),
             Number(
                 "largest violation of h >= 0 under the corrected Lemma 1 and Theorem 1 (gamma <= 1)",
                 0.0,
                 max(0.0, -min(min(v) for g, v in least.items() if g <= 1)),
                 "1",
-                1e-12,
-                False,
                 command,
+                1e-12,
             ),
         ],
         "True after one more hypothesis, α(s) ≤ s, and with one fewer: no periodicity of the trajectory.",
@@ -120,7 +108,7 @@ def _figure() -> Picture:
     figure = Figure(figsize=(8.5, 3.2))
     axes = figure.subplots()
     data: dict[str, np.ndarray] = {"k [ticks]": np.arange(12)}
-    colours = (look.PERIODIC, palette.RUNS[0], palette.RUNS[4], palette.RUNS[1])
+    colours = (palette.CASES[PERIODIC], palette.RUNS[0], palette.RUNS[4], palette.RUNS[1])
     for gamma, colour, style in zip((0.3, 1.0, 1.5, 2.0), colours, ("-", "-.", "--", ":"), strict=True):
         data[f"b, gamma = {gamma:g}"] = counterexample(gamma)
         axes.plot(counterexample(gamma), "o", ls=style, color=colour, label=f"α(s) = {gamma:g}s", ms=4)

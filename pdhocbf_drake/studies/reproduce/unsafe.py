@@ -9,38 +9,55 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend, panels
-from pdhocbf_drake.studies.reproduce import look
+from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.reproduce.calibration import PAPER_PERIODIC
-from pdhocbf_drake.studies.reproduce.events import CASES, SETTLED, Laboratory, Outcome, commanded, kicks
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
-from pdhocbf_drake.studies.reproduce.runs import Runs
-from pdhocbf_drake.studies.reproduce.template_walk import run_template
-from pdhocbf_drake.studies.reproduce.unsafe_findings import conclusions, finding
-from pdhocbf_drake.studies.reproduce.unsafe_tables import BARRIERS, command_table, count, kick_table, push_table
+from pdhocbf_drake.studies.reproduce.report import LABELS, STYLES, Number, Picture, Section
+from pdhocbf_drake.studies.reproduce.runs import Request, Runs
+from pdhocbf_drake.studies.reproduce.unsafe_findings import (
+    BARRIERS,
+    bound,
+    command_table,
+    conclusions,
+    count,
+    finding,
+    kick_table,
+    push_table,
+    speed,
+)
+from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC
+from pdhocbf_drake.studies.shared.measures import ACTS, Array, Outcome
+from pdhocbf_drake.studies.shared.template import Laboratory
+from pdhocbf_drake.walking import GaitConfig
 
+SCENARIO: Request = ("paper_vhip", "barriers: {forward_speed: {gamma: [0.5, 0.5]}}")
 KICKS = (0.01, 0.02, 0.03, 0.05)  # [m/s]
 SHOWN_KICK, SHOWN_PHASE = 0.02, 15  # where the constant bound is far away
 PUSHES = (0.05, 0.1, 0.2, 0.4)  # [m/s²], for one step
 COMMANDS = (0.152, 0.155, 0.16, 0.17, 0.18)  # [m] a step, where 0.15 m is right
-_TICKS = 120
+_TICKS, _COMMANDED_TICKS = 120, 200
 _SHOWN_COMMAND, _SHOWN_PUSH = 0.16, 0.2
 _MARKERS = {"acts": ("^", 13, "first acts"), "notices": ("X", 8, "first h < 0")}  # the larger shows behind the other
 _COMMAND = "pdhocbf reproduce --only fig7"
 
 
 def figure_7(runs: Runs) -> Section:
-    """What each barrier notices, when it acts, and what that changes."""
-    laboratory = Laboratory(runs)
-    period, tick, stride = laboratory.period, laboratory.gait.tick, laboratory.gait.stride
+    """The section: which kicks each barrier notices, when it acts, and how soon the walk recovers."""
+    scenario = load_scenario(*SCENARIO)
+    laboratory, gait = Laboratory(scenario), scenario.gait
+    period, tick, stride = gait.ticks_per_step, gait.tick, gait.stride
+    nominal = laboratory.walks[NONE].undisturbed.states[:period, 0, 1]
     step = f"{period * tick:g} s"
-    by_size: dict[float, Mapping[str, list[Outcome]]] = {}
+    by_size: dict[float, dict[str, list[Outcome]]] = {}
     for size in KICKS:
-        runs.tell(f"velocity kicks of {1e3 * size:g} mm/s at {period} phases, three cases")
-        by_size[size] = kicks(laboratory, size, _TICKS)
-    runs.tell("sustained pushes and wrong speed commands")
-    pushes = {a: {c: laboratory.run(c, 0, np.full(period, a * tick), _TICKS) for c in CASES} for a in PUSHES}
-    orders = {stride: _commanded(laboratory, stride) for stride in COMMANDS}
+        runs.report(f"velocity kicks of {1e3 * size:g} mm/s at {period} phases, three cases")
+        kick = np.array([[size, 0.0]])
+        by_size[size] = {c: [laboratory.kicked(c, q, kick, _TICKS) for q in range(period)] for c in CASES}
+    runs.report("sustained pushes and wrong speed commands")
+    push = np.tile([tick, 0.0], (period, 1))  # of 1 m/s²
+    pushes = {a: {c: laboratory.kicked(c, 0, a * push, _TICKS) for c in CASES} for a in PUSHES}
+    orders = {length: {c: laboratory.commanded(c, length, 1, _COMMANDED_TICKS) for c in CASES} for length in COMMANDS}
     shown = {case: by_size[SHOWN_KICK][case][SHOWN_PHASE] for case in CASES}
     wrong = f"steps of {_SHOWN_COMMAND:g} m commanded instead of {stride:g} m"
     events = [
@@ -48,22 +65,20 @@ def figure_7(runs: Runs) -> Section:
         ("fig7_push", f"a push of {_SHOWN_PUSH:g} m/s² for {step}", pushes[_SHOWN_PUSH], 100),
         ("fig7_command", wrong, orders[_SHOWN_COMMAND], 200),
     ]
-    pictures = [_trajectories(laboratory, *event) for event in events]
+    pictures = [_trajectories(gait, nominal, *event) for event in events]
     pictures.append(_phases(by_size))
     noticed = {case: [count(o.notices == 0 for o in by_size[s][case]) for s in KICKS] for case in BARRIERS}
     return Section(
         "Fig. 7: unsafe events, as an experiment",
-        [_definitions(), *conclusions(by_size, orders, laboratory.nominal)],
+        [_definitions(), *conclusions(by_size, orders, nominal)],
         pictures,
         [kick_table(by_size), push_table(pushes, step), command_table(orders, stride)],
         [
             Number(
-                f"kick of {1e3 * size:g} mm/s: phases of {period} at which {look.CASE_NAMES[case]} sees h < 0 at once",
+                f"kick of {1e3 * size:g} mm/s: phases of {period} at which {LABELS[case]} sees h < 0 at once",
                 None,
                 noticed[case][i],
                 "phases",
-                None,
-                False,
                 _COMMAND,
             )
             for i, size in enumerate(KICKS)
@@ -73,44 +88,30 @@ def figure_7(runs: Runs) -> Section:
     )
 
 
-def _commanded(laboratory: Laboratory, stride: float) -> dict[str, Outcome]:
-    step = SETTLED // laboratory.period + 1
-    walks = {case: commanded(walk, stride, step) for case, walk in laboratory.walks.items()}
-    found = {}
-    for case, walk in walks.items():
-        without = walks["free"].mpc if case != "free" else None
-        record, _ = run_template(walk, laboratory.start(case, 0), SETTLED, 200, None, without)
-        found[case] = laboratory.judged(walk, record)
-    return found
-
-
 def _trajectories(
-    laboratory: Laboratory, name: str, event: str, outcomes: Mapping[str, Outcome], ticks: int
+    gait: GaitConfig, orbit: Array, name: str, event: str, outcomes: Mapping[str, Outcome], ticks: int
 ) -> Picture:
     figure, (axes,) = panels(1, height=3.6)
-    time = laboratory.gait.tick * np.arange(ticks)
-    phases = (outcomes["free"].record.first + np.arange(ticks)) % laboratory.period
-    nominal = laboratory.nominal[phases]
-    low = min(float(o.record.speed[:ticks].min()) for o in outcomes.values())
+    time = gait.tick * np.arange(ticks)
+    phases = (outcomes[NONE].record.first + np.arange(ticks)) % gait.ticks_per_step
+    nominal = orbit[phases]
+    low = min(float(speed(o)[:ticks].min()) for o in outcomes.values())
     floor = min(low, float(nominal.min())) - 0.01
     for case in BARRIERS:
-        bound = outcomes[case].bound[:ticks]
         zone: dict[str, Any] = (
-            {"hatch": "//", "fc": "none", "ec": look.PERIODIC, "alpha": 0.5}
-            if case == "periodic"
-            else {"fc": look.CONSTANT, "alpha": 0.18}
+            {"hatch": "//", "fc": "none", "ec": palette.CASES[PERIODIC], "alpha": 0.5}
+            if case == PERIODIC
+            else {"fc": palette.CASES[DCBF], "alpha": 0.18}
         )
-        axes.fill_between(time, floor, bound, lw=0, label=f"safe zone, {look.CASE_NAMES[case]}", **zone)
-    axes.plot(time, nominal, color=look.NOMINAL, lw=1.0, label="nominal")
+        axes.fill_between(time, floor, bound(outcomes[case])[:ticks], lw=0, label=f"safe zone, {LABELS[case]}", **zone)
+    axes.plot(time, nominal, color=palette.MEASURED_COM, lw=1.0, label="nominal")
     data = {"time [s]": time, "nominal [m/s]": nominal}
     for case, outcome in outcomes.items():
-        speed = outcome.record.speed[:ticks]
-        axes.plot(
-            time, speed, color=look.CASE_COLOURS[case], ls=look.CASE_STYLES[case], lw=2, label=look.CASE_NAMES[case]
-        )
-        data[f"{look.CASE_NAMES[case]} [m/s]"] = speed
+        velocity = speed(outcome)[:ticks]
+        axes.plot(time, velocity, color=palette.CASES[case], ls=STYLES[case], lw=2, label=LABELS[case])
+        data[f"{LABELS[case]} [m/s]"] = velocity
         if case in BARRIERS:
-            data[f"bound, {look.CASE_NAMES[case]} [m/s]"] = outcome.bound[:ticks]
+            data[f"bound, {LABELS[case]} [m/s]"] = bound(outcome)[:ticks]
             _mark(axes, outcome, case, time)
     for marker, _, meaning in _MARKERS.values():
         axes.plot([], [], marker, ms=7, color="white", mec="black", label=meaning)
@@ -127,32 +128,32 @@ def _mark(axes: Axes, outcome: Outcome, case: str, time: np.ndarray) -> None:
     for tick, (marker, size, _) in ((outcome.acts, _MARKERS["acts"]), (outcome.notices, _MARKERS["notices"])):
         if tick < len(time):
             at = round(tick)
-            colour = look.CASE_COLOURS[case]
-            axes.plot(time[at], outcome.record.speed[at], marker, ms=size, color=colour, mec="black", zorder=5)
+            colour = palette.CASES[case]
+            axes.plot(time[at], speed(outcome)[at], marker, ms=size, color=colour, mec="black", zorder=5)
 
 
 def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
     figure = Figure(figsize=(8.5, 2.0 * len(KICKS) + 0.8))
     axes = figure.subplots(len(KICKS), 1, sharex=True)
-    period = len(by_size[KICKS[0]]["free"])
+    period = len(by_size[KICKS[0]][NONE])
     data: dict[str, np.ndarray] = {"phase [ticks]": np.arange(period)}
     for axis, (size, cases) in zip(axes, by_size.items(), strict=True):
         for case, outcomes in cases.items():
             recovers = np.array([o.recovers for o in outcomes])
-            seen = np.array([o.notices == 0 for o in outcomes])
-            axis.plot(recovers, color=look.CASE_COLOURS[case], ls=look.CASE_STYLES[case], label=look.CASE_NAMES[case])
-            data[f"{1e3 * size:g} mm/s: recovery, {look.CASE_NAMES[case]} [ticks]"] = recovers
+            at_once = np.array([o.notices == 0 for o in outcomes])
+            axis.plot(recovers, color=palette.CASES[case], ls=STYLES[case], label=LABELS[case])
+            data[f"{1e3 * size:g} mm/s: recovery, {LABELS[case]} [ticks]"] = recovers
             if case in BARRIERS:
-                height = np.full(seen.sum(), 0.12 if case == "constant" else 0.04)
+                height = np.full(at_once.sum(), 0.12 if case == DCBF else 0.04)
                 axis.plot(
-                    np.flatnonzero(seen),
+                    np.flatnonzero(at_once),
                     height,
                     "s",
                     ms=4,
-                    color=look.CASE_COLOURS[case],
+                    color=palette.CASES[case],
                     transform=axis.get_xaxis_transform(),
                 )
-                data[f"{1e3 * size:g} mm/s: h < 0 at once, {look.CASE_NAMES[case]} [0/1]"] = seen.astype(float)
+                data[f"{1e3 * size:g} mm/s: h < 0 at once, {LABELS[case]} [0/1]"] = at_once.astype(float)
         axis.set_title(f"kick of {1e3 * size:g} mm/s", loc="right")
         top = axis.get_ylim()[1]
         axis.set_ylim(-0.25 * top, top)
@@ -162,8 +163,7 @@ def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
     legend(axes[0], 3)
     caption = (
         f"Fig. 7, kicks at all {period} phases: ticks until the velocity stays within {1e3 * PAPER_PERIODIC:g} mm/s "
-        "above the nominal one. "
-        "Squares below: phases at which the barrier's own h < 0 at once."
+        "above the nominal one. Squares below: phases at which the barrier's own h < 0 at once."
     )
     return Picture("fig7_phases", caption, figure, data)
 
@@ -171,7 +171,8 @@ def _phases(by_size: Mapping[float, Mapping[str, list[Outcome]]]) -> Picture:
 def _definitions() -> str:
     return (
         "The same event meets the same settled walk under Case 1, Case 2 and no barrier (γ = 0.5, soft). A barrier "
-        "notices when its own h < 0 on the measured state; it acts when the controller's ZMP velocity differs by more "
-        "than 10 mm/s from what the same program without the barrier would do from the same state; the walk has "
-        f"recovered once the velocity stays within {1e3 * PAPER_PERIODIC:g} mm/s above the nominal one."
+        "notices when its own h < 0 on the measured state; it acts when the controller's ZMP velocity differs from "
+        f"what the same program without the barrier would do from the same state, by {1e3 * ACTS:g} mm/s more than it "
+        "ever does in an undisturbed gait; the walk has recovered once the velocity stays within "
+        f"{1e3 * PAPER_PERIODIC:g} mm/s above the nominal one."
     )

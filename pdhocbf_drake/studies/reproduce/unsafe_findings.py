@@ -1,68 +1,160 @@
-"""What the unsafe events of Fig. 7 say of the paper's claims: sentences whose numbers and words the outcomes choose."""
+"""The unsafe events of Fig. 7 as tables, and sentences whose numbers and words depend on the outcomes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 import numpy as np
 
 from pdhocbf_drake.studies.reproduce.calibration import PAPER_PERIODIC
-from pdhocbf_drake.studies.reproduce.events import CASES, Outcome
-from pdhocbf_drake.studies.reproduce.unsafe_tables import BARRIERS, braking, count
+from pdhocbf_drake.studies.reproduce.report import LABELS, Table
+from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC
+from pdhocbf_drake.studies.shared.measures import Array, Outcome
 
+BARRIERS = (DCBF, PERIODIC)
 Kicks = Mapping[float, Mapping[str, list[Outcome]]]
 """By size [m/s] and case, an outcome for each phase of a step."""
 Events = Mapping[float, Mapping[str, Outcome]]
 """By size and case."""
 
 
+def speed(outcome: Outcome) -> Array:
+    """Forward CoM velocity from the event on, (T,) [m/s]."""
+    return np.asarray(outcome.record.states[:, 0, 1])
+
+
+def bound(outcome: Outcome) -> Array:
+    """V̄ of the one upper bound on the forward velocity, v + h, (T,) [m/s]."""
+    return np.asarray(speed(outcome) + outcome.record.h[:, 0])
+
+
+def kick_table(by_size: Kicks) -> Table:
+    """One row a kick and case."""
+    rows = []
+    phases = max(len(cases[NONE]) for cases in by_size.values())
+    for size, cases in by_size.items():
+        free = np.array([o.recovers for o in cases[NONE]])
+        for case, outcomes in cases.items():
+            recovers = np.array([o.recovers for o in outcomes])
+            barrier = case in BARRIERS
+            rows.append(
+                (
+                    f"{1e3 * size:g}",
+                    LABELS[case],
+                    f"{count(o.notices == 0 for o in outcomes)}" if barrier else "–",
+                    f"{count(o.acts <= 1 for o in outcomes)}" if barrier else "–",
+                    f"{1e3 * np.mean(braking(cases, case)):.1f}" if barrier else "–",
+                    f"{recovers.mean():.1f}",
+                    f"{recovers.max():.0f}",
+                    f"{count(recovers > free)}" if barrier else "–",
+                )
+            )
+    header = (
+        "kick [mm/s]",
+        "case",
+        f"phases with h < 0 at once (of {phases})",
+        "phases with action within a tick",
+        "brakes by, mean [mm/s]",
+        "recovery, mean [ticks]",
+        "longest",
+        "phases slower than without",
+    )
+    return Table(f"Velocity kicks at each of the {phases} phases", header, rows)
+
+
+def push_table(pushes: Events, step: str) -> Table:
+    """One row a push and case; `step` is the length of a push, in words."""
+    last = ("recovery [ticks]", lambda o: tick(o.recovers))
+    return _event_table(f"A sustained push, {step} from the start of a step on", "push [m/s²]", last, pushes)
+
+
+def command_table(orders: Events, right: float) -> Table:
+    """One row a command and case; `right` is the stride that the bounds were made for [m]."""
+    last = ("above the periodic bound [mm/s]", lambda o: f"{1e3 * max(0.0, o.excess - PAPER_PERIODIC):.1f}")
+    caption = f"A wrong speed command, for the rest of the walk (right: {right:g} m)"
+    return _event_table(caption, "commanded stride [m]", last, orders)
+
+
+def _event_table(
+    caption: str, event: str, last: tuple[str, Callable[[Outcome], str]],
+    outcomes: Events,
+) -> Table:  # fmt: skip
+    """One row an event and case; `last` is the header of the last column and its cell from an outcome."""
+    header = (event, "case", "h < 0 after [ticks]", "acts after [ticks]", "peak above nominal [mm/s]", last[0])
+    rows = [
+        (f"{size:g}", LABELS[case], tick(o.notices), tick(o.acts), f"{1e3 * o.excess:.1f}", last[1](o))
+        for size, cases in outcomes.items()
+        for case, o in cases.items()
+    ]
+    return Table(caption, header, rows)
+
+
+def braking(cases: Mapping[str, list[Outcome]], case: str) -> list[float]:
+    """Per phase: by how much the velocity falls below that without a barrier, within half a step [m/s]."""
+    half = max(1, len(cases[NONE]) // 2)  # an outcome for each tick of a step
+    return [
+        float((speed(free) - speed(outcome))[:half].max())
+        for outcome, free in zip(cases[case], cases[NONE], strict=True)
+    ]
+
+
+def tick(value: float) -> str:
+    """A number of ticks for a table."""
+    return "never" if np.isnan(value) else f"{value:.0f}"
+
+
+def count(flags: Iterable[object]) -> int:
+    """How many are true."""
+    return sum(bool(flag) for flag in flags)
+
+
 def finding(kicks: Kicks, pushes: Events, orders: Events) -> str:
-    """Who sees the kicks, who acts before its own h < 0, and what a wrong command is allowed."""
-    seen, excess = _seen(kicks), _excess(orders)
+    """Which barrier notices the kicks, which acts before its own h < 0, and what a wrong command does under each."""
+    noticed, excess = _noticed(kicks), _excess(orders)
     ahead = {case: count(acts_first(cases[case]) for cases in pushes.values()) for case in BARRIERS}
     return (
-        f"The periodic barrier sees {seen['periodic']} of {_total(kicks)} kicks at once, the constant one "
-        f"{seen['constant']}. Of {len(pushes)} sustained pushes the periodic one acts before its bound is crossed in "
-        f"{ahead['periodic']}, the constant one in {ahead['constant']}. A wrong command takes the velocity "
-        f"{excess['periodic']:.1f} mm/s over the periodic bound under the periodic barrier, "
-        f"{excess['constant']:.1f} mm/s under the constant one."
+        f"The periodic barrier notices {noticed[PERIODIC]} of {_total(kicks)} kicks at once, the constant one "
+        f"{noticed[DCBF]}. Of {len(pushes)} sustained pushes the periodic one acts before its bound is crossed in "
+        f"{ahead[PERIODIC]}, the constant one in {ahead[DCBF]}. A wrong command takes the velocity "
+        f"{excess[PERIODIC]:.1f} mm/s over the periodic bound under the periodic barrier, {excess[DCBF]:.1f} mm/s "
+        "under the constant one."
     )
 
 
 def conclusions(kicks: Kicks, orders: Events, nominal: np.ndarray) -> list[str]:
-    """The paper's claims one by one; `nominal` is the settled walk's velocity over a step (N,) [m/s]."""
-    seen, excess, total = _seen(kicks), _excess(orders), _total(kicks)
-    constant = [outcome for cases in kicks.values() for outcome in cases["constant"]]
+    """The paper's claims one by one; `nominal` is the settled velocity over a step, (N,) [m/s]."""
+    noticed, excess, total = _noticed(kicks), _excess(orders), _total(kicks)
+    constant = [outcome for cases in kicks.values() for outcome in cases[DCBF]]
     faint = {case: count(b < 1e-3 for cases in kicks.values() for b in braking(cases, case)) for case in BARRIERS}
     mean = {case: [np.mean([o.recovers for o in cases[case]]) for cases in kicks.values()] for case in CASES}
     large = kicks[max(kicks)]
-    slower = count(c.recovers > f.recovers for c, f in zip(large["constant"], large["free"], strict=True))
-    bound, peak = float(large["periodic"][0].bound[: len(nominal)].mean()), float(nominal.max())
+    slower = count(c.recovers > f.recovers for c, f in zip(large[DCBF], large[NONE], strict=True))
+    limit, peak = float(bound(large[PERIODIC][0])[: len(nominal)].mean()), float(nominal.max())
     return [
-        f"As an alarm: the periodic barrier sees {seen['periodic']} of these {total} kicks at once, the constant one "
-        f"{seen['constant']}, since a kick may stay under its bound. The walk comes back after "
+        f"As an alarm: the periodic barrier notices {noticed[PERIODIC]} of these {total} kicks at once, the constant "
+        f"one {noticed[DCBF]}, since a kick may stay under its bound. The walk comes back after "
         + ", ".join(
-            f"{mean['periodic'][i]:.0f} ticks against {mean['constant'][i]:.0f} (DCBF) and {mean['free'][i]:.0f} "
-            f"(none) at {1e3 * size:g} mm/s"
+            f"{mean[PERIODIC][i]:.0f} ticks against {mean[DCBF][i]:.0f} (DCBF) and {mean[NONE][i]:.0f} (none) at "
+            f"{1e3 * size:g} mm/s"
             for i, size in enumerate(kicks)
         )
         + ".",
         "“The DCBF is unable to react”: inside an MPC a barrier constrains the prediction, so it can act before its "
         f"bound is crossed. The constant one acts within a tick in {count(o.acts <= 1 for o in constant)} of {total} "
-        f"kicks, and before its own h < 0 in {count(map(acts_first, constant))}. In {faint['constant']} of them it "
-        f"slows the walk by less than 1 mm/s within half a step (periodic: {faint['periodic']}).",
-        "“Such a deviation would not occur under P-DHOCBF”: no barrier undoes a kick, which is there before any input "
-        f"can work. Under the periodic barrier too each takes the velocity at least {_least_excess(kicks):.2f} of its "
-        "size above nominal.",
+        f"kicks, and before its own h < 0 in {count(map(acts_first, constant))}. In {faint[DCBF]} of them it slows "
+        f"the walk by less than 1 mm/s within half a step (periodic: {faint[PERIODIC]}).",
+        "“Such a deviation would not occur under P-DHOCBF”: no barrier undoes a kick, which is there before any "
+        f"input can work. Under the periodic barrier too each takes the velocity at least {_least_excess(kicks):.2f} "
+        "of its size above nominal.",
         f"After kicks of {1e3 * max(kicks):g} mm/s the constant barrier recovers more slowly than no barrier at "
-        f"{slower} of {len(large['free'])} phases"
+        f"{slower} of {len(large[NONE])} phases"
         + (": it can brake hard and then let the velocity lie above nominal, under its bound." if slower else "."),
-        f"All this compares a tight bound with a loose one. The periodic bound's mean is {bound:.3f} m/s, "
-        f"{'below' if bound < peak else 'not below'} the walk's own peak of {peak:.3f} m/s: a constant bound "
-        f"{'cannot' if bound < peak else 'could'} be that tight.",
+        f"All this compares a tight bound with a loose one. The periodic bound's mean is {limit:.3f} m/s, "
+        f"{'below' if limit < peak else 'not below'} the walk's own peak of {peak:.3f} m/s: a constant bound "
+        f"{'cannot' if limit < peak else 'could'} be that tight.",
         "When the plan itself would break the bound, under a wrong speed command: the periodic barrier lets the "
-        f"velocity exceed the periodic bound by {excess['periodic']:.1g} mm/s at most, the constant one by "
-        f"{excess['constant']:.1f} mm/s and no barrier by {excess['free']:.0f} mm/s.",
+        f"velocity exceed the periodic bound by {excess[PERIODIC]:.1g} mm/s at most, the constant one by "
+        f"{excess[DCBF]:.1f} mm/s and no barrier by {excess[NONE]:.0f} mm/s.",
     ]
 
 
@@ -71,18 +163,18 @@ def acts_first(outcome: Outcome) -> bool:
     return outcome.acts == outcome.acts and not outcome.acts >= outcome.notices
 
 
-def _seen(kicks: Kicks) -> dict[str, int]:
+def _noticed(kicks: Kicks) -> dict[str, int]:
     return {case: count(o.notices == 0 for cases in kicks.values() for o in cases[case]) for case in BARRIERS}
 
 
 def _total(kicks: Kicks) -> int:
-    return sum(len(cases["free"]) for cases in kicks.values())
+    return sum(len(cases[NONE]) for cases in kicks.values())
 
 
 def _least_excess(kicks: Kicks) -> float:
-    return float(min(o.peak / size for size, cases in kicks.items() for o in cases["periodic"]))
+    return float(min(o.excess / size for size, cases in kicks.items() for o in cases[PERIODIC]))
 
 
 def _excess(orders: Events) -> dict[str, float]:
     """The most that any command takes the velocity over the periodic bound [mm/s]."""
-    return {c: 1e3 * max(0.0, *(cases[c].peak - PAPER_PERIODIC for cases in orders.values())) for c in CASES}
+    return {c: 1e3 * max(0.0, *(cases[c].excess - PAPER_PERIODIC for cases in orders.values())) for c in CASES}

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
+from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along
 from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
 from pdhocbf_drake.simulation.run_folder import Run
-from pdhocbf_drake.studies.reproduce import look
-from pdhocbf_drake.studies.reproduce.record import Picture, Section, Table
+from pdhocbf_drake.studies.reproduce.report import LABELS, STYLES, Picture, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Request, Runs
+from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC
 
-_NAMES = {"constant": "walking_dcbf", "periodic": "walking", "free": "walking_nobarrier"}
+_NAMES = {NONE: "walking_nobarrier", DCBF: "walking_dcbf", PERIODIC: "walking"}
 _PUSH = "{duration: 4.5, pushes: [{step: 5, phase: 10, duration: 0.4, force: [20.0, 0.0, 0.0]}]}"
 _RIGHT = "barriers: {forward_speed: {bound: {stride: 0.15}}}"
 EVENTS: dict[str, dict[str, Request]] = {
     "push of 20 N for 0.4 s": {case: (name, _PUSH) for case, name in _NAMES.items()},
     "steps of 0.17 m commanded, bounds for 0.15 m": {
-        case: (name, "{duration: 4.5, gait: {stride: 0.17}" + (f", {_RIGHT}}}" if case != "free" else "}"))
+        case: (name, "{duration: 4.5, gait: {stride: 0.17}" + (f", {_RIGHT}}}" if case != NONE else "}"))
         for case, name in _NAMES.items()
     },
 }
@@ -33,17 +34,15 @@ def figure_7_robot(runs: Runs) -> Section:
         for case, request in requests.items():
             run = runs.run(*request)
             time, speed = run.log.time[_FROM:], _speed(run)
-            axis.plot(
-                time, speed, color=look.CASE_COLOURS[case], ls=look.CASE_STYLES[case], label=look.CASE_NAMES[case]
-            )
+            axis.plot(time, speed, color=palette.CASES[case], ls=STYLES[case], label=LABELS[case])
             data.setdefault("time [s]", time)
             if len(speed) == len(data["time [s]"]):
-                data[f"{event}: {look.CASE_NAMES[case]} [m/s]"] = speed
+                data[f"{event}: {LABELS[case]} [m/s]"] = speed
             rows.append(_row(event, case, run))
-            if case != "free":
+            if case != NONE:
                 use = barriers_of(run.scenario)["forward_speed"]
                 bound = bound_along(run.log, run.scenario, use)[_FROM:]
-                axis.plot(time, bound, color=look.CASE_COLOURS[case], lw=0.9, label=f"bound, {look.CASE_NAMES[case]}")
+                axis.plot(time, bound, color=palette.CASES[case], lw=0.9, label=f"bound, {LABELS[case]}")
         axis.set_title(event, loc="right")
         label(axis, "CoM velocity in x", "m/s")
     legend(axes[0], 3)
@@ -61,9 +60,8 @@ def figure_7_robot(runs: Runs) -> Section:
     return Section(
         "Fig. 7 on the 12-DOF robot",
         [
-            "The same two kinds of event on the robot, judged on its measured velocity from 2 s on. Its margins are 30 "
-            "mm/s, "
-            "not the template's 7.3 mm/s, so the two bounds lie closer to each other than in the paper."
+            "The same two kinds of event on the robot, judged on its measured velocity from 2 s on. Its margins are "
+            "30 mm/s, not the template's 7.3 mm/s, so the two bounds lie closer to each other than in the paper."
         ],
         [Picture("fig7_robot", "Fig. 7 on the robot: measured CoM velocity under each case.", figure, data)],
         [Table("Unsafe events on the robot", header, rows)],
@@ -72,17 +70,17 @@ def figure_7_robot(runs: Runs) -> Section:
 
 
 def _finding(runs: Runs) -> str:
-    """What each case makes of the two events, in numbers."""
+    """The velocities in both events, case by case."""
     push, order = EVENTS.values()
     peak = {case: _speed(runs.run(*push[case])).max() for case in _NAMES}
-    gait = runs.run(*push["free"]).scenario.gait
+    gait = runs.run(*push[NONE]).scenario.gait
     mean = {case: _speed(runs.run(*order[case]))[-gait.ticks_per_gait :].mean() for case in _NAMES}
     right = gait.stride / (gait.ticks_per_step * gait.tick)
     faster = {case: 1e3 * (speed - right) for case, speed in mean.items()}
     return (
-        f"The push takes the robot to {peak['free']:.3f} m/s without a barrier, to {peak['constant']:.3f} with the "
-        f"constant and to {peak['periodic']:.3f} with the periodic one. Commanded too long steps, it walks "
-        f"{faster['free']:+.0f}, {faster['constant']:+.0f} and {faster['periodic']:+.0f} mm/s off the right speed."
+        f"The push takes the robot to {peak[NONE]:.3f} m/s without a barrier, to {peak[DCBF]:.3f} with the constant "
+        f"and to {peak[PERIODIC]:.3f} with the periodic one. Commanded too long steps, it walks {faster[NONE]:+.0f}, "
+        f"{faster[DCBF]:+.0f} and {faster[PERIODIC]:+.0f} mm/s off the right speed."
     )
 
 
@@ -95,7 +93,7 @@ def _row(event: str, case: str, run: Run) -> tuple[str, ...]:
     speed = _speed(run)
     slack = int((log.element("solver_status", "slack") > 1e-6).sum())
     cells = ("–", "–", "–")
-    if case != "free":
+    if case != NONE:
         h = log["h"][_FROM:, 0]
         cells = (f"{1e3 * h.min():.0f}", str(int((h < 0).sum())), str(slack))
-    return (event, look.CASE_NAMES[case], f"{log.ending}", f"{speed.max():.3f}", f"{np.mean(speed[-100:]):.3f}", *cells)
+    return (event, LABELS[case], f"{log.ending}", f"{speed.max():.3f}", f"{np.mean(speed[-100:]):.3f}", *cells)

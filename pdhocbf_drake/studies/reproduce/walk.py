@@ -13,18 +13,15 @@ from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along
 from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
 from pdhocbf_drake.barriers import margin_ratio, safety_margin
 from pdhocbf_drake.simulation.run_folder import Run
-from pdhocbf_drake.studies.reproduce import look
 from pdhocbf_drake.studies.reproduce.calibration import PAPER_DCBF, PAPER_PERIODIC, WINDOW, statement
-from pdhocbf_drake.studies.reproduce.record import Number, Picture, Section
+from pdhocbf_drake.studies.reproduce.report import LABELS, Number, Picture, Section
 from pdhocbf_drake.studies.reproduce.runs import Request, Runs
+from pdhocbf_drake.studies.shared.cases import DCBF, PERIODIC
 
-TEMPLATE: dict[str, Request] = {"constant": ("paper_vhip_dcbf", ""), "periodic": ("paper_vhip", "")}
-ROBOT: dict[str, Request] = {
-    "constant": ("walking_dcbf", "{duration: 6.0}"),
-    "periodic": ("walking", "{duration: 6.0}"),
-}
+TEMPLATE: dict[str, Request] = {DCBF: ("paper_vhip_dcbf", ""), PERIODIC: ("paper_vhip", "")}
+ROBOT: dict[str, Request] = {DCBF: ("walking_dcbf", "{duration: 6.0}"), PERIODIC: ("walking", "{duration: 6.0}")}
 _SHOWN = slice(0, 401)  # the paper's four seconds
-_WIDTHS = {"constant": 4.0, "periodic": 1.3}  # so that both show where they coincide
+_WIDTHS = {DCBF: 4.0, PERIODIC: 1.3}  # so that both show where they coincide
 Cases = dict[str, Run]
 
 
@@ -57,15 +54,15 @@ def figure_4(runs: Runs) -> Section:
     pictures = []
     for name, quantity, unit, caption, values in parts:
         figure, axes = panels(2, height=2.5)
-        data = {"time [s]": systems["template (VHIP)"]["periodic"].log.time[_SHOWN]}
+        data = {"time [s]": systems["template (VHIP)"][PERIODIC].log.time[_SHOWN]}
         for axis, (system, cases) in zip(axes, systems.items(), strict=True):
             for case, run in cases.items():
                 column = values(run)[_SHOWN]
-                title = f"{quantity}, {look.CASE_NAMES[case]}"
+                title = f"{quantity}, {LABELS[case]}"
                 axis.plot(
                     run.log.time[_SHOWN],
                     column,
-                    color=look.CASE_COLOURS[case],
+                    color=palette.CASES[case],
                     label=title,
                     lw=_WIDTHS[case] if name != "fig4c" else 1.5,
                 )
@@ -75,12 +72,12 @@ def figure_4(runs: Runs) -> Section:
                     axis.plot(
                         run.log.time[_SHOWN],
                         bound,
-                        color=look.CASE_COLOURS[case],
+                        color=palette.CASES[case],
                         lw=1.1,
                         ls="--",
-                        label=f"bound, {look.CASE_NAMES[case]}",
+                        label=f"bound, {LABELS[case]}",
                     )
-                    data[f"{system}: bound, {look.CASE_NAMES[case]} [{unit}]"] = bound
+                    data[f"{system}: bound, {LABELS[case]} [{unit}]"] = bound
             _finish(axis, name, system)
             label(axis, quantity, unit)
         legend(axes[0], 2)
@@ -96,8 +93,8 @@ def figure_4(runs: Runs) -> Section:
         [
             "In both cases the walk is what the controller would do anyway: over both systems the least h is "
             f"{1e3 * least:.2g} mm/s, the largest slack {1e3 * slack:.2g} mm/s, and the two trajectories differ by at "
-            f"most {1e3 * worst:.2g} mm (template) and {1e3 * robot:.2g} mm (robot). Fig. 4(a) of "
-            "the paper says the same (“almost no difference”). What differs is where the bound was drawn."
+            f"most {1e3 * worst:.2g} mm (template) and {1e3 * robot:.2g} mm (robot). Fig. 4(a) of the paper says the "
+            "same (“almost no difference”). What differs is where the bound was drawn."
         ],
         pictures,
         finding=f"The two cases differ by {1e3 * max(worst, robot):.2g} mm at most: neither barrier makes the walk.",
@@ -111,7 +108,7 @@ def margins(runs: Runs) -> Section:
     for place, requests, calibrated in (("template", TEMPLATE, True), ("robot", ROBOT, False)):
         h = {case: run.log["h"][WINDOW, 0] for case, run in _cases(runs, requests).items()}
         names = {case: request[0] for case, request in requests.items()}
-        wanted = {"constant": (PAPER_DCBF, "h_mean_DCBF"), "periodic": (PAPER_PERIODIC, "h_mean_P-DHOCBF")}
+        wanted = {DCBF: (PAPER_DCBF, "h_mean_DCBF"), PERIODIC: (PAPER_PERIODIC, "h_mean_P-DHOCBF")}
         for case, (paper, name) in wanted.items():
             tolerance = 0.02 * paper if calibrated else None
             command = f"pdhocbf run {names[case]} --text 'duration: 4.0'"
@@ -121,24 +118,23 @@ def margins(runs: Runs) -> Section:
                     paper,
                     safety_margin(h[case]),
                     "m/s",
+                    command,
                     tolerance,
                     calibrated,
-                    command,
                 )
             )
-        ratio = 100 * margin_ratio(h["periodic"], h["constant"])
-        both = (f"pdhocbf run {names[case]} --text 'duration: 4.0' --out {case}" for case in ("periodic", "constant"))
-        command = "; ".join([*both, "pdhocbf compare periodic constant --from-time 2.01"])
+        ratio = 100 * margin_ratio(h[PERIODIC], h[DCBF])
+        both = (f"pdhocbf run {names[case]} --text 'duration: 4.0' --out {case}" for case in (PERIODIC, DCBF))
+        command = "; ".join([*both, f"pdhocbf compare {PERIODIC} {DCBF} --from-time 2.01"])
         tolerance = 1.0 if calibrated else None
-        numbers.append(Number(f"M ({place}), eq. (39)", 32.3, ratio, "%", tolerance, calibrated, command))
-        numbers.append(Number(f"100 % - M ({place})", 67.7, 100 - ratio, "%", tolerance, calibrated, command))
+        numbers.append(Number(f"M ({place}), eq. (39)", 32.3, ratio, "%", command, tolerance, calibrated))
+        numbers.append(Number(f"100 % - M ({place})", 67.7, 100 - ratio, "%", command, tolerance, calibrated))
     return Section(
         "Eqs. (38), (39): safety margins and their ratio",
         [
             statement(fit),
             "The robot's figures are not calibrated: its scenarios keep a margin of 30 mm/s, because its measured "
-            "velocity "
-            "strays from the nominal one, in the first steps most, and it walks with four ticks of double "
+            "velocity strays from the nominal one, in the first steps most, and it walks with four ticks of double "
             "support. It is there to show that M depends on such choices, not to meet 32.3 %.",
         ],
         numbers=numbers,
@@ -158,7 +154,7 @@ def _cases(runs: Runs, requests: dict[str, Request]) -> Cases:
 def _finish(axis: Axes, name: str, system: str) -> None:
     axis.set_title(system, loc="right")
     if name == "fig4c":
-        axis.axhline(0.0, color=look.LIMIT, lw=1.0, ls=":", label="limit of safety")
+        axis.axhline(0.0, color=palette.UNSAFE, lw=1.0, ls=":", label="limit of safety")
         axis.axvspan(0.0, 2.0, color=palette.BOX, alpha=0.3, linewidth=0)
         axis.set_ylim(-0.01, 0.09)
     if name == "fig4b":

@@ -1,1 +1,1 @@
-"""What a barrier is worth when something goes wrong: `pdhocbf worth`."""
+"""The use of barriers when something goes wrong: `pdhocbf worth`."""

@@ -1,0 +1,113 @@
+"""A diagram under construction, whose ports are connected and logged by name, and the finished diagram with its log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
+
+from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
+
+_MEASURED = "_measured"
+
+
+@dataclass
+class LoggedDiagram:
+    """A diagram whose logged signals (`systems.signals`) all go into one sink.
+
+    Attributes:
+        sink: takes one sample a tick. Every sink costs 1 µs at each step of the plant, so there is one.
+        columns: where each signal stands in a sample.
+        adjust: functions to apply to each new context of the diagram, which set seeds and parameters.
+    """
+
+    diagram: Diagram
+    sink: VectorLogSink
+    columns: dict[str, slice]
+    adjust: list[Callable[[Context], None]] = field(default_factory=list)
+
+    def recorded(self, context: Context, ending: str = FINISHED) -> RunLog:
+        """A copy of the log in a context of the diagram."""
+        log = self.sink.FindLog(context)
+        samples = log.data().T
+        signals = {name: np.ascontiguousarray(samples[:, place]) for name, place in self.columns.items()}
+        return RunLog(signals, log.sample_times().copy(), ending)
+
+    def forget(self, context: Context) -> None:
+        """Empties the log of a context."""
+        self.sink.FindMutableLog(context).Clear()
+
+
+@dataclass
+class Wiring:
+    """A diagram under construction.
+
+    An output port is registered under its own name when its block is added, or by `offer`; input ports are connected
+    to the output port of the same name. Where a port is measured with an error, see `offer_measured`, the controller is
+    connected to the measured one.
+
+    Attributes:
+        tick: interval of the log [s].
+        adjust: as in `LoggedDiagram`.
+    """
+
+    tick: float
+    builder: DiagramBuilder = field(default_factory=DiagramBuilder)
+    adjust: list[Callable[[Context], None]] = field(default_factory=list)
+    _ports: dict[str, OutputPort] = field(default_factory=dict)
+    _logged: list[str] = field(default_factory=list)
+
+    def add(self, name: str, system: System) -> System:
+        """Adds a block, and registers those of its output ports whose names are new."""
+        self.builder.AddNamedSystem(name, system)
+        for i in range(system.num_output_ports()):
+            port = system.get_output_port(i)
+            self._ports.setdefault(port.get_name(), port)
+        return system
+
+    def offer(self, name: str, port: OutputPort) -> None:
+        """Registers an output port under a name."""
+        self._ports[name] = port
+
+    def offer_measured(self, name: str, port: OutputPort) -> None:
+        """Registers the late or noisy copy of the port of that name."""
+        self._ports[name + _MEASURED] = port
+
+    def port(self, name: str) -> OutputPort:
+        """The output port of that name."""
+        return self._ports[name]
+
+    def measured_port(self, name: str) -> OutputPort:
+        """The measured copy of the port of that name, or the port itself where its measurement is exact."""
+        return self._ports.get(name + _MEASURED, self._ports[name])
+
+    def connect(self, system: System, *names: str) -> None:
+        """Connects input ports to the output ports of the same names."""
+        for name in names:
+            self.builder.Connect(self.port(name), system.GetInputPort(name))
+
+    def connect_measured(self, system: System, *names: str) -> None:
+        """Connects input ports to the measured copies of the output ports of the same names."""
+        for name in names:
+            self.builder.Connect(self.measured_port(name), system.GetInputPort(name))
+
+    def log(self, *names: str) -> None:
+        """Logs output ports at every tick."""
+        self._logged += names
+
+    def build(self, name: str) -> LoggedDiagram:
+        """The diagram, with one sink for all logged ports."""
+        ports = [self._ports[signal] for signal in self._logged]
+        signals = self.builder.AddNamedSystem("signals", Multiplexer([port.size() for port in ports]))
+        for i, port in enumerate(ports):
+            self.builder.Connect(port, signals.get_input_port(i))
+        sink = LogVectorOutput(signals.get_output_port(), self.builder, self.tick)
+        sink.set_name("log")
+        ends = np.cumsum([port.size() for port in ports]).tolist()
+        columns = {s: slice(end - port.size(), end) for s, port, end in zip(self._logged, ports, ends, strict=True)}
+        diagram = self.builder.Build()
+        diagram.set_name(name)
+        return LoggedDiagram(diagram, sink, columns, self.adjust)

@@ -1,0 +1,69 @@
+"""The endings of a walk under test, and what counts as walking on."""
+
+from __future__ import annotations
+
+from typing import Final
+
+import numpy as np
+
+from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.walking.config import GaitConfig
+
+SURVIVED: Final = "survived"
+LEGS_TOUCHED: Final = "legs touched"
+DID_NOT_WALK_ON: Final = "did not walk on"
+GAVE_UP: Final = "simulation gave up"
+
+_SPEED_ERROR = 0.1  # [m/s]: mean over the last gait, against the commanded one; more is not walking on
+
+
+def ending_of(scenario: Scenario, log: RunLog, sole_half: np.ndarray | None) -> str:
+    """How a run ended: "survived", "fell", "legs touched", "did not walk on" or "simulation gave up".
+
+    A run is survived if it lasts to its end, its soles never share ground seen from above, and it walks at the
+    commanded velocity again during its last gait. A template has no legs; there the first and the last count.
+
+    Args:
+        scenario: the scenario of the run.
+        log: its log.
+        sole_half: half length and half width of both soles, shape (2, 2) [m]; None on a template.
+    """
+    if log.ending == FELL:
+        return FELL
+    if log.ending != FINISHED:
+        return GAVE_UP
+    if sole_half is not None:
+        poses = log["foot_state"].reshape(-1, 2, 6)[:, :, [0, 1, 5]]
+        if any(soles_overlap(pose, sole_half) for pose in poses):
+            return LEGS_TOUCHED
+    return SURVIVED if walks_on(scenario.gait, log) else DID_NOT_WALK_ON
+
+
+def walks_on(gait: GaitConfig, log: RunLog) -> bool:
+    """Whether the last gait of a log went at the commanded mean velocity, in x and in y.
+
+    True of a walk with a commanded end, and of a log shorter than a gait, which can't be judged.
+    """
+    if "lip_state" not in log or gait.walk_steps is not None or len(log) <= gait.ticks_per_gait:
+        return True
+    com = log["lip_state"][:, [0, 3]]
+    velocity = (com[-1] - com[-1 - gait.ticks_per_gait]) / (gait.ticks_per_gait * gait.tick)
+    commanded = [gait.stride / (gait.ticks_per_step * gait.tick), 0.0]
+    return bool(np.abs(velocity - commanded).max() < _SPEED_ERROR)
+
+
+def soles_overlap(poses: np.ndarray, halves: np.ndarray) -> bool:
+    """Whether two soles, rectangles seen from above, share ground: whether no edge of either separates them.
+
+    Args:
+        poses: x, y, yaw of the left and right sole's centre, shape (2, 3) [m, rad].
+        halves: half length and half width of each, shape (2, 2) [m].
+    """
+    axes = [np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]) for yaw in poses[:, 2]]
+    apart = poses[1, :2] - poses[0, :2]
+    for direction in np.vstack(axes):
+        reach = sum(float(half @ np.abs(axis @ direction)) for half, axis in zip(halves, axes, strict=True))
+        if abs(float(apart @ direction)) >= reach:
+            return False
+    return True

@@ -1,0 +1,54 @@
+"""Worker processes for simulations, which end with the work: Drake never frees a diagram with systems in Python."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from typing import TypeVar
+
+from pdhocbf_drake.errors import PdhocbfError
+
+Work = TypeVar("Work")
+Result = TypeVar("Result")
+
+
+@contextmanager
+def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
+    """Processes that are started when there is work for them; work that has not begun when the block ends is dropped.
+
+    They are spawned, since a forked child would share Drake's threads and locks.
+    """
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+        try:
+            yield pool
+        finally:
+            pool.shutdown(wait=True, cancel_futures=True)
+
+
+def result_of(future: Future[Result], advice: str = "") -> Result:
+    """The result of submitted work, or the error that it raised.
+
+    Raises:
+        PdhocbfError: the worker process died; `advice` ends its message.
+    """
+    try:
+        return future.result()
+    except BrokenProcessPool:
+        raise PdhocbfError(f"a worker process died{advice}") from None
+
+
+def in_processes(function: Callable[[Work], Result], work: Sequence[Work], workers: int) -> Iterator[Result]:
+    """`function(piece)` of each piece of work as it ends, in this process if there is one worker or one piece.
+
+    Raises:
+        PdhocbfError: a worker process died.
+    """
+    if workers == 1 or len(work) < 2:
+        yield from map(function, work)
+        return
+    with worker_pool(min(workers, len(work))) as pool:
+        for future in as_completed([pool.submit(function, piece) for piece in work]):
+            yield result_of(future, "; with --workers 1 everything runs in this one")

@@ -1,0 +1,179 @@
+"""A walk in steady state that is pushed many times: one diagram, and one saved context for each phase of the gait."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.multibody.plant import ContactResults
+from pydrake.systems.analysis import Simulator, SimulatorStatus
+from pydrake.systems.framework import Context, Diagram
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.loop import control
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.run_log import FELL, RunLog
+from pdhocbf_drake.simulation.scenario import Push, Scenario
+from pdhocbf_drake.simulation.simulate import make_diagram
+from pdhocbf_drake.studies.shared.cases import NONE, in_case
+from pdhocbf_drake.studies.shared.endings import (
+    DID_NOT_WALK_ON,
+    GAVE_UP,
+    LEGS_TOUCHED,
+    SURVIVED,
+    soles_overlap,
+    walks_on,
+)
+from pdhocbf_drake.studies.shared.measures import Record, WithoutBarriers
+from pdhocbf_drake.systems.unbundled import leaf_of
+
+_SETTLING_GAITS = 3  # from the standing start to steady walking
+_GROUND = 0  # index of the world's body, which is the ground
+
+
+class Trial(NamedTuple):
+    """One pushed walk.
+
+    Attributes:
+        ending: how it ended, one of `shared.endings`.
+        log: from the push on.
+        action: of the barriers at each row of the log, see `measures.ACTS`, shape (T,) [m/s]; zero without barriers,
+            or where it was not asked for.
+    """
+
+    ending: str
+    log: RunLog
+    action: np.ndarray
+
+    @property
+    def survived(self) -> bool:
+        """Whether the walk went on."""
+        return self.ending == SURVIVED
+
+    def record(self, tick: float) -> Record:
+        """The trial as `SafeOrbit` judges it; `tick` is the sampling interval δ [s]."""
+        log = self.log
+        h = log["h"] if "h" in log else np.empty((len(log), 0))
+        planned = log.element("solver_status", "fallbacks") == 0
+        return Record(round(log.time[0] / tick), log["lip_state"].reshape(-1, 2, 3), h, self.action, planned)
+
+
+class PushedWalk:
+    """The walk of a scenario, on the robot or on the template, in steady state.
+
+    Attributes:
+        scenario: the scenario; its own pushes are left out.
+        phases: ticks of the gait at which pushes may begin; 0 is the first tick of a step on the first stance foot.
+        controller: the block of its controller.
+
+    Raises:
+        InputError: the scenario is no walk without an end, a phase is no tick of the gait, or the robot falls without
+            being pushed.
+    """
+
+    def __init__(self, scenario: Scenario, phases: Iterable[int], with_action: bool = False) -> None:
+        """
+        Args:
+            with_action: have each trial measure the action of the barriers, at the cost of a second solve a tick.
+        """
+        if scenario.system == "van_der_pol":
+            raise InputError("scenario.system: only what walks can be pushed, 'biped' or 'vhip' (given: 'van_der_pol')")
+        if scenario.gait.walk_steps is not None:
+            raise InputError("gait.walk_steps: pushes are tried on a walk without an end (null)")
+        self.phases = sorted(set(phases))
+        gait = scenario.gait
+        if not self.phases or self.phases[0] < 0 or self.phases[-1] >= gait.ticks_per_gait:
+            raise InputError(f"phases are ticks of the gait, 0 to {gait.ticks_per_gait - 1} (given: {self.phases})")
+        placeholder = Push(time=0.0, force=(0.0, 0.0, 0.0))
+        self.scenario = scenario.model_copy(update={"pushes": (placeholder,)})
+        self._logged = make_diagram(self.scenario)
+        self._diagram = self._logged.diagram
+        self._schedule = self._diagram.GetSubsystemByName("push_schedule")
+        self._legs = LegContact(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None
+        self.controller = leaf_of(self._diagram.GetSubsystemByName("mpc_controller"))
+        compared = with_action and scenario.barriers
+        self._free = build_walk(in_case(scenario, NONE)).mpc if compared else None
+        self._first = gait.start_steps * gait.ticks_per_step + _SETTLING_GAITS * gait.ticks_per_gait
+        self._saved = self._settle()
+
+    def _settle(self) -> dict[int, Context]:
+        """A context at each phase of the gait after the settling ones."""
+        simulator = Simulator(self._diagram)
+        for adjust in self._logged.adjust:
+            adjust(simulator.get_mutable_context())
+        simulator.Initialize()
+        saved = {}
+        for phase in self.phases:
+            status = simulator.AdvanceTo((self._first + phase) * self.scenario.gait.tick)
+            if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                raise InputError(f"scenario {self.scenario.name}: the robot falls before it is pushed")
+            self._logged.forget(simulator.get_mutable_context())
+            saved[phase] = simulator.get_context().Clone()
+        return saved
+
+    def trial(self, phase: int, force: np.ndarray, duration: float = 0.1, watch: float = 3.2) -> Trial:
+        """Pushes the torso with `force` (3,) [N] for `duration` [s] and simulates `watch` seconds from the push on."""
+        tick = self.scenario.gait.tick
+        context = self._saved[phase].Clone()
+        first = self._first + phase
+        self._schedule.push(
+            self._schedule.GetMyMutableContextFromRoot(context), 0, force, first, first + max(1, round(duration / tick))
+        )
+        simulator = Simulator(self._diagram, context)
+        simulator.Initialize()
+        ending = SURVIVED
+        actions = []
+        free = None if self._free is None else WithoutBarriers(self._free)
+        try:
+            for k in range(1, round(watch / tick) + 1):
+                if free is not None:
+                    actions.append(self._action(free, simulator.get_context()))
+                status = simulator.AdvanceTo((first + k) * tick)
+                if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+                    ending = FELL
+                    break
+                if self._legs is not None and self._legs.touch(simulator.get_context()):
+                    ending = LEGS_TOUCHED
+                    break
+        except RuntimeError:  # raised by Drake's plant where a state is not finite
+            ending = GAVE_UP
+        log = self._logged.recorded(simulator.get_context())
+        if ending == SURVIVED and not walks_on(self.scenario.gait, log):
+            ending = DID_NOT_WALK_ON
+        action = np.zeros(len(log))
+        action[: len(actions)] = actions[: len(log)]
+        return Trial(ending, log, action)
+
+    def _action(self, free: WithoutBarriers, context: Context) -> float:
+        """The action of the barriers at the tick of a context of the diagram, before the controller's update."""
+        block = self.controller
+        own = block.GetMyContextFromRoot(context)
+        memory, measurement = block.memory(own), block.measurement(own)
+        _, plan = control(block.mpc, memory, measurement, block.latency)
+        return free.action(memory, measurement, plan, block.latency)
+
+
+class LegContact:
+    """Whether the legs of the robot in a diagram touch: two bodies by contact, or the soles seen from above."""
+
+    def __init__(self, diagram: Diagram, biped: Biped) -> None:
+        self._plant = diagram.GetSubsystemByName("plant")
+        self._estimator = diagram.GetSubsystemByName("state_estimator")
+        self._halves = np.array([biped.soles[side].half_size for side in ("left", "right")])
+
+    def touch(self, context: Context) -> bool:
+        """Whether they touch, in a context of the whole diagram."""
+        plant = self._plant.GetMyContextFromRoot(context)
+        if _bodies_touch(self._plant.get_contact_results_output_port().Eval(plant)):
+            return True
+        estimator = self._estimator.GetMyContextFromRoot(context)
+        feet = self._estimator.GetOutputPort("foot_state").Eval(estimator).reshape(2, 6)
+        return soles_overlap(feet[:, [0, 1, 5]], self._halves)
+
+
+def _bodies_touch(results: ContactResults) -> bool:
+    """Whether two bodies of the robot touch each other."""
+    pairs = (results.point_pair_contact_info(i) for i in range(results.num_point_pair_contacts()))
+    return any(int(p.bodyA_index()) != _GROUND and int(p.bodyB_index()) != _GROUND for p in pairs)

@@ -1,0 +1,151 @@
+"""The blocks' arithmetic of a tick as machine code.
+
+Each kernel writes into the arrays that it is given; `tests/test_systems_kernels.py` holds a numpy reference of each.
+The offsets below are those of `signals` and `robot.posture`; numba keeps a kernel until its own file changes, so they
+are written here, and a test compares them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pdhocbf_drake.jit import compiled
+
+AXES = 3
+FOOT, ACCELERATION = 9, 6  # of foot_reference: a sole's elements, and where its acceleration starts among them
+COM, LEFT, RIGHT = 0, 6, 12  # of task coordinates
+COM_Z, LEFT_POSE, RIGHT_POSE, ANGLES = 6, 8, 14, 3  # of the state estimate: lip_state (6), com_z (2), foot_state (12)
+LEAST_LOAD = 1.0  # [N]: with less vertical force the robot is in the air, and the ZMP is set below the CoM
+LEARNING_RATE = 0.5  # weight of a new sample in the table of ZMP offsets [1]
+LARGEST_OFFSET = 0.08  # [m]: a larger difference of the ZMP is a fall, not a swinging leg
+
+
+@compiled
+def write_h(
+    signs: np.ndarray, axes: np.ndarray, normals: np.ndarray, count: int, lip_state: np.ndarray, out: np.ndarray
+) -> None:
+    """h = sign · (V̄ − n · [c, v, p]) of n_b barriers, behind their bounds in `out`, from the first sample of each.
+
+    Each depends on the state of its own axis alone, so that NaN on the other axis leaves it as it is.
+
+    Args:
+        signs: (n_b,). axes: 0 (x) or 1 (y), (n_b,). normals: n, (n_b, 3).
+        count: samples of each bound.
+        out: n_b bounds of `count` samples, then h (n_b).
+    """
+    for i in range(len(signs)):
+        value = 0.0
+        for j in range(3):
+            value += normals[i, j] * lip_state[3 * axes[i] + j]
+        out[count * len(signs) + i] = signs[i] * (out[count * i] - value)
+
+
+@compiled
+def write_lip_state(
+    com: np.ndarray, velocity: np.ndarray, q: np.ndarray, origin: np.ndarray, force: np.ndarray, base: np.ndarray,
+    out: np.ndarray,
+) -> None:  # fmt: skip
+    """lip_state and com_z of the state estimate, see `StateEstimator`.
+
+    Args:
+        com, velocity: of the CoM (3,) [m, m/s].
+        q: positions. origin: places of the base's origin in q (3,).
+        force: generalized contact forces (18,). base: places of the base's moment and force among them (6,).
+    """
+    mx, my = force[base[0]], force[base[1]]
+    fx, fy, fz = force[base[3]], force[base[4]], force[base[5]]
+    x, y, z = q[origin[0]], q[origin[1]], q[origin[2]]
+    on_ground = fz > LEAST_LOAD
+    out[0], out[1], out[2] = com[0], velocity[0], x - (my + z * fx) / fz if on_ground else com[0]
+    out[3], out[4], out[5] = com[1], velocity[1], y + (mx - z * fy) / fz if on_ground else com[1]
+    out[COM_Z], out[COM_Z + 1] = com[2], velocity[2]
+
+
+@compiled
+def write_foot_state(left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
+    """foot_state of the state estimate from two poses (3, 4): xyz, then roll, pitch and yaw.
+
+    The rotation matrix is R_z(yaw) R_y(pitch) R_x(roll), as in Drake's `RollPitchYaw`, which takes four calls a sole.
+    """
+    for start, pose in ((LEFT_POSE, left), (RIGHT_POSE, right)):
+        for i in range(3):
+            out[start + i] = pose[i, 3]
+        out[start + ANGLES] = math.atan2(pose[2, 1], pose[2, 2])
+        out[start + ANGLES + 1] = math.atan2(-pose[2, 0], math.hypot(pose[2, 1], pose[2, 2]))
+        out[start + ANGLES + 2] = math.atan2(pose[1, 0], pose[0, 0])
+
+
+@compiled
+def write_step(motion: np.ndarray, tick: float, step: np.ndarray) -> None:
+    """The displacement v δ + v̇ δ²/2 + v⃛ δ³/6 of the coming tick, shape of v, if v̇ goes on changing as it did last.
+
+    Args:
+        motion: q, v, v̇ and the v̇ before, one behind the other. tick: δ [s].
+    """
+    n = len(step)
+    first = len(motion) - 3 * n
+    for i in range(n):
+        v, vdot, before = motion[first + i], motion[first + n + i], motion[first + 2 * n + i]
+        step[i] = tick * (v + tick * (vdot / 2.0 + (vdot - before) / 6.0))
+
+
+@compiled
+def write_targets(q: np.ndarray, last: np.ndarray, joints: np.ndarray, tick: float, out: np.ndarray) -> None:
+    """desired_state: the joints' angles in q, then the constant rates that lead there from those in `last`."""
+    count = len(joints)
+    for i in range(count):
+        out[i] = q[joints[i]]
+        out[count + i] = (q[joints[i]] - last[joints[i]]) / tick
+
+
+@compiled
+def write_wanted(com: np.ndarray, height: np.ndarray, feet: np.ndarray, wanted: np.ndarray) -> None:
+    """Place, velocity and acceleration in task coordinates, (3, 18), but for the rotations, which stay as they are.
+
+    From com_reference (6,), com_height (3,) and foot_reference (18,).
+    """
+    for order in range(3):
+        wanted[order, COM], wanted[order, COM + 1], wanted[order, COM + 2] = com[order], com[3 + order], height[order]
+        for axis in range(3):
+            wanted[order, LEFT + axis] = feet[AXES * order + axis]
+            wanted[order, RIGHT + axis] = feet[FOOT + AXES * order + axis]
+
+
+@compiled
+def write_table_offset(phase: int, side: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
+    """The learned ZMP offset of the coming ticks, (2, H): of the table in x, of ± the table in y, none in a stand.
+
+    Args:
+        phase: the present tick of the step. side: the stance foot at each coming tick, +1 left, −1 right, 0 both (H,).
+        table: offset in x, then in y, at each tick of a step on the left foot (2 N,) [m].
+    """
+    period = len(table) // 2
+    for i in range(len(side)):
+        place = (phase + 1 + i) % period
+        out[0, i] = table[place] * abs(side[i])
+        out[1, i] = table[period + place] * side[i]
+
+
+@compiled
+def update_table(
+    phase: int, support: float, zmp: np.ndarray, planned: np.ndarray, feet: np.ndarray, lever: tuple[float, float],
+    table: np.ndarray,
+) -> None:  # fmt: skip
+    """Moves the table's entries of this tick towards the ZMP offset, less the part that the swing foot explains.
+
+    An offset that is NaN or infinite leaves the table as it is.
+
+    Args:
+        phase: tick of the step. support: the stance foot, +1 left, −1 right.
+        zmp: whole_body_zmp (2,). planned: zmp_reference (4,). feet: foot_reference (18,). table: as above.
+        lever: ZMP displacement per unit of the swing foot's acceleration [s²].
+    """
+    period = len(table) // 2
+    swing = (FOOT if support > 0.0 else 0) + ACCELERATION
+    x = zmp[0] - planned[0] - lever[0] * feet[swing]
+    y = (zmp[1] - planned[2] - lever[1] * feet[swing + 1]) * support
+    if math.isfinite(x) and math.isfinite(y):
+        table[phase] += LEARNING_RATE * (min(max(x, -LARGEST_OFFSET), LARGEST_OFFSET) - table[phase])
+        table[period + phase] += LEARNING_RATE * (min(max(y, -LARGEST_OFFSET), LARGEST_OFFSET) - table[period + phase])

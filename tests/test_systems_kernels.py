@@ -1,0 +1,133 @@
+"""Every compiled loop of `pdhocbf_drake.systems` beside a few lines of numpy that compute the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numba.core.registry import CPUDispatcher
+from pydrake.math import RollPitchYaw
+
+from pdhocbf_drake.robot import posture
+from pdhocbf_drake.systems import kernels
+from pdhocbf_drake.systems.signals import places, size
+
+Values = tuple[np.ndarray | float, ...]
+Case = Callable[[np.random.Generator], tuple[Values, Values]]
+"""Runs a kernel and its reference on random arrays: what both return and write."""
+
+
+def write_h(random: np.random.Generator) -> tuple[Values, Values]:
+    signs, axes, normals = random.choice([-1.0, 1.0], 3), random.integers(0, 2, 3), random.normal(size=(3, 3))
+    bounds, lip = random.normal(size=(3, 5)), random.normal(size=6)
+    if random.random() < 0.3:
+        lip[3 * random.integers(2) :][:3] = np.nan
+    out = np.concatenate([bounds.ravel(), np.empty(3)])
+    kernels.write_h(signs, axes, normals, 5, lip, out)
+    h = signs * (bounds[:, 0] - (normals * lip.reshape(2, 3)[axes]).sum(axis=1))
+    return (out,), (np.concatenate([bounds.ravel(), h]),)
+
+
+def write_lip_state(random: np.random.Generator) -> tuple[Values, Values]:
+    com, velocity, q, force = (
+        random.normal(size=3),
+        random.normal(size=3),
+        random.normal(size=19),
+        random.normal(size=18),
+    )
+    origin, base, out = random.permutation(19)[:3], random.permutation(18)[:6], np.empty(8)
+    force[base[5]] = random.choice([-5.0, 0.5, 300.0])
+    kernels.write_lip_state(com, velocity, q, origin, force, base, out)
+    zmp = com[:2]
+    if force[base[5]] > 1.0:  # the moment about the ZMP (x, y, 0) has no horizontal part
+        moment = force[base[:3]] + np.cross(q[origin], force[base[3:]])
+        zmp = np.array([-moment[1], moment[0]]) / force[base[5]]
+    return (out,), ([com[0], velocity[0], zmp[0], com[1], velocity[1], zmp[1], com[2], velocity[2]],)
+
+
+def write_foot_state(random: np.random.Generator) -> tuple[Values, Values]:
+    angles, origins, out = random.uniform(-1.5, 1.5, (2, 3)), random.normal(size=(2, 3)), np.zeros(20)
+    rotations = [RollPitchYaw(rpy).ToRotationMatrix().matrix() for rpy in angles]
+    left, right = (np.column_stack([R, p]) for R, p in zip(rotations, origins, strict=True))
+    kernels.write_foot_state(left, right, out)
+    return (out,), (
+        np.concatenate([np.zeros(8), *(part for pair in zip(origins, angles, strict=True) for part in pair)]),
+    )
+
+
+def write_step(random: np.random.Generator) -> tuple[Values, Values]:
+    q, (v, vdot, before), tick, step = random.normal(size=7), random.normal(size=(3, 6)), 0.1, np.empty(6)
+    kernels.write_step(np.concatenate([q, v, vdot, before]), tick, step)
+    return (step,), (tick * v + tick**2 / 2 * vdot + tick**3 / 6 * (vdot - before) / tick,)
+
+
+def write_targets(random: np.random.Generator) -> tuple[Values, Values]:
+    (q, last), joints, out = random.normal(size=(2, 9)), random.permutation(9)[:4], np.empty(8)
+    kernels.write_targets(q, last, joints, 0.01, out)
+    return (out,), (np.concatenate([q[joints], (q - last)[joints] / 0.01]),)
+
+
+def write_wanted(random: np.random.Generator) -> tuple[Values, Values]:
+    com, height, feet = random.normal(size=6), random.normal(size=3), random.normal(size=18)
+    wanted = random.normal(size=(3, 18))
+    expected = wanted.copy()
+    kernels.write_wanted(com, height, feet, wanted)
+    expected[:, posture.COM] = np.column_stack([com[:3], com[3:], height])
+    expected[:, posture.LEFT], expected[:, posture.RIGHT] = feet.reshape(2, 3, 3)
+    return (wanted,), (expected,)
+
+
+def write_table_offset(random: np.random.Generator) -> tuple[Values, Values]:
+    period, horizon = 6, 14
+    phase, side, table = int(random.integers(period)), random.choice([-1.0, 0.0, 1.0], horizon), random.normal(size=12)
+    out = np.empty((2, horizon))
+    kernels.write_table_offset(phase, side, table, out)
+    x, y = np.take(table.reshape(2, period), phase + 1 + np.arange(horizon), axis=1, mode="wrap")
+    return (out,), (np.array([x * abs(side), y * side]),)
+
+
+def update_table(random: np.random.Generator) -> tuple[Values, Values]:
+    period, support, lever = 6, float(random.choice([-1.0, 1.0])), (0.002, -0.003)
+    phase, table, feet = int(random.integers(period)), 0.05 * random.normal(size=2 * period), random.normal(size=18)
+    zmp, planned = 0.1 * random.normal(size=2), 0.1 * random.normal(size=4)
+    if random.random() < 0.3:
+        zmp[random.integers(2)] = random.choice([np.nan, np.inf])
+    expected = table.copy()
+    swing = 1 if support > 0 else 0
+    difference = zmp - planned[[0, 2]] - lever * feet.reshape(2, 3, 3)[swing, 2, :2]
+    entries = [phase, period + phase]
+    if np.isfinite(difference).all():
+        expected[entries] = (expected[entries] + np.clip(difference * [1.0, support], -0.08, 0.08)) / 2
+    kernels.update_table(phase, support, zmp, planned, feet, lever, table)
+    return (table,), (expected,)
+
+
+CASES: dict[str, Case] = {
+    case.__name__: case
+    for case in (
+        write_h, write_lip_state, write_foot_state, write_step, write_targets, write_wanted, write_table_offset,
+        update_table,
+    )
+}  # fmt: skip
+
+
+def test_every_kernel_has_a_reference() -> None:
+    assert {name for name, value in vars(kernels).items() if isinstance(value, CPUDispatcher)} == set(CASES)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_kernels_agree_with_numpy(name: str) -> None:
+    for seed in range(30):
+        found, expected = CASES[name](np.random.default_rng(seed))
+        for ours, theirs in zip(found, expected, strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-11, atol=1e-11, err_msg=f"seed {seed}")
+
+
+def test_the_kernels_offsets_are_those_of_the_signals_and_of_the_task_coordinates() -> None:
+    assert places("foot_reference", "left_ax", "right_x") == [kernels.ACCELERATION, kernels.FOOT]
+    assert places("foot_reference", "left_vx") == [kernels.AXES]
+    assert size("lip_state") == kernels.COM_Z
+    assert size("lip_state") + size("com_z") == kernels.LEFT_POSE
+    assert places("foot_state", "left_roll", "right_x") == [kernels.ANGLES, kernels.RIGHT_POSE - kernels.LEFT_POSE]
+    assert (posture.COM.start, posture.LEFT.start, posture.RIGHT.start) == (kernels.COM, kernels.LEFT, kernels.RIGHT)
