@@ -11,8 +11,7 @@ from pydantic import BaseModel
 
 from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
-from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, MeasurementNoise, ModelErrorConfig
-from pdhocbf_drake.simulation.scenario import Push, Scenario
+from pdhocbf_drake.simulation.scenario import MeasurementConfig, MeasurementNoise, ModelErrorConfig, Push, Scenario
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 

@@ -1,6 +1,6 @@
-"""The base of all configuration: frozen, strict, and finite; a wrong value becomes one sentence.
+"""The base of all configs, frozen, strict and finite; types of their values; and errors in one sentence.
 
-Every room keeps its own `Config` beside the object made from it; `simulation.scenario` composes them.
+Every package keeps its configs beside the objects made from them; `simulation.scenario` composes them.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 from pdhocbf_drake.errors import InputError
 
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
-_SHOWN = 100  # characters of a given value that a message repeats
+_SHOWN = 100  # the most characters of a given value in a message
 
 
 class Config(BaseModel):
-    """What a user writes. Unknown keys, wrong types, NaN and infinity are refused."""
+    """A map of keys and values that a user writes. Unknown keys, wrong types, NaN and infinity are refused."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False)
 
@@ -29,7 +29,7 @@ C = TypeVar("C", bound=Config)
 
 
 def limited(low: float, high: float, unit: str, *, above: bool = False) -> Callable[[float], float]:
-    """A function that refuses numbers not from `low` (or only above it) to `high`, and says the unit."""
+    """A function that returns a number from `low` (or above it) to `high`, and raises `ValueError` for others."""
 
     def check(value: float) -> float:
         if not low <= value <= high or (above and value == low):
@@ -41,7 +41,7 @@ def limited(low: float, high: float, unit: str, *, above: bool = False) -> Calla
 
 
 def within(low: float, high: float, unit: str, *, above: bool = False) -> AfterValidator:
-    """The same for `Annotated[float, within(…)]`."""
+    """The same check for `Annotated[float, within(…)]`."""
     return AfterValidator(limited(low, high, unit, above=above))
 
 
@@ -52,10 +52,10 @@ def _named(text: str) -> str:
 
 
 Name = Annotated[str, AfterValidator(_named)]
-"""What may become part of a file's name, a plot's label and a line on a terminal."""
+"""Text that is safe in a file's name, a plot's label and a line on a terminal."""
 
 Length = Annotated[float, within(0.0, 10.0, "m", above=True)]
-"""A length of something that walks [m]: what is given in millimetres is refused."""
+"""A length on a walking robot [m]; one in millimetres is refused."""
 
 
 def as_name(text: str) -> str:
@@ -64,7 +64,7 @@ def as_name(text: str) -> str:
 
 
 def shown(value: Any) -> str:
-    """A given value as a message repeats it: on one line, and cut where it is long."""
+    """A given value for a message: on one line of at most 100 characters."""
     short = reprlib.Repr()
     short.maxlevel, short.maxlist, short.maxtuple, short.maxdict, short.maxset = 3, 8, 8, 6, 6
     short.maxstring = short.maxother = _SHOWN
@@ -74,13 +74,13 @@ def shown(value: Any) -> str:
 
 
 def parse_config(kind: type[C], data: Any, where: str) -> C:
-    """Makes a `kind` from plain YAML data.
+    """A `kind` from plain YAML data.
 
     Raises:
-        InputError: one line per offending entry: where it is, what was given, what is allowed.
+        InputError: with each wrong key, the value given and the allowed ones.
     """
     try:
-        # Through JSON, because pydantic's strict mode then still takes a list for a tuple.
+        # Through JSON, because pydantic's strict mode then accepts a list for a tuple.
         return kind.model_validate_json(json.dumps(data))
     except ValidationError as error:
         raise InputError("; ".join(_sentences(kind, error.errors(), where))) from None
@@ -92,11 +92,11 @@ def _sentences(kind: type[BaseModel], items: list[Any], where: str) -> Iterator[
     places = [tuple(item["loc"]) for item in items]
     for item, place in zip(items, places, strict=True):
         if item["type"] == "missing" and isinstance(place[-1], int):
-            # Each entry that a list lacks is an item of its own; the last one says how many are needed.
+            # Each missing entry of a list is an item of its own; the last one has the number that is needed.
             if (*place[:-1], place[-1] + 1) not in places:
                 yield _sentence(where, place[:-1], f"must have {_entries(place[-1] + 1)}", item["input"])
         elif item["type"] == "too_short" and any(p[:-1] == place for p in places):
-            continue  # pydantic counts the good entries, and what is wrong with the others has been said
+            continue  # pydantic counts the valid entries; the others have items of their own
         elif item["type"] == "extra_forbidden":
             keys = ", ".join(_keys_beside(kind, place))
             yield _sentence(where, place, f"unknown key; allowed here: {keys}" if keys else "unknown key")
@@ -107,13 +107,12 @@ def _sentences(kind: type[BaseModel], items: list[Any], where: str) -> Iterator[
 
 
 def _sentence(where: str, place: tuple[Any, ...], message: str, *given: Any) -> str:
-    # A whole map says nothing that the message doesn't.
-    told = "".join(f" (given: {shown(value)})" for value in given if not isinstance(value, dict))
-    return f"{'.'.join([where, *(str(part) for part in place if part != '[key]')])}: {message}{told}"
+    values = "".join(f" (given: {shown(value)})" for value in given if not isinstance(value, dict))
+    return f"{'.'.join([where, *(str(part) for part in place if part != '[key]')])}: {message}{values}"
 
 
 def _in_plain_words(item: Any) -> str:
-    """What is allowed, for someone who writes YAML and knows neither Python nor pydantic."""
+    """The allowed values, in the words of YAML instead of Python's and pydantic's."""
     limits = item.get("ctx") or {}
     words = {
         "float_type": "must be a number",
@@ -144,7 +143,7 @@ def _entries(count: int | None) -> str:
 
 
 def _keys_beside(kind: Any, location: tuple[Any, ...]) -> list[str]:
-    """The keys allowed in the model that `location`'s last part was written into."""
+    """The keys that are allowed beside the last one of a location."""
     model: Any = kind
     for part in location[:-1]:
         fields = getattr(model, "model_fields", {})

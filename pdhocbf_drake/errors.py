@@ -1,22 +1,22 @@
-"""Errors that users see: one sentence that says what was given, what is allowed and what exists."""
+"""Errors for users: one sentence with the value given, the allowed ones and those that exist."""
 
 from __future__ import annotations
 
 
 class PdhocbfError(Exception):
-    """Base of every error this package raises on purpose; the command line prints it without a traceback."""
+    """Base of all errors of this package; the command line prints them without a traceback."""
 
 
 class InputError(PdhocbfError, ValueError):
-    """A value given by the user is not usable: the message names it, what is allowed and what exists."""
+    """A value given by the user is not allowed."""
 
 
 class ModelError(PdhocbfError, ValueError):
-    """A robot model lacks something the controller needs (a file, joint, frame, actuator)."""
+    """A robot model lacks a file, joint, frame or actuator that the controller needs."""
 
 
 class ClusterError(PdhocbfError, RuntimeError):
-    """A cluster that was to run something is not there, or went away."""
+    """A cluster can't be reached, or its connection was lost."""
 
 
 class RunFolderError(PdhocbfError, OSError):

@@ -1,4 +1,4 @@
-"""Compiles the numeric inner loops of a tick to machine code, once per machine: numba caches it beside the source."""
+"""Compilation of numeric inner loops to machine code, once per machine: numba caches it beside the source."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def compiled(function: F) -> F:
     On arrays of a hundred numbers numpy takes a microsecond for each operation, a compiled loop 0.1.
 
     Compiled functions (kernels) check no index: shapes are checked by their callers. Each room has its kernels in one
-    file, `kernels.py`, and a kernel calls none of another file, because numba recompiles it only when its own file
+    file, `kernels.py`, and a kernel calls only those of its own file, because numba recompiles it only when that file
     changes. A test compares each of them with a few lines of numpy. Division by zero is inf or NaN, as in numpy.
 
     With NUMBA_DISABLE_JIT=1 in the environment it is the function itself, for debuggers and for counting covered lines.
@@ -31,8 +31,8 @@ def compiled(function: F) -> F:
     except RuntimeError:  # neither the source's folder nor the user's cache is writable
         return cast(F, numba.njit(error_model="numpy")(function))
     cache = machine_code._cache
-    # Numba's own loading first registers everything that Python code might call. That takes longer than the rest of the
-    # loading, and cached machine code does not need it. Another version of numba may lack the name: then both are done.
+    # Numba's own loading first registers all that Python code might call. That takes longer than the rest of the
+    # loading, and cached machine code does not need it. A version of numba without that name does both.
     load, save = getattr(cache, "_load_overload", cache.load_overload), cache.save_overload
 
     def load_if_intact(signature: object, target: object) -> object:

@@ -14,7 +14,7 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 @contextmanager
 def stop_requests() -> Iterator[threading.Event]:
-    """An event that the first request to stop sets; the second request raises `KeyboardInterrupt`."""
+    """An event, which the first request to stop sets; the second request raises `KeyboardInterrupt`."""
     requested = threading.Event()
 
     def request(number: int, frame: FrameType | None) -> None:

@@ -1,4 +1,4 @@
-"""What commands print: how far a long one is, and tables of aligned columns."""
+"""Output of commands: progress of a long one, lines on standard error, and tables of aligned columns."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from typing import Any, Protocol
 
 from tqdm import tqdm
 
-_LINES = 10  # plain lines a command, and more where they would be far apart:
+_LINES = 10  # plain lines of a command, and more where they would be far apart:
 _SILENCE = 60.0  # the longest time between two of them [s]
-_PATIENCE = 10.0  # time without a first report after which one line says that the command is alive [s]
+_PATIENCE = 10.0  # time without a first report after which one line says that the command is running [s]
 
 
 class Progress(Protocol):
-    """Reports how much is done, in the unit of the total, with a few words on it."""
+    """Reports the amount done, in the unit of the total, with a few words on it."""
 
     def __call__(self, done: float, words: str = "", /) -> None: ...
 
 
 @contextmanager
 def shown_progress(name: str, total: float, unit: str, done: float = 0, every: bool = False) -> Iterator[Progress]:
-    """Shows on standard error how far a command is: a bar with the time left on a terminal, plain lines otherwise.
+    """Shows a command's progress on standard error: a bar with the time left on a terminal, plain lines otherwise.
 
     Args:
         name: printed first.
@@ -34,14 +34,14 @@ def shown_progress(name: str, total: float, unit: str, done: float = 0, every: b
         done: amount that an earlier command has done; it does not count towards the pace.
         every: print a line at each report instead of `_LINES` lines in all. Without effect on a terminal.
     """
-    show = _bar if sys.stderr.isatty() else _lines
-    with show(name, total, unit, done, every) as progress:
+    digits = ".1f" if isinstance(total, float) else ".0f"
+    amounts = total, unit, done, digits
+    with _bar(name, *amounts) if sys.stderr.isatty() else _lines(name, *amounts, every) as progress:
         yield progress
 
 
 @contextmanager
-def _bar(name: str, total: float, unit: str, done: float, _: bool) -> Iterator[Progress]:
-    digits = ".1f" if isinstance(total, float) else ".0f"
+def _bar(name: str, total: float, unit: str, done: float, digits: str) -> Iterator[Progress]:
     amount = f"{{n:{digits}}} of {{total:{digits}}} {unit}"
     form = f"{{desc}} {{percentage:3.0f}}%|{{bar}}| {amount} [{{elapsed}}<{{remaining}}{{postfix}}]"
     with tqdm(total=total, initial=done, desc=name, bar_format=form, file=sys.stderr) as bar:
@@ -56,10 +56,9 @@ def _bar(name: str, total: float, unit: str, done: float, _: bool) -> Iterator[P
 
 
 @contextmanager
-def _lines(name: str, total: float, unit: str, done: float, every: bool) -> Iterator[Progress]:
+def _lines(name: str, total: float, unit: str, done: float, digits: str, every: bool) -> Iterator[Progress]:
     started = printed_at = time.monotonic()
     printed = _share(done, total)
-    digits = ".1f" if isinstance(total, float) else ".0f"
 
     def progress(now: float, words: str = "") -> None:
         nonlocal printed, printed_at
@@ -84,12 +83,12 @@ def _lines(name: str, total: float, unit: str, done: float, every: bool) -> Iter
 
 
 def _share(done: float, total: float) -> int:
-    """How many of the plain lines are due."""
+    """The number of plain lines that are due."""
     return int(_LINES * done / total + 1e-9)
 
 
 def say(text: str) -> None:
-    """Prints one line on standard error; a command goes on when nobody can read it any more."""
+    """Prints one line on standard error; an error in that, such as a closed terminal, does not stop a command."""
     with suppress(OSError):
         print(text, file=sys.stderr, flush=True)
 
@@ -100,15 +99,11 @@ def table(rows: Sequence[Sequence[Any]], header: Sequence[str] = ()) -> str:
     A column of numbers alone is aligned to the right. None and NaN are dashes, floats have four significant digits.
     """
     columns = list(zip(*rows, strict=True)) or [()] * len(header)
-    right = [all(value is None or isinstance(value, (int, float)) for value in column) for column in columns]
+    numbers = [all(value is None or isinstance(value, (int, float)) for value in column) for column in columns]
     cells = [list(header)] * bool(header) + [[_cell(value) for value in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = [
-        "  ".join(
-            cell.rjust(width) if r else cell.ljust(width) for cell, width, r in zip(row, widths, right, strict=True)
-        )
-        for row in cells
-    ]
+    formats = [f"{{:{'>' if number else '<'}{width}}}" for number, width in zip(numbers, widths, strict=True)]
+    lines = ["  ".join(formats).format(*row) for row in cells]
     if header:
         lines.insert(1, "-" * len(lines[0]))
     return "\n".join(line.rstrip() for line in lines)

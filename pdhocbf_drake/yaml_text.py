@@ -1,4 +1,4 @@
-"""Reads and writes YAML: numbers as in YAML 1.2, duplicate keys are errors, and maps merge in depth."""
+"""YAML files read, written and merged: numbers as in YAML 1.2, errors for duplicate keys, maps merged in depth."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _FLOAT = re.compile(
 )
 _NUMBERS = {"tag:yaml.org,2002:int": _INT, "tag:yaml.org,2002:float": _FLOAT}
 _PLAIN = {f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "seq", "map", "merge")}
-_MOST_VALUES = 1_000_000  # of a file whose aliases are replaced by the values that they refer to
+_MOST_VALUES = 1_000_000  # of a file with its aliases replaced by their values
 
 
 class _Loader(yaml.SafeLoader):
@@ -44,16 +44,16 @@ class _Loader(yaml.SafeLoader):
 
 
 def _check(node: yaml.Node, counts: dict[int, int | None]) -> int:
-    """The number of values of a node, with its aliases replaced by what they refer to.
+    """The number of values of a node, with its aliases replaced by their values.
 
     Raises:
         ConstructorError: the node is no tree of plain values, or has too many.
     """
     if id(node) in counts:
-        known = counts[id(node)]
-        if known is None:
+        counted = counts[id(node)]
+        if counted is None:
             raise ConstructorError(None, None, "a value holds itself", node.start_mark)
-        return known
+        return counted
     counts[id(node)] = None
     if node.tag not in _PLAIN:
         tag = node.tag.replace("tag:yaml.org,2002:", "!!")
@@ -81,7 +81,7 @@ class _Dumper(yaml.SafeDumper):
 
 
 _Loader.yaml_implicit_resolvers = {
-    # Dates are read as text: no key takes one, and the message about text is clearer.
+    # Dates are read as text, since no key takes one, and the message about text is clearer.
     first: [(tag, pattern) for tag, pattern in pairs if tag not in _NUMBERS and not tag.endswith(":timestamp")]
     for first, pairs in _Loader.yaml_implicit_resolvers.items()
 }

@@ -1,4 +1,4 @@
-"""Logs made by formula, so that what the analysis says of them is known beforehand."""
+"""Logs made by formula, whose metrics are known."""
 
 from __future__ import annotations
 

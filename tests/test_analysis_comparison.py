@@ -1,4 +1,4 @@
-"""The margins (5), their ratio (6), and the refusals."""
+"""Comparison of runs: the margins (5), their ratio (6), refused runs, and figures."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def test_the_start_counts_if_it_is_asked_for():
     assert found.margins[0] > 1.0
 
 
-def test_single_barriers_are_compared_whatever_their_names():
+def test_single_barriers_are_compared_under_any_names():
     (found,) = compare(run(0.01, "periodic"), run(0.02, "constant"), from_time=2.0)
     assert found.names == ("periodic", "constant")
     assert found.ratio == pytest.approx(0.5)
 
 
-def test_nothing_to_compare_is_told():
+def test_runs_that_cannot_be_compared_are_refused():
     bare = synthetic.run("vhip")
     bare = bare._replace(scenario=bare.scenario.model_copy(update={"barriers": {}}))
     with pytest.raises(InputError, match="share no barrier to compare; they have forward_speed and none"):

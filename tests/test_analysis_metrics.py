@@ -1,4 +1,4 @@
-"""metrics.json against formulas of its own, on logs of which everything is known."""
+"""metrics.json against separate formulas, on synthetic logs."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_a_run_that_ends_before_from_time_has_no_margins():
     assert json.loads(metrics(synthetic.walk_log(duration=1.0)).to_json())["mean_speed"] is None
 
 
-def test_what_does_not_apply_to_a_template_is_null():
+def test_numbers_of_a_body_are_null_on_a_template():
     data = json.loads(metrics(synthetic.walk_log(robot=False), None).to_json())
     assert data["template"] is True
     assert data["com_rms_error"][2] is None
@@ -128,7 +128,7 @@ def test_an_oscillator_has_barriers_only():
     assert data["distance"] is None
 
 
-def test_a_fall_is_told_and_its_step_not_counted():
+def test_a_fall_is_reported_and_its_step_not_counted():
     log = synthetic.walk_log(duration=3.9, ending=FELL)
     found = metrics(log)
     assert found.fell

@@ -1,4 +1,4 @@
-"""The summary is ten lines with replay and report, and tells the bad as plainly as the good."""
+"""The summary: ten lines with replay and report, failures as plain as successes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def summary(system: str = "biped", **kwargs) -> dict[str, str]:
     return dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, limits)))
 
 
-def test_a_walk_is_told_in_eight_lines():
+def test_a_walk_has_eight_lines():
     rows = summary()
     names = ["run", "walk", "straightness", "tracking", "ZMP", "joints", "barrier forward_speed", "MPC"]
     assert list(rows) == names
@@ -31,7 +31,7 @@ def test_a_bad_end_comes_first(ending, word):
     assert summary(ending=ending)["run"].startswith(f"{word} after 4.00 s")
 
 
-def test_a_template_tells_nothing_of_a_body():
+def test_a_template_has_no_lines_on_a_body():
     rows = summary("vhip")
     assert "joints" not in rows
     assert "tracking" not in rows
@@ -39,19 +39,19 @@ def test_a_template_tells_nothing_of_a_body():
     assert "soles" not in rows["ZMP"]
 
 
-def test_an_oscillator_tells_its_barriers():
+def test_an_oscillator_has_a_line_for_each_barrier():
     assert list(summary("van_der_pol")) == ["run", *(f"barrier x{i}_{s}" for i in (1, 2) for s in ("upper", "lower"))]
 
 
-def test_what_the_solver_could_not_do_is_told():
+def test_failures_of_the_solver_are_counted():
     run = synthetic.run("vhip")
     run.log["solver_status"][60:63, 5] = Reason.RELAXED
     run.log["solver_status"][70, 5] = Reason.SOFTENED
-    told = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, None)))["MPC"]
-    assert told.startswith("400 solves with daqp, 3 failures, 0 fallbacks; degraded ticks: 1 softened, 3 relaxed; a")
+    line = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, None)))["MPC"]
+    assert line.startswith("400 solves with daqp, 3 failures, 0 fallbacks; degraded ticks: 1 softened, 3 relaxed; a")
 
 
-def test_one_is_not_told_in_the_plural_and_no_gait_is_not_told_as_drift():
+def test_one_step_is_singular_and_a_drift_needs_a_whole_gait():
     rows = summary("vhip", duration=1.25)
     assert rows["walk"].startswith("1 step, ")
     assert rows["straightness"] == "not judged: no whole gait was walked"
@@ -60,15 +60,15 @@ def test_one_is_not_told_in_the_plural_and_no_gait_is_not_told_as_drift():
 def test_an_h_that_is_no_number_is_a_violation():
     run = synthetic.run("vhip")
     run.log["h"][300:302] = np.nan
-    told = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, None)))["barrier forward_speed"]
-    assert told == "h is no number at some ticks; 2 violations, counting those"
+    line = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, None)))["barrier forward_speed"]
+    assert line == "h is no number at some ticks; 2 violations, counting those"
 
 
 def test_a_margin_that_was_not_judged_is_not_a_number():
     assert summary(duration=1.0)["barrier forward_speed"] == "not judged: the run ended before from_time"
 
 
-def test_what_cannot_be_known_is_called_unknown():
+def test_a_number_that_is_null_is_called_unknown():
     run = synthetic.run()
     run.log["lip_state"][5] = np.nan
     rows = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, LIMITS)))

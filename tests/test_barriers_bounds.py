@@ -1,4 +1,4 @@
-"""Periodic bounds, and how a user describes them and their barriers."""
+"""Periodic bounds and barriers, and their configurations."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_bounds_of_an_orbit():
          "bound.kind: must be 'constant', 'harmonic', 'tabulated', 'orbit' or 'orbit_peak' (given: 'square')"),
     ],
 )  # fmt: skip
-def test_wrong_bounds_are_told_in_a_sentence(call, text):
+def test_wrong_bounds_are_refused_in_one_sentence(call, text):
     assert message(call) == text
 
 
@@ -92,7 +92,7 @@ def barrier_config(**keys):
     return parse_config(BarrierConfig, {"bound": {"kind": "constant", "value": 0.5}, **keys}, "barriers.vx")
 
 
-def test_barriers_as_described():
+def test_barriers_of_a_configuration():
     barrier = make_barrier("vx", barrier_config(gamma=[0.5, 0.2], unit="m/s"), [0, 1, 0], constant(0.5))
     assert isinstance(barrier, AffineBarrier)
     assert (barrier.sign, barrier.order, barrier.relative_degree, barrier.unit) == (1, 2, 2, "m/s")
@@ -118,7 +118,7 @@ def test_barriers_as_described():
         ({"relative_degree": 0}, "barriers.vx.relative_degree: must be at least 1 (given: 0)"),
     ],
 )  # fmt: skip
-def test_wrong_barrier_configs_are_told_in_a_sentence(keys, text):
+def test_wrong_barrier_configs_are_refused_in_one_sentence(keys, text):
     assert message(lambda: barrier_config(**keys)) == text
 
 
@@ -164,5 +164,5 @@ def test_nan_and_a_missing_scale_are_refused():
          'barrier "b": the sign is +1 (upper bound) or -1 (lower bound), given 2'),
     ],
 )  # fmt: skip
-def test_wrong_barriers_are_told_in_a_sentence(call, text):
+def test_wrong_barriers_are_refused_in_one_sentence(call, text):
     assert message(call) == text

@@ -1,4 +1,4 @@
-"""Class-K functions: which are refused, and why that is needed."""
+"""Class-K functions: those that are refused, and the invariance that they would break."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_functions_that_are_not_class_k_are_refused(alpha, why):
     assert why in message(lambda: check_class_k(alpha, "here"))
 
 
-def test_a_function_of_the_users_own_is_taken():
+def test_a_user_function_is_accepted():
     def alpha(s):
         return 0.5 * s / (1 + abs(s))
 

@@ -66,7 +66,7 @@ def test_filter_keeps_a_pendulum_in_its_barriers():
     for barrier in barriers:
         assert record(barrier, states).h_min > -1e-9
     assert record(barriers[0], frees).h_min < -0.3
-    # it does not hold back for nothing
+    # the filter acts only where it must
     assert record(barriers[0], states).h_min < 0.01
 
 
@@ -101,12 +101,12 @@ def opposed(gap):
     ]
 
 
-def test_infeasible_barriers_give_way_and_say_so():
+def test_infeasible_barriers_are_softened_with_a_reason():
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     result = BarrierFilter(system, opposed(1.0))(0, [0.5], [3.0])
     assert result.status == "softened"
     assert result.reason == "no input satisfies every barrier at once"
-    assert result.input[0] == pytest.approx(0.0, abs=1e-4)  # halfway between what both ask for
+    assert result.input[0] == pytest.approx(0.0, abs=1e-4)  # halfway between the demands of both
     assert result.slack == pytest.approx([0.25, 0.25], abs=1e-4)
     assert BarrierFilter(system, opposed(-1.0))(0, [-0.5], [3.0]).status == "solved"
 
@@ -126,7 +126,7 @@ def test_a_row_without_input_at_this_state_is_not_called_solved():
     assert input_interval(system, [barrier], 0, [1.0, 0.0]) == (-np.inf, -1.0)
 
 
-def test_limits_of_the_input_hold_even_when_the_barrier_gives_way():
+def test_limits_of_the_input_hold_even_where_the_barrier_is_softened():
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     barrier_filter = BarrierFilter(system, opposed(-9.0), lower=[-0.1], upper=[0.1])
     result = barrier_filter(0, [1.0], [3.0])
@@ -145,7 +145,7 @@ def test_nearest_input_of_several_within_limits():
     assert result.input == pytest.approx([0.2, 0.8], abs=1e-6)
     # without the limit the excess is shared
     assert BarrierFilter(system, [barrier])(0, [0.0], [2.0, 1.5]).input == pytest.approx([0.75, 0.25], abs=1e-6)
-    # a wanted input that the limits clip is still what the answer is nearest to
+    # the answer is nearest to the wanted input, not to the clipped one
     wide = BarrierFilter(system, [barrier], upper=[1.0, 1.0])(0, [0.0], [4.0, 1.0])
     assert wide.input == pytest.approx([1.0, 0.0], abs=1e-6)
 
@@ -187,7 +187,7 @@ def test_an_input_that_keeps_less_than_the_tightening_is_moved():
     assert barrier_filter(0, [0.0], [0.89]).input[0] == 0.89
 
 
-def test_a_failed_solve_lets_the_wanted_input_through_and_says_what_is_missing(monkeypatch):
+def test_a_failed_solve_returns_the_wanted_input_and_the_violation(monkeypatch):
     class Unwilling(ClarabelSolver):
         def Solve(self, prog, initial_guess, options):
             few = SolverOptions()
@@ -215,7 +215,7 @@ def test_an_input_that_bends_psi_at_one_phase_only_is_refused():
         BarrierFilter(BentAtOddTicks(), [below])
 
 
-def test_what_the_filter_refuses():
+def test_the_filter_refuses_wrong_arguments():
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     square = Barrier("square", lambda k, x: 1 - x[0] ** 2, 1, (0.5,))
     for build, text in (

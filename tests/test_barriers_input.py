@@ -1,4 +1,4 @@
-"""What the barriers' public functions refuse: one sentence on what was given, before Drake is asked anything."""
+"""Arguments that the barriers' public functions refuse in one sentence, before Drake gets them."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_a_tightening_is_finite_and_not_negative(add, bad):
 
 
 @pytest.mark.parametrize("bad", [NAN, INF])
-def test_a_state_that_is_not_finite_is_refused_before_drake_is_asked(bad):
+def test_a_state_that_is_not_finite_is_refused_before_drake_gets_it(bad):
     """Drake ends the process on a NaN in a constraint, and without one every input would look safe."""
     assert message(lambda: rows(x=[bad, 0.0])) == f'barrier "p": x0 must be finite, given {bad} in it'
     assert message(lambda: rows(x=[bad, 0.0], add=add_nonlinear_barrier_rows)) == (
@@ -99,7 +99,7 @@ def test_a_barrier_that_is_no_number_allows_no_input():
     assert input_interval(SYSTEM, [nowhere], 0, [0.0, 0.0]) == (INF, -INF)
 
 
-def test_rows_ask_for_the_relative_degree_that_the_dynamics_have():
+def test_rows_need_the_relative_degree_of_the_dynamics():
     """ψ_1 of a double integrator's position takes its input a tick late, and ψ_2 declared with 3 not late enough."""
     assert message(lambda: rows(barrier(class_k=(0.5,)))) == (
         'barrier "p": relative degree 1 is declared by 1 class-K function, but the dynamics give 2 (at every phase)'
@@ -198,11 +198,11 @@ TEXTS = {
 
 
 @pytest.mark.parametrize("text", TEXTS)
-def test_bad_input_is_told_in_a_sentence(text):
+def test_bad_input_is_refused_in_one_sentence(text):
     assert message(TEXTS[text]) == text
 
 
-def test_what_overflows_is_refused_before_drake_is_asked():
+def test_rows_that_overflow_are_refused_before_drake_gets_them():
     opposed = [barrier([1e308, 0.0]), AffineBarrier("q", [-1e308, 0.0], constant(1e308), 1, (0.5, 0.5))]
     fast = PeriodicAffineSystem(1e200 * np.ones((2, 2)), [[0.0], [1.0]])
     with np.errstate(all="ignore"):
@@ -247,7 +247,7 @@ def test_an_h_that_is_no_number_is_not_mistaken_for_one_without_input():
         assert check_relative_degree(half, SYSTEM, [[-1.0, 0.0], [2.0, 0.0]]) == (2,)
 
 
-def test_what_a_message_shows_is_cut():
+def test_a_long_value_is_cut_in_a_message():
     assert message(lambda: constant("a" * 1000)).endswith("aaa...")
     assert len(message(lambda: constant("a" * 1000))) < 200
 

@@ -1,4 +1,4 @@
-"""What a barrier promises: any input with ψ_m ≥ 0 keeps h ≥ 0; outside and under disturbances, known bounds."""
+"""Invariance: any input with ψ_m ≥ 0 keeps h ≥ 0; bounds on h outside the safe set and under disturbances."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def test_theorem_on_sequences(excess, start, first, second):
 
 
 @given(st.floats(0.05, 1.0), st.floats(-5.0, -0.1), st.integers(0, 2**32 - 1))
-def test_outside_h_recovers_at_a_known_rate(gamma, h_start, seed):
+def test_outside_h_recovers_at_the_rate_of_gamma(gamma, h_start, seed):
     rng = np.random.default_rng(seed)
     system = chain(rng, 1, 3)
     barrier = AffineBarrier("x", [1.0], tabulated(rng.uniform(-1, 1, 4)), 1, (gamma,))
@@ -126,7 +126,7 @@ def test_outside_h_recovers_at_a_known_rate(gamma, h_start, seed):
         x = system.step(k, x, input_at(system, barrier, k, x, rng.uniform(0, 0.1) * (k % 2)))
 
 
-def test_saturating_class_k_asks_for_a_bounded_recovery():
+def test_saturating_class_k_demands_a_bounded_recovery():
     """From h = −5 with γσ = 0.1: h rises by 0.1 a tick at most is asked for, and it does come back."""
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     barrier = AffineBarrier("x", [1.0], tabulated([0.0]), 1, (Saturating(0.5, 0.2),))
@@ -139,7 +139,7 @@ def test_saturating_class_k_asks_for_a_bounded_recovery():
 
 
 @given(st.floats(0.05, 1.0), st.floats(0.0, 0.5), st.floats(-1.0, 1.0), st.integers(0, 2**32 - 1))
-def test_disturbed_h_stays_above_the_known_bound(gamma, d, h_start, seed):
+def test_disturbed_h_stays_above_its_bound(gamma, d, h_start, seed):
     """|d(k)| ≤ d̄ on h: h(k) ≥ (1−γ)^k h(0) − d̄/γ."""
     rng = np.random.default_rng(seed)
     system = chain(rng, 1, 2)

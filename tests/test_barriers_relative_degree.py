@@ -1,4 +1,4 @@
-"""Relative degree depends on the input, and is computed, per phase."""
+"""The relative degree depends on the input, and is computed for each phase."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def vhip_position_input():
 
 
 class Stepping:
-    """The same dynamics without their matrices, so that only differentiation can tell."""
+    """The same dynamics without their matrices, which leaves differentiation only."""
 
     def __init__(self, system):
         self._system = system
@@ -92,11 +92,11 @@ def test_degree_follows_the_matrices_of_the_coming_ticks(as_nonlinear):
     coupled, apart = [[1.0, 0.5], [0.0, 1.0]], [[1.0, 0.0], [0.0, 1.0]]
     system = PeriodicAffineSystem(np.array([apart, coupled]), [[0.0], [1.0]])
     barrier = AffineBarrier("x1", [1.0, 0.0], constant(1.0), 1, (0.5, 0.5))
-    seen = Stepping(system) if as_nonlinear else system
-    assert [relative_degree(barrier, seen, phase) for phase in range(4)] == [2, 3, 2, 3]
+    given = Stepping(system) if as_nonlinear else system
+    assert [relative_degree(barrier, given, phase) for phase in range(4)] == [2, 3, 2, 3]
 
 
-def test_input_that_never_shows():
+def test_an_input_without_effect_on_h():
     system = PeriodicAffineSystem([[1.0, 0.0], [0.3, 1.0]], [[0.0], [1.0]])
     barrier = AffineBarrier("x1", [1.0, 0.0], constant(1.0), 1, (0.5,))
     with pytest.raises(InputError) as caught:
@@ -132,7 +132,7 @@ def test_pendulum_by_differentiation():
 
 
 @pytest.mark.parametrize("states", [[[0.0, 0.0], [1.0, 0.0]], [[1.0, 0.0], [0.0, 0.0]]])
-def test_a_state_where_the_input_shows_late_does_not_hide_where_it_shows_early(states):
+def test_the_relative_degree_is_the_least_one_over_the_sampled_states(states):
     """h = x_1 x_2 on a double integrator: u(k) shows in h(k+1) = x_1⁺ x_2⁺, except where x_1⁺ is zero."""
     system = PeriodicAffineSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]])
     product = Barrier("product", lambda k, x: x[0] * x[1], 1, (0.5,))
@@ -149,7 +149,7 @@ def test_functions_that_cannot_be_differentiated_are_named():
         check_relative_degree(barrier, Pendulum())
 
 
-def test_safe_set_asks_for_every_psi_below_m():
+def test_the_safe_set_needs_every_psi_below_m():
     system = vhip_velocity_input()
     barrier = velocity_barrier(3, (0.5, 0.5))
     slow, fast = np.array([0.0, 0.4, 0.0]), np.array([0.5, 0.49, 0.0])
@@ -188,7 +188,7 @@ def test_the_edge_belongs_to_the_safe_set():
     check_in_safe_set(barrier, system, 0, [1.0, 0.0])
 
 
-def test_what_no_input_reaches_belongs_to_the_safe_set():
+def test_psi_that_no_input_reaches_belongs_to_the_safe_set():
     """ψ_1 with relative degree 2: ψ_1(0) cannot be enforced, so it has to hold; with 3, ψ_1(1) too."""
     system = vhip_velocity_input()
     fast = np.array([0.5, 0.49, 0.0])

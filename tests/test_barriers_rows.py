@@ -248,7 +248,7 @@ def wrong_rows(horizon=5, x=(0.0, 0.0, 0.0), slacks=None, columns=2, barrier=Non
     return str(caught.value)
 
 
-def test_wrong_rows_are_told_in_a_sentence():
+def test_wrong_rows_are_refused_in_one_sentence():
     saturating = AffineBarrier("b", [1.0, 0.0, 0.0], constant(1), 1, (0.5, Saturating(0.5, 0.1)))
     short = AffineBarrier("b", [1.0, 0.0], constant(1), 1, (0.5, 0.5))
     assert wrong_rows(1) == 'barrier "b": psi_2 needs a horizon of 2 ticks, given 1'

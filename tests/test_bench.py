@@ -1,4 +1,4 @@
-"""The benchmark measures what it says; nothing here depends on how fast this machine is."""
+"""The benchmark measures the named quantities; no test depends on the speed of this machine."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
-from pdhocbf_drake.studies.bench import benchmark, command, growth, loops, startup
+from pdhocbf_drake.studies.bench import benchmark, command, loops, own_tick, startup
 from pdhocbf_drake.studies.bench.bare_plant import bare_plant, replayed_plant
 from pdhocbf_drake.studies.bench.benchmark import Effort
 from pdhocbf_drake.studies.bench.block_clock import block_clock
@@ -40,21 +40,23 @@ _ROBOT = {
     "blocks": {"PeriodicMpc": 1e-4, "plant and framework": 1e-3},
 }  # fmt: skip
 
+_STARTS = {"import_drake_seconds": 1.0, "ready_seconds": 2.5, "prepared_seconds": 3.5}
+
 
 @pytest.fixture
 def small(monkeypatch: pytest.MonkeyPatch) -> None:
     """A short gait for the ticks; loops, which have their own tests, are taken as measured."""
     monkeypatch.setattr(benchmark, "load_scenario", lambda name: load_scenario(name, SHORT if name == "vhip" else ""))
-    monkeypatch.setattr(growth, "TIMED", 20)
+    monkeypatch.setattr(own_tick, "TIMED", 20)
     template = {"simulated_seconds": 1.0, "wall_seconds": 0.1, "real_time_factor": 10.0, "framework_share": 0.5}
     monkeypatch.setattr(loops, "template_loop", lambda *_: template)
     monkeypatch.setattr(loops, "robot_loop", lambda *_: _ROBOT)
     monkeypatch.setattr(loops, "plant_steps", lambda *_: _STEPS)
-    monkeypatch.setattr(startup, "start_up", lambda *_: startup.StartUp(1.0, 2.5, 3.5))
+    monkeypatch.setattr(startup, "start_up", lambda *_: _STARTS)
     monkeypatch.setattr(startup, "resident_growth", lambda *_: 0.0)
 
 
-def test_the_numbers_promised_are_written(
+def test_all_numbers_are_written_and_printed(
     small: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(benchmark, "QUICK", TINY)
@@ -86,7 +88,7 @@ def test_a_folder_that_is_not_there_is_refused_before_anything_is_measured(tmp_p
         command.run(argparse.Namespace(quick=True, json=tmp_path / "none" / "bench.json"))
 
 
-def test_without_daqp_the_benchmark_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_daqp_the_benchmark_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(benchmark, "has_daqp", lambda: False)
     with pytest.raises(InputError, match="pip install daqp"):
         benchmark.measure(TINY, lambda _: None)
@@ -141,7 +143,7 @@ def test_blocks_add_up_to_the_whole_and_the_classes_are_put_back() -> None:
     assert (PeriodicMpc.solve, dict(vars(GaitReference))) == before
 
 
-def test_calls_are_counted_and_drakes_own_are_told_apart() -> None:
+def test_calls_are_counted_and_drakes_own_are_counted_apart() -> None:
     template = loops.calls(load_scenario("vhip", SHORT), 0.4)
     robot = loops.calls(load_scenario("walking_nobarrier", SHORT), 0.4)
     assert 50 < template["python_calls_per_tick"] < robot["python_calls_per_tick"]
@@ -150,24 +152,24 @@ def test_calls_are_counted_and_drakes_own_are_told_apart() -> None:
 
 def test_the_growth_exponent_is_that_of_a_power() -> None:
     rows = [{"horizon": h, "ticks_per_gait": 80, "tick_seconds_median": 1e-6 * h**1.5} for h in (80, 160, 320)]
-    assert growth.exponent(rows, 80) == pytest.approx(1.5)
+    assert own_tick.exponent(rows, 80) == pytest.approx(1.5)
 
 
 def test_a_walk_is_the_same_only_if_nothing_got_worse() -> None:
     first = _STEPS[0]
-    assert loops._same(first, first)
+    assert loops.same_walk(first, first)
     for change in (
         {"mean_speed": 0.30},
         {"h_min": 0.0},
         {"zmp_outside_fraction": 0.06},
         {"com_rms_error": [0.02, 0, None]},
     ):
-        assert not loops._same(first, {**first, **change})
+        assert not loops.same_walk(first, {**first, **change})
 
 
 def test_resident_growth_is_a_difference_however_short_the_walk() -> None:
     grown = startup.resident_growth(load_scenario("vhip", SHORT), 2.0, 0.4)
-    assert abs(grown) < 0.5 * startup._resident()
+    assert abs(grown) < 0.5 * startup.resident_bytes()
 
 
 def test_a_walk_and_the_benchmarks_refusal_need_no_daqp() -> None:

@@ -1,4 +1,4 @@
-"""What goes wrong in a campaign: killed processes, a killed command, a full or read-only folder, a cluster."""
+"""Faults in a campaign: killed processes, a killed command, a full or read-only folder, a lost cluster."""
 
 from __future__ import annotations
 
@@ -44,10 +44,10 @@ def until(something: Callable[[], object], seconds: float = 120.0) -> object:
         if result := something():
             return result
         time.sleep(0.01)
-    raise AssertionError("it never came")
+    raise AssertionError("the condition was not met in time")
 
 
-def test_killed_processes_cost_their_run_a_second_chance_and_no_more(tmp_path) -> None:
+def test_a_run_whose_process_is_killed_is_begun_once_more(tmp_path) -> None:
     """One run's process is killed once, another one's each time, and a worker in the midst of a third."""
     command = start("campaign", campaign_file(tmp_path, runs=5), "--out", tmp_path / "out", "--workers", 2)
     root = psutil.Process(command.pid)
@@ -78,7 +78,7 @@ def test_killed_processes_cost_their_run_a_second_chance_and_no_more(tmp_path) -
     assert table(tmp_path / "out")[1]["status"] != "failed"
 
 
-def test_a_killed_command_leaves_nothing_running_and_goes_on_from_there(tmp_path) -> None:
+def test_a_killed_command_leaves_no_process_and_can_be_continued(tmp_path) -> None:
     out = tmp_path / "out"
     command = start("campaign", campaign_file(tmp_path, runs=5), "--out", out, "--workers", 2)
     until(lambda: len(list((out / "parts").glob("run-*"))) >= 2 if (out / "parts").is_dir() else False)
@@ -100,7 +100,7 @@ def test_a_killed_command_leaves_nothing_running_and_goes_on_from_there(tmp_path
         assert (same["worker"], same["metrics.wall_seconds"]) == (row["worker"], row["metrics.wall_seconds"])
 
 
-def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path) -> None:
+def test_ctrl_c_keeps_the_ended_runs_and_explains_how_to_continue(tmp_path) -> None:
     out = tmp_path / "out"
     command = start("campaign", campaign_file(tmp_path, runs=40), "--out", out, "--workers", 2)
     root = psutil.Process(command.pid)
@@ -117,7 +117,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(tmp_path) -> None:
     assert "are still missing" in (out / "report.html").read_text()
 
 
-def test_a_folder_that_fills_up_stops_the_campaign_and_keeps_what_is_written(tmp_path) -> None:
+def test_a_full_folder_stops_the_campaign_and_keeps_the_written_runs(tmp_path) -> None:
     """A limit on the size of a file stands for the quota: rows still fit, the table of all rows does not."""
     out = tmp_path / "out"
     file = campaign_file(tmp_path, runs=3)
@@ -132,7 +132,7 @@ def test_a_folder_that_fills_up_stops_the_campaign_and_keeps_what_is_written(tmp
 
 
 @pytest.mark.parametrize("where", ["/proc/campaign", "file/campaign"])
-def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(tmp_path, where: str) -> None:
+def test_a_folder_that_cannot_be_written_is_refused_before_any_run(tmp_path, where: str) -> None:
     (tmp_path / "file").write_text("")
     place = Path(where) if where.startswith("/") else tmp_path / where
     started = time.monotonic()
@@ -143,7 +143,7 @@ def test_a_folder_that_cannot_be_written_is_told_before_anything_runs(tmp_path, 
     assert f"pdhocbf: {place} cannot be written: " in err
 
 
-def test_a_run_that_never_answers_is_given_up(tmp_path) -> None:
+def test_a_run_without_an_answer_ends_at_its_time_limit(tmp_path) -> None:
     from pdhocbf_drake.studies.campaign.plan import load_campaign, plan_runs
 
     config, path = load_campaign(str(campaign_file(tmp_path)))
@@ -201,7 +201,7 @@ def test_an_existing_cluster_runs_it_and_may_lose_a_worker(tmp_path) -> None:
     assert len({row["worker"] for row in rows.values()}) <= 2
 
 
-def test_a_scheduler_that_goes_away_is_told_and_what_was_done_is_kept(tmp_path) -> None:
+def test_a_lost_scheduler_is_reported_and_the_ended_runs_are_kept(tmp_path) -> None:
     out = tmp_path / "out"
     with dask_cluster(tmp_path) as (address, _):
         command = start("campaign", campaign_file(tmp_path, runs=40), "--out", out, "--scheduler", address)
@@ -222,7 +222,9 @@ def test_a_scheduler_that_goes_away_is_told_and_what_was_done_is_kept(tmp_path) 
         ("nonsense://x", "--scheduler must be an address such as tcp://host:8786"),
     ],
 )
-def test_a_cluster_that_is_not_there_is_told(tmp_path, monkeypatch, capsys, address: str, sentence: str) -> None:
+def test_a_missing_cluster_is_reported_in_one_sentence(
+    tmp_path, monkeypatch, capsys, address: str, sentence: str
+) -> None:
     from pdhocbf_drake.cli import main
     from pdhocbf_drake.studies.campaign import cluster
 

@@ -11,8 +11,14 @@ from campaigns import TINY, campaign_file
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
-from pdhocbf_drake.studies.campaign.factors import has_field, points, set_field
-from pdhocbf_drake.studies.campaign.plan import campaign_names, check_buildable, load_campaign, plan_runs
+from pdhocbf_drake.studies.campaign.plan import (
+    campaign_names,
+    check_buildable,
+    has_field,
+    load_campaign,
+    plan_runs,
+    set_field,
+)
 
 RANDOM = {
     "scenario": "vhip",
@@ -32,15 +38,15 @@ def config(**changes: object) -> CampaignConfig:
 
 
 def test_a_sample_is_the_same_for_the_same_seed_and_grows_without_changing() -> None:
-    few, many = list(points(config(runs=10))), list(points(config(runs=300)))
-    assert few == list(points(config(runs=10)))
+    few, many = list(config(runs=10).points()), list(config(runs=300).points())
+    assert few == list(config(runs=10).points())
     assert many[:10] == few
-    assert list(points(config(runs=10, seed=2))) != few
+    assert list(config(runs=10, seed=2).points()) != few
     assert len({point.seed for point in many}) == len(many)
 
 
 def test_draws_keep_to_their_ends_and_fill_the_space_between() -> None:
-    drawn = [point.values for point in points(config())]
+    drawn = [point.values for point in config().points()]
     friction = np.array([values["friction"] for values in drawn])
     assert friction.min() >= 0.3
     assert friction.max() <= 0.9
@@ -54,7 +60,7 @@ def test_draws_keep_to_their_ends_and_fill_the_space_between() -> None:
 
 def test_a_grid_is_the_product_of_its_factors_times_repeats() -> None:
     factors = {"friction": {"low": 0.3, "high": 0.9, "points": 3}, "mpc.tail": {"values": ["periodic", "truncated"]}}
-    grid = list(points(config(sample="grid", runs=None, repeats=2, factors=factors)))
+    grid = list(config(sample="grid", runs=None, repeats=2, factors=factors).points())
     assert len(grid) == 12
     assert [point.values["friction"] for point in grid[:6:2]] == pytest.approx([0.3, 0.6, 0.9])
     assert grid[0].values == grid[6].values
@@ -120,7 +126,7 @@ WRONG = [
 
 
 @pytest.mark.parametrize(("changes", "sentence"), WRONG)
-def test_a_wrong_campaign_is_told_in_one_sentence(tmp_path, changes: dict, sentence: str) -> None:
+def test_a_wrong_campaign_is_refused_in_one_sentence(tmp_path, changes: dict, sentence: str) -> None:
     with pytest.raises(InputError) as caught:
         wrong, path = load_campaign(str(campaign_file(tmp_path, **changes)))
         plan_runs(wrong, path.parent)
@@ -135,7 +141,7 @@ def test_a_campaign_that_cannot_be_built_is_refused_before_it_runs(tmp_path) -> 
         check_buildable(plan_runs(wrong, path.parent))
 
 
-def test_a_campaign_that_does_not_exist_is_told() -> None:
+def test_a_campaign_that_does_not_exist_is_refused() -> None:
     with pytest.raises(InputError, match="unknown campaign 'pushes'; there are vhip_pushes, walking_pushes"):
         load_campaign("pushes")
 

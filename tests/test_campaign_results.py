@@ -29,7 +29,7 @@ def ended(run: PlannedRun, status: str = "survived", error: str | None = None) -
 
 
 def filled(folder, planned: list[PlannedRun]) -> CampaignStore:
-    """Small pushes are survived, except that nobody answers for the last run."""
+    """Small pushes are survived, except that the worker of the last run dies."""
     store = CampaignStore(folder, planned)
     for run in planned[:-1]:
         store.add(ended(run, "survived" if abs(run.factors["pushes.0.force.0"]) < 10 else "fell"))
@@ -102,7 +102,7 @@ def test_the_summary_counts_and_pairs(tmp_path, planned) -> None:
     assert sum(paired(rows, "none", "limited")[1:]) == 1
 
 
-def test_the_page_loads_nothing_and_shows_maps_and_failures(tmp_path, planned) -> None:
+def test_the_page_has_no_external_resources_and_shows_maps_and_failures(tmp_path, planned) -> None:
     config, _ = load_campaign(str(tmp_path / "tiny.yaml"))
     rows = list(filled(tmp_path / "out", planned).rows.values())
     page = campaign_report("tiny", config, len(planned), rows)

@@ -64,7 +64,7 @@ def test_from_every_vertex_an_input_leads_into_the_next_set(seed):
 @settings(max_examples=10, deadline=None)
 @given(seeds)
 @example(591)  # one that is lost after more than sixty ticks
-def test_what_lies_outside_can_not_be_kept(seed):
+def test_states_outside_can_not_be_kept(seed):
     system, states, inputs = random_problem(seed)
     found = invariant_set(system, states, inputs)
     random = np.random.default_rng(seed)
@@ -73,14 +73,14 @@ def test_what_lies_outside_can_not_be_kept(seed):
         x = random.uniform(states[k].vertices.min(axis=0), states[k].vertices.max(axis=0))
         outside = not found.enforceable or found.sets[k].violation(x) > 1e-3
         if outside:
-            # A state just outside is lost only late: as far ahead as the iteration itself has looked.
+            # A state just outside is lost only after as many ticks as the iteration took.
             ahead = max(40, found.sweeps * system.period)
             assert not can_be_kept(system, states, inputs[0], k, x, ahead)
         elif found.sets[k].violation(x) < -1e-6:
             assert can_be_kept(system, states, inputs[0], k, x)
 
 
-def test_double_integrator_has_the_set_of_those_who_can_still_brake():
+def test_the_set_of_a_double_integrator_holds_the_states_that_can_still_brake():
     # With full braking from the first tick on, x stays below 1 iff x + jδv − (jδ)²/2 ≤ 1 for all j; and mirrored, with
     # the weaker input to the other side.
     tick, brake, push = 0.1, 1.0, 0.5
@@ -111,7 +111,7 @@ def test_a_tighter_limit_never_enlarges_a_set(seed, cut):
             assert inner.volume() <= outer.volume() + 1e-9
 
 
-def test_an_input_that_is_too_weak_leaves_nothing_and_the_phase_is_named():
+def test_with_too_weak_an_input_there_is_no_set_and_the_phase_is_named():
     # x⁺ = 2x + u + 3 cannot stay within ±1 with |u| ≤ 1.
     found = invariant_set(
         PeriodicAffineSystem([[2.0]], [[1.0]], [3.0]), [Polytope.box([-1.0], [1.0])], [Polytope.box([-1.0], [1.0])]
@@ -130,7 +130,7 @@ def test_one_dimension_by_hand():
 
 
 def test_state_matrices_need_not_be_invertible():
-    # The second state is what was chosen last: it forgets what it was.
+    # The second state is the last choice, independent of the one before.
     system = PeriodicAffineSystem([[1.2, 1.0], [0.0, 0.0]], [[0.0], [1.0]])
     found = invariant_set(system, [Polytope.box([-1.0, -0.5], [1.0, 0.5])], [Polytope.box([-0.5], [0.5])])
     assert found.enforceable

@@ -49,7 +49,7 @@ def test_redundant_rows_are_dropped():
     assert square.volume() == pytest.approx(4.0)
 
 
-def test_contradicting_rows_leave_nothing():
+def test_contradicting_rows_have_no_polytope():
     assert Polytope.from_rows([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]], [0.0, -1.0, 1.0, 1.0]) is None
     assert Polytope.from_rows([[0.0, 0.0], [1.0, 0.0]], [-1.0, 1.0]) is None
 

@@ -1,4 +1,4 @@
-"""Certified sets of the walking template, against a program that knows nothing of them."""
+"""Certified sets of the walking template, against a program that does not use them."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_each_bound_and_the_walk_without_it_get_their_sets(forward):
 
 
 @pytest.mark.parametrize(("axis", "mpc"), [(0, MPC), (0, FIXED), (1, MPC)])
-def test_inside_can_be_saved_and_outside_can_not_says_an_independent_program(axis, mpc):
+def test_an_independent_program_saves_states_inside_and_proves_those_outside_lost(axis, mpc):
     barriers = [speed_limit(ripple())] if axis == 0 else []
     template = stepping_template(GaitConfig(), mpc, axis, REACH)
     kept = certify_axis(template, barriers, with_rows=False).kept
@@ -90,7 +90,7 @@ def test_a_tighter_bound_never_enlarges_the_set():
     assert areas[0][0] > areas[1][0] > 0.0
 
 
-def test_free_footholds_only_help(forward):
+def test_free_footholds_enlarge_the_set(forward):
     fixed = certify_axis(stepping_template(GaitConfig(), FIXED, 0, REACH), [speed_limit(ripple())], with_rows=False)
     for phase in range(40):
         assert forward.section(phase).violation(fixed.section(phase).vertices).max() < 1e-7
@@ -105,11 +105,11 @@ def test_a_bound_below_the_commanded_speed_is_not_enforceable_with_given_foothol
     assert found.kept.first_failing_phase in range(10)
     assert found.section(0) is None
     assert not found.bounds[0].rows.enforceable
-    # The same bound from below asks for nothing but to walk on.
+    # From below, the same bound is met by walking on.
     assert certify_axis(template, [speed_limit(0.8 * mean_speed, sign=-1)], with_rows=False).kept.enforceable
 
 
-def test_bounds_that_cross_leave_nothing_at_the_phase_where_they_do():
+def test_bounds_that_cross_have_no_set_from_the_phase_where_they_cross():
     upper, lower = np.full(10, 0.5), np.full(10, 0.2)
     upper[7] = 0.15
     template = stepping_template(COARSE, COARSE_MPC, 0, REACH)
@@ -182,7 +182,7 @@ def test_the_sides_are_mirror_images():
         assert kept.sets[phase].violation(mirrored).max() < 1e-7
 
 
-def test_what_can_not_be_certified_is_refused():
+def test_templates_that_can_not_be_certified_are_refused():
     with pytest.raises(InputError, match=r"the CoM's reach of 0\.05 m does not cover a step of 0\.15 m"):
         stepping_template(GaitConfig(), MPC, 0, 0.05)
     with pytest.raises(InputError, match="no foothold is allowed along y"):

@@ -1,4 +1,4 @@
-"""The command line from end to end: what it writes, says and returns."""
+"""The command line from end to end: files, printed text and exit codes."""
 
 from __future__ import annotations
 
@@ -65,13 +65,13 @@ def test_a_runs_own_scenario_runs_again_bit_for_bit(run_folder, tmp_path):
 
 def test_the_summary_ends_with_replay_and_report(elsewhere, capsys):
     assert main(["run", "vhip", "--text", SHORT]) == 0
-    told = capsys.readouterr()
+    printed = capsys.readouterr()
     place = next((elsewhere / "runs").iterdir()).relative_to(elsewhere)
     assert place.name.startswith("vhip-")
-    ends = [line.split()[-1] for line in told.out.splitlines()[-2:]]
+    ends = [line.split()[-1] for line in printed.out.splitlines()[-2:]]
     assert ends == [str(place / "replay.html"), str(place / "report.html")]
-    assert "vhip: 1.0 of 1.0 s simulated in" in told.err
-    assert "\r" not in told.err
+    assert "vhip: 1.0 of 1.0 s simulated in" in printed.err
+    assert "\r" not in printed.err
 
 
 def test_a_bar_on_a_terminal_and_lines_elsewhere(monkeypatch, capsys):
@@ -111,12 +111,12 @@ def test_one_report_for_several_runs(elsewhere, capsys):
     assert "must be the name of a file" in capsys.readouterr().err
 
 
-def test_compare_tells_both_margins_and_their_ratio(tmp_path, capsys):
+def test_compare_prints_both_margins_and_their_ratio(tmp_path, capsys):
     folders = [str(synthetic_folder(tmp_path / name)) for name in ("one", "two")]
     assert main(["compare", *folders]) == 0
-    told = capsys.readouterr().out
-    assert told.count("mean h 0.02 m/s from 2 s on") == 2
-    assert "M = 100.0 %" in told
+    printed = capsys.readouterr().out
+    assert printed.count("mean h 0.02 m/s from 2 s on") == 2
+    assert "M = 100.0 %" in printed
     assert main(["compare", *folders, "--from-time", "50"]) == 1
     assert f"{folders[0]} has less than a period of 0.4 s from 50 s on: it ended at 4.00 s" in capsys.readouterr().err
 
@@ -154,16 +154,16 @@ def test_compare_begins_where_the_first_runs_scenario_does(tmp_path, capsys):
 )
 def test_bad_input_is_one_sentence_and_leaves_nothing(arguments, says, elsewhere, capsys):
     assert main(arguments) == 1
-    told = capsys.readouterr()
-    assert says in told.err
-    assert told.err.startswith("pdhocbf: ")
-    assert told.err.count("\n") == 1
-    assert "Traceback" not in told.err
-    assert told.out == ""
+    printed = capsys.readouterr()
+    assert says in printed.err
+    assert printed.err.startswith("pdhocbf: ")
+    assert printed.err.count("\n") == 1
+    assert "Traceback" not in printed.err
+    assert printed.out == ""
     assert [entry for entry in elsewhere.rglob("*") if entry.is_file()] == []
 
 
-def test_a_place_that_is_no_run_folder_is_told_before_anything_runs(elsewhere, capsys):
+def test_a_place_that_is_no_run_folder_is_refused_before_anything_runs(elsewhere, capsys):
     (elsewhere / "thesis.tex").write_text("years of work")
     assert main(["run", "vhip", "--out", str(elsewhere)]) == 1
     assert "not a run folder, since it holds thesis.tex" in capsys.readouterr().err
@@ -171,16 +171,16 @@ def test_a_place_that_is_no_run_folder_is_told_before_anything_runs(elsewhere, c
 
 
 @pytest.mark.parametrize("words", [["run", "vhip", "--bogus"], ["report", "a", "--bogus"], ["list", "--bogus"]])
-def test_an_unknown_option_is_told_with_the_usage_of_its_verb(words, capsys):
+def test_an_unknown_option_is_an_error_with_the_usage_of_its_verb(words, capsys):
     with pytest.raises(SystemExit) as ended:
         main(words)
-    told = capsys.readouterr().err
+    printed = capsys.readouterr().err
     assert ended.value.code == 2
-    assert told.startswith(f"usage: pdhocbf {words[0]} ")
-    assert "unknown here: --bogus" in told
+    assert printed.startswith(f"usage: pdhocbf {words[0]} ")
+    assert "unknown here: --bogus" in printed
 
 
-def test_a_time_that_is_none_is_told_without_names_of_functions(capsys):
+def test_the_error_for_a_wrong_time_names_no_function(capsys):
     with pytest.raises(SystemExit):
         main(["compare", "a", "b", "--from-time", "abc"])
     assert "a time from 0 s on is needed, given abc" in capsys.readouterr().err
@@ -194,8 +194,8 @@ def test_drake_ending_the_process_is_an_error_like_others(monkeypatch, elsewhere
 
     monkeypatch.setattr(run, "simulate", ended)
     assert main(["run", "vhip"]) == 1
-    told = "Drake refuses something in this: Failure at x.cc:15 in f(): condition 'time_step > 0' failed."
-    assert capsys.readouterr().err == f"pdhocbf: {told}\n"
+    message = "Drake refuses something in this: Failure at x.cc:15 in f(): condition 'time_step > 0' failed."
+    assert capsys.readouterr().err == f"pdhocbf: {message}\n"
     assert [entry for entry in elsewhere.rglob("*") if entry.is_file()] == []
 
 
@@ -224,9 +224,9 @@ def test_a_full_disk_costs_the_pages_and_not_the_run(monkeypatch, tmp_path, caps
     monkeypatch.setattr(run, "write_replay", full)
     place = tmp_path / "run"
     assert main(["run", "vhip", "--out", str(place)]) == 1
-    told = capsys.readouterr()
-    assert f"run folder  {place}".split() == told.out.splitlines()[-1].split()
-    assert told.err == (
+    printed = capsys.readouterr()
+    assert f"run folder  {place}".split() == printed.out.splitlines()[-1].split()
+    assert printed.err == (
         "pdhocbf: the run is complete, but replay.html can't be written: No space left on device; "
         f"`pdhocbf report {place}` makes up what is missing\n"
     )
@@ -234,7 +234,7 @@ def test_a_full_disk_costs_the_pages_and_not_the_run(monkeypatch, tmp_path, caps
     assert [p.name for p in tmp_path.iterdir()] == ["run"]
 
 
-def test_a_disk_too_full_for_the_log_is_told_with_the_place_that_was_asked_for(monkeypatch, tmp_path, capsys):
+def test_a_disk_too_full_for_the_log_is_an_error_with_the_given_place(monkeypatch, tmp_path, capsys):
     from pdhocbf_drake.cli import run
     from pdhocbf_drake.simulation.run_log import RunLog
 
@@ -307,10 +307,10 @@ def test_ctrl_c_leaves_a_marked_partial_run(number, tmp_path):
         assert process.stderr is not None
         assert any("6.0 of 60.0 s" in line for line in process.stderr)  # a slow machine says more before
         process.send_signal(number)
-        _, told = process.communicate(timeout=60)
+        _, printed = process.communicate(timeout=60)
     assert process.returncode == 1
-    assert "interrupted; what was recorded is in" in told
-    assert "Traceback" not in told
+    assert "interrupted; what was recorded is in" in printed
+    assert "Traceback" not in printed
     run = read_run(tmp_path / "run")
     assert run.log.ending == "interrupted"
     assert 5.9 <= run.log.time[-1] < 60.0
@@ -332,7 +332,7 @@ def test_output_that_goes_nowhere_is_no_traceback(sink, says):
     assert not any(word in done.stderr for word in ("Traceback", "BrokenPipe", "unexpected"))
 
 
-def test_numpy_is_told_to_use_one_thread_before_it_loads() -> None:
+def test_numpy_is_limited_to_one_thread_before_it_loads() -> None:
     code = (
         "import os, sys; from pdhocbf_drake.cli.main import main; assert 'numpy' not in sys.modules; "
         "main(['list']); assert os.environ['OPENBLAS_NUM_THREADS'] == '1'"

@@ -1,4 +1,4 @@
-"""What is refused is told in the words of someone who writes YAML, briefly, with the key, the value and the limit."""
+"""Errors of configs: brief, in the words of YAML, with the key, the value and the limit."""
 
 from __future__ import annotations
 
@@ -45,9 +45,9 @@ class Thing(Config):
     ],
 )
 def test_one_plain_sentence_a_mistake(data, says):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as error:
         parse_config(Thing, data, "f")
-    assert str(told.value) == says
+    assert str(error.value) == says
 
 
 @pytest.mark.parametrize("name", ["../evil", "", "a b", "a\nb", "a\0b", "x" * 101, ".hidden", "-rf", "é"])
@@ -58,16 +58,16 @@ def test_a_name_is_safe_as_the_name_of_a_file(name):
     assert parse_config(Thing, {"name": as_name(name)}, "f").name
 
 
-def test_what_was_given_is_cut_where_it_is_long():
+def test_a_long_value_is_cut_in_a_message():
     for value in ("x" * 5000, list(range(5000)), {str(i): {"a": [i] * 99} for i in range(99)}, "a\nb"):
         assert len(shown(value)) <= 100
         assert "\n" not in shown(value)
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as error:
         parse_config(Thing, {"number": [[0.0] * 1000] * 1000}, "f")
-    assert len(str(told.value)) < 150
+    assert len(str(error.value)) < 150
 
 
-def test_what_holds_itself_is_no_plain_data():
+def test_data_that_is_not_plain_is_refused():
     data: dict = {}
     data["inner"] = data
     for wrong in (data, {"inner": {1, 2}}, {"name": b"a"}):

@@ -20,7 +20,7 @@ FORMULA = synthetic.SPEED + synthetic.RIPPLE * np.cos(ANGLE)
 
 
 def walked(noise: float = 0.0, speed: float = 1.0, ending: str = "finished", duration: float = 4.0) -> Run:
-    """A run of the template whose velocity is known by formula, times `speed`, plus uniform noise."""
+    """A run of the template whose velocity follows a formula, times `speed`, plus uniform noise."""
     run = synthetic.run("vhip", duration, ending)
     velocity = run.log.signals["lip_state"][:, 1]
     velocity *= speed
@@ -32,7 +32,7 @@ def bound_of(config, side="upper"):
     return make_bound(config, N, side=side).samples(0, N)
 
 
-def test_the_envelope_is_what_was_measured_at_each_phase():
+def test_the_envelope_holds_the_measured_extreme_of_each_phase():
     envelope = measured_envelope(walked(), SPEEDS[0], "upper", 2.0)
     assert envelope.mean == pytest.approx(FORMULA)
     assert envelope.outer == pytest.approx(FORMULA)
@@ -74,7 +74,7 @@ def test_lateral_bounds_have_the_period_of_the_gait():
         (synthetic.run("van_der_pol"), "a bound is designed from a walk, not from an oscillator"),
     ],
 )
-def test_a_run_that_says_too_little_is_refused(run, message):
+def test_a_run_with_too_few_steps_is_refused(run, message):
     with pytest.raises(InputError, match=message):
         measured_envelope(run, SPEEDS[0], "upper", 2.0)
 
@@ -86,7 +86,7 @@ def test_a_margin_below_zero_is_refused():
 
 
 @pytest.mark.parametrize("kind", ["tabulated", "harmonic"])
-def test_the_command_writes_what_a_scenario_takes(elsewhere, capsys, kind):
+def test_a_scenario_can_use_the_written_bound(elsewhere, capsys, kind):
     (elsewhere / "run").mkdir()
     write_run(elsewhere / "run", walked())
     assert main(["design-bound", "run", "--margin", "0.02", "--kind", kind, "--name", "limit"]) == 0
@@ -109,6 +109,6 @@ def test_a_bound_that_can_not_be_kept_is_not_written(elsewhere, capsys):
     assert not (elsewhere / "bound-forward_speed.yaml").exists()
 
 
-def test_a_folder_without_a_run_is_told_in_a_sentence(elsewhere, capsys):
+def test_a_folder_without_a_run_is_refused_in_one_sentence(elsewhere, capsys):
     assert main(["design-bound", "nothing", "--margin", "0.01"]) == 1
     assert "nothing is not a run folder" in capsys.readouterr().err

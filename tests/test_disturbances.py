@@ -11,8 +11,7 @@ from pydrake.systems.primitives import ConstantVectorSource, DiscreteTimeIntegra
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.disturbance import add_measurement
-from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig
-from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.scenario import MeasurementConfig, Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
 from pdhocbf_drake.simulation.wiring import Wiring
@@ -38,7 +37,7 @@ def measured(config: dict, seed: int = 0, ticks: int = 400) -> tuple[np.ndarray,
     wiring.builder.Connect(rate.get_output_port(), ramp.get_input_port())
     wiring.offer("lip_state", ramp.get_output_port())
     add_measurement(wiring, parse_config(MeasurementConfig, config, "measurement"), seed, "lip_state")
-    wiring.offer("measured", wiring.measured_port("lip_state"))
+    wiring.offer("measured", wiring.port("lip_state", measured=True))
     wiring.log("lip_state", "measured")
     logged = wiring.build("test")
     simulator = Simulator(logged.diagram)

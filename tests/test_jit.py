@@ -29,6 +29,11 @@ def kernels() -> list[CPUDispatcher]:
     return list(found.values())
 
 
+def test_the_kernels_of_a_room_are_in_one_file() -> None:
+    for kernel in kernels():
+        assert kernel.py_func.__module__.endswith(".kernels"), kernel.__name__
+
+
 def test_no_kernel_calls_one_of_another_file() -> None:
     # Numba's cache of a kernel is invalidated by a change of the kernel's own file, and by no other.
     assert len(kernels()) > 15

@@ -10,8 +10,8 @@ from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.qp import ClarabelQp, DaqpQp
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.bench.accuracy import gap
 from pdhocbf_drake.studies.bench.recording import record, solve, theta
-from pdhocbf_drake.studies.bench.reference import gap
 from pdhocbf_drake.studies.bench.sparse_program import sparse_qp
 
 

@@ -1,4 +1,4 @@
-"""What a disturbed walk is allowed, and when it begins and ends."""
+"""Recovery: the limits that a disturbed walk may use, and when it begins and ends."""
 
 from __future__ import annotations
 
@@ -166,7 +166,7 @@ def test_a_noticed_disturbance_is_no_program_without_a_solution(mpc: PeriodicMpc
     assert not plan.unmet.any()
 
 
-def test_what_recovers_is_compiled_when_it_is_needed_and_plans_the_same(
+def test_the_recovery_is_compiled_on_demand_and_plans_the_same(
     settled: Memory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     compiled: list[int] = []
@@ -181,7 +181,7 @@ def test_what_recovers_is_compiled_when_it_is_needed_and_plans_the_same(
     plans = []
     for prepared in (False, True):
         mpc = make_mpc({"stride": 0.1}, {"recovery": RECOVERY})
-        assert set(compiled) == {0}  # which tells how many rows there are
+        assert set(compiled) == {0}  # which determines the number of rows
         if prepared:
             mpc.prepare()
             assert set(compiled) == set(range(mpc.gait.period))

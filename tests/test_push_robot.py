@@ -1,4 +1,4 @@
-"""Pushes on the robot itself, the verb that tries them, and what keeps its legs where they belong."""
+"""Pushes on the robot, the verb that tries them, and the limits on its legs."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from logs import differences
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import Reason
@@ -45,7 +46,7 @@ def test_a_trial_is_the_run_that_it_is_cut_from(walk: PushedWalk) -> None:
         np.testing.assert_array_equal(trial.log[name][:count], run[name][at : at + count])
 
 
-def test_pushes_far_within_reach_are_survived_by_stepping_and_the_rest_is_told(walk: PushedWalk) -> None:
+def test_small_pushes_are_survived_by_stepping_and_large_ones_have_an_ending(walk: PushedWalk) -> None:
     survived = walk.trial(20, np.array([100.0, 0.0, 0.0]))
     assert survived.ending == SURVIVED
     reasons = survived.log.element("solver_status", "reason")
@@ -64,7 +65,7 @@ def test_a_push_that_no_simulation_follows_is_an_ending_too(walk: PushedWalk) ->
 def test_the_same_trial_twice_is_the_same(walk: PushedWalk) -> None:
     force = np.array([0.0, -50.0, 0.0])
     first, second = walk.trial(20, force, 0.1, 1.0), walk.trial(20, force, 0.1, 1.0)
-    assert first.log.differences(second.log) == []
+    assert differences(first.log, second.log) == []
 
 
 def test_swing_reference_never_jumps_under_a_push(walk: PushedWalk) -> None:
@@ -79,7 +80,7 @@ def test_swing_reference_never_jumps_under_a_push(walk: PushedWalk) -> None:
         assert abs(moved - 0.01 * speed)[flying].max() < 2e-3
 
 
-def test_what_cannot_be_pushed_is_said_in_one_sentence() -> None:
+def test_scenarios_that_cannot_be_pushed_are_refused_in_one_sentence() -> None:
     with pytest.raises(InputError, match="ticks of the gait, 0 to 79"):
         PushedWalk(load_scenario("walking", ""), [80])
     with pytest.raises(InputError, match="walk_steps"):
@@ -88,7 +89,7 @@ def test_what_cannot_be_pushed_is_said_in_one_sentence() -> None:
         PushedWalk(load_scenario("van_der_pol", ""), [0])
 
 
-def test_the_verb_writes_what_it_promises(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_verb_writes_its_documented_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from pdhocbf_drake.cli.main import main
 
     def found(work: search.Search) -> list[Impulse]:
@@ -108,7 +109,7 @@ def test_the_verb_writes_what_it_promises(tmp_path: Path, monkeypatch: pytest.Mo
     }  # fmt: skip
 
 
-def test_what_was_found_is_told_though_the_disk_is_full(
+def test_the_result_is_printed_though_the_disk_is_full(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from pdhocbf_drake.cli.main import main
@@ -126,19 +127,21 @@ def test_what_was_found_is_told_though_the_disk_is_full(
     assert "Traceback" not in shown.err
     assert {path.name for path in (tmp_path / "pushes").iterdir()} == {"scenario.yaml"}
     (tmp_path / "file").touch()
-    monkeypatch.setattr(search, "search", lambda work: pytest.fail("searched for nothing"))
+    monkeypatch.setattr(search, "search", lambda work: pytest.fail("a search began"))
     assert main([*words, str(tmp_path / "file" / "pushes")]) == 1
     assert "cannot be written" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("words", [["--phases", "x"], ["--directions", "up"], ["--tolerance", "0"], ["--workers", "0"]])
-def test_wrong_words_end_in_one_line(words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_wrong_arguments_are_refused_in_one_line(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     from pdhocbf_drake.cli.main import main
 
     assert main(["push", "walking", "--out", str(tmp_path / "no"), *words]) == 1
-    told = capsys.readouterr().err
-    assert told.count("\n") == 1
-    assert words[0] in told
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert words[0] in error
     assert not (tmp_path / "no").exists()
 
 

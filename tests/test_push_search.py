@@ -106,7 +106,7 @@ def test_gamma_is_replaced_in_every_barrier() -> None:
     assert [barrier.gamma for barrier in changed.barriers.values()] == [(0.2, 0.2)]
 
 
-def test_a_scenario_without_barriers_says_whose_it_is_compared_with() -> None:
+def test_the_source_of_lent_barriers_is_stated() -> None:
     assert lent_barriers(load_scenario("walking", "")) == ""
     sentence = lent_barriers(load_scenario("walking_nobarrier", ""))
     (bound,) = [config.bound for config in in_case(load_scenario("walking_nobarrier", ""), PERIODIC).barriers.values()]

@@ -45,7 +45,7 @@ def test_a_landing_that_moves_bends_the_way_without_a_jump_and_is_reached_at_res
     end = np.array([0.3, 0.1])
     points = way([end] * tick + [end + shift] * (TICKS - tick))
     positions, velocities = np.vstack([[0.0, 0.0], points[:, 0]]), np.vstack([[0.0, 0.0], points[:, 1]])
-    # What the foot moves in a tick is what its velocity says, to the second order of the tick.
+    # The foot's motion in a tick is that of its velocity, to the second order of the tick.
     moved, said = np.diff(positions, axis=0), 0.5 * TICK * (velocities[1:] + velocities[:-1])
     assert abs(moved - said).max() < 3e-3
     np.testing.assert_allclose(points[-1], [end + shift, [0.0, 0.0], [0.0, 0.0]], atol=1e-12)

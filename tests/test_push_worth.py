@@ -1,4 +1,4 @@
-"""What a barrier buys: the experiments on the template and on a made-up robot, in small."""
+"""The experiments of `pdhocbf worth` in small, on the template and on a made-up robot."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ LATERAL = "barriers: {forward_speed: null, lateral_speed: {axis: y, bound: {kind
 
 
 def measured(text: str = "", kick: float = 0.02, gamma: float = 0.5) -> list[Measures]:
-    """A kick, a push, a wrong command and nothing at all, on the template."""
+    """A kick, a push, a wrong command and no event, on the template."""
     worth = TemplateWorth(load_scenario("vhip", text), kick, 0.2, 1.07, [15])
-    worth.events["nothing"] = np.zeros((1, 2))
+    worth.events["no event"] = np.zeros((1, 2))
     return worth.run([gamma])
 
 
@@ -38,7 +38,7 @@ def rows() -> list[Measures]:
     return measured()
 
 
-def test_medians_put_never_last() -> None:
+def test_in_medians_never_comes_last() -> None:
     row = Measures("template", "DCBF", 0.5, "kick", 0, math.nan, 0.0, 0.02, 0.1, 1.0, 0.03, True)
     line = table([row, row._replace(phase=5), row._replace(phase=10, notices=0.1)]).splitlines()[-1]
     assert line.split()[:5] == ["kick", "DCBF", "0.5", "1/3", "–"]
@@ -54,10 +54,10 @@ def test_a_kick_is_noticed_at_once_by_the_periodic_bound_alone(rows: list[Measur
     assert kicks[PERIODIC].recovers <= kicks[NONE].recovers
 
 
-def test_what_a_barrier_does_to_the_undisturbed_walk_is_no_answer_to_an_event(rows: list[Measures]) -> None:
-    assert all(math.isnan(row.acts) for row in by_case(rows, "nothing").values())
+def test_the_action_in_an_undisturbed_walk_is_no_answer_to_an_event(rows: list[Measures]) -> None:
+    assert all(math.isnan(row.acts) for row in by_case(rows, "no event").values())
     # Where it does a lot to it: the ZMP velocity changes by more than 1 m/s.
-    slow = by_case(measured(gamma=0.05), "nothing")
+    slow = by_case(measured(gamma=0.05), "no event")
     assert all(math.isnan(row.acts) for row in slow.values())
 
 
@@ -73,7 +73,7 @@ class _MadeUpWalk:
         return Trial(SURVIVED, log, action)
 
 
-def test_on_the_robot_too_it_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_action_in_an_undisturbed_robot_walk_is_no_answer_to_an_event(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(experiments, "PushedWalk", _MadeUpWalk)
     found = RobotWorth(load_scenario("walking", ""), 3.0, 20.0, 1.07, [0]).run([0.5])
     acts = {row.event.split()[0]: row.acts for row in found if row.barrier == PERIODIC}

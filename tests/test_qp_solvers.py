@@ -11,7 +11,7 @@ from qp_programs import random_program, uncompiled
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.qp import ClarabelQp, DaqpQp, compile_program, make_solver
-from pdhocbf_drake.studies.bench.reference import reference
+from pdhocbf_drake.studies.bench.accuracy import reference
 
 Program = tuple[MathematicalProgram, np.ndarray, np.ndarray]
 SEEDS = st.integers(0, 10_000)

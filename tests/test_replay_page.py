@@ -1,4 +1,4 @@
-"""The replay in a headless browser: it shows something, it moves, it is right about h, it asks nothing of a network."""
+"""The replay in a headless browser: not blank, moving, with colours that follow h, without a network."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import pytest
 import synthetic
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.products import figures_of, metrics_of
 from pdhocbf_drake.analysis.replay import replay_html
 from pdhocbf_drake.analysis.replay_markers import safety_along
-from pdhocbf_drake.analysis.report import ReportedRun, report_html
+from pdhocbf_drake.analysis.report import report_html, reported
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.run_folder import Run
+from pdhocbf_drake.simulation.run_log import RunLog
 
 SEEK = "t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.set_dirty(); }"
 NODE = "path => { const o = viewer.scene_tree.find(['drake', 'world', ...path]).object; return [o.position, o.scale]; }"
@@ -121,15 +121,14 @@ def test_footholds_appear_when_they_are_taken(opened):
 def test_the_report_holds_its_replay_and_asks_nothing_of_a_network(browser, tmp_path):
     run = synthetic.run("vhip", 2.0)
     path = tmp_path / "report.html"
-    path.write_text(
-        report_html([ReportedRun(run, metrics_of(run), figures_of(run), replay_html(run))]), encoding="utf-8"
-    )
+    one = reported(run, replay_html(run))
+    path.write_text(report_html([one]), encoding="utf-8")
     shown = Opened(browser, path)
     assert [url for url in shown.requests if not url.startswith(("file:", "data:", "blob:", "about:"))] == []
     assert shown.complaints == []
     frame = next(frame for frame in shown.page.frames if frame != shown.page.main_frame)
     assert frame.evaluate("typeof viewer") == "object"
-    assert shown.page.locator("img").count() == len(figures_of(run))
+    assert shown.page.locator("img").count() == len(one.figures)
     assert shown.page.evaluate("[...document.images].every(image => image.naturalWidth > 100)")
 
 
@@ -150,5 +149,8 @@ def test_a_log_without_motion_is_refused():
 
 def test_safety_is_the_least_of_the_barriers():
     h = np.array([[0.1, 0.2], [0.05, 0.2], [0.1, 0.0], [0.1, -1.0], [9.0, 9.0], [0.1, 0.2]])
-    assert safety_along(h, 0) == pytest.approx([1.0, 0.5, 0.0, 0.0, 1.0, 1.0])
-    assert safety_along(np.zeros((5, 0)), 0) is None
+    run = synthetic.run("vhip")
+    run = run._replace(scenario=run.scenario.model_copy(update={"from_time": 0.0}))
+    two = run._replace(log=RunLog({"h": h}, np.arange(6.0)))
+    assert safety_along(two) == pytest.approx([1.0, 0.5, 0.0, 0.0, 1.0, 1.0])
+    assert safety_along(run._replace(log=RunLog({}, np.arange(6.0)))) is None

@@ -1,4 +1,4 @@
-"""The reproduction keeps its promises: the paper's numbers, one page that loads nothing, data beside every figure."""
+"""The reproduction: the paper's numbers, one page that loads nothing, data beside every figure."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def test_a_wrong_part_costs_one_sentence(capsys):
     assert capsys.readouterr().err.count("\n") == 1
 
 
-def test_a_part_ends_in_a_folder_that_holds_all_it_shows(tmp_path):
+def test_a_part_ends_in_a_folder_with_its_page_numbers_and_figures(tmp_path):
     place = tmp_path / "out"
     assert main(["reproduce", "--only", "theorem", "--out", str(place)]) == 0
     rows = json.loads((place / "results.json").read_text())
@@ -91,14 +91,14 @@ def test_a_part_ends_in_a_folder_that_holds_all_it_shows(tmp_path):
     assert (place / "mine.txt").exists()
 
 
-def test_the_page_loads_nothing_and_escapes_what_it_is_given(tmp_path):
+def test_the_page_loads_nothing_and_escapes_its_texts(tmp_path):
     figure = Figure()
     figure.subplots().plot([0, 1], [0, 1])
     section = Section(
         "A <title>",
         ["1 < 2"],
         [Picture("one", "a caption", figure, {"x [m]": [0, 1], "y [m]": [0, 1]})],
-        numbers=[Number("n", 2.0, 2.1, "m", "pdhocbf run a", 0.2, True)],
+        numbers=[Number("n", 2.0, 2.1, "m", 0.2, True, "pdhocbf run a")],
         frames={"page": "<p>inside</p>"},
     )
     write_report({"one": section}, tmp_path, 60.0)
@@ -113,7 +113,7 @@ def test_the_page_loads_nothing_and_escapes_what_it_is_given(tmp_path):
         assert list(csv.reader(file)) == [["x [m]", "y [m]"], ["0", "0"], ["1", "1"]]
 
 
-def test_fig_6_draws_each_joints_limits_and_what_is_used_of_them():
+def test_fig_6_draws_each_joints_limits_and_the_part_that_is_used():
     time = 0.01 * np.arange(401)
     values = np.sin(time)[:, None] * np.arange(1.0, 13.0)
     limits = np.column_stack([-20.0 - np.arange(12), 30.0 + np.arange(12)])
@@ -141,7 +141,7 @@ def test_columns_of_a_picture_have_one_length():
     [(1.0, 1.1, 0.2, True), (1.0, 1.3, 0.2, False), (1.0, 1.0, None, None), (None, 1.0, 0.1, None)],
 )
 def test_agreement_is_claimed_only_where_there_is_a_tolerance(paper, ours, tolerance, agrees):
-    assert Number("n", paper, ours, "1", "c", tolerance).agrees is agrees
+    assert Number("n", paper, ours, "1", tolerance).agrees is agrees
 
 
 def test_numbers_are_shown_with_four_digits_and_none_as_a_dash():

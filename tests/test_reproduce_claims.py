@@ -1,4 +1,4 @@
-"""What the reproduction says of the theorem, of Lemma 2 and of unsafe events, on small cases."""
+"""The reproduction's statements on the theorem, on Lemma 2 and on unsafe events, in small cases."""
 
 from __future__ import annotations
 
@@ -60,14 +60,14 @@ def _angle(first, second):
 
 
 def test_the_two_rows_of_lemma_2_are_one_when_discretised_to_match_and_two_as_printed(runs):
-    setting = runs.walk(*FREE).mpc.problems[0].setting
+    setting = runs.walk(FREE).mpc.problems[0].setting
     for phase in (0, 13, 39):
-        assert _angle(matching(setting, phase)[0], matching_terminal(setting, phase)[0]) < 1e-7
-        assert _angle(literal(setting, phase)[0], literal_terminal(setting, phase)[0]) > 1e-3
+        assert _angle(matching(setting, phase), matching_terminal(setting, phase)) < 1e-7
+        assert _angle(literal(setting, phase), literal_terminal(setting, phase)) > 1e-3
 
 
 def test_printed_together_they_contradict_each_other_where_the_footholds_are_fixed(runs):
-    mpc = runs.walk(*FIXED).mpc
+    mpc = runs.walk(FIXED).mpc
     memory = settled(mpc, 400)
     assert attempt(mpc, memory, 400, 5, VARIANTS["(33) and (34), matching"]).reason == Reason.SOLVED
     assert attempt(mpc, memory, 400, 5, VARIANTS["(33) and (34), literal"]).planned < 5

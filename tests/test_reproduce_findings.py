@@ -60,15 +60,15 @@ def test_how_tight_a_constant_bound_can_be_is_read_off_the_walk():
         assert words in "\n".join(conclusions(_kicks(one, one, one), _event(one, one, one), NOMINAL))
 
 
-def test_lemma_2_says_what_the_rows_did():
+def test_lemma_2_states_the_effect_of_the_rows():
     walks = Attempt(3, Reason.SOLVED, np.zeros(3))
     other = Attempt(3, Reason.SOLVED, np.full(3, 0.004))
     stuck = Attempt(1, Reason.INFEASIBLE, np.zeros(1))
     same = {name: walks for name in VARIANTS}
-    assert "walks, with a velocity that differs by 0 mm/s" in lemma_2.finding({"fixed": same, "adaptive": same})
+    assert "walks, with a velocity that differs by 0 mm/s" in lemma_2.finding(same, same)
     changed = same | {"(33) and (34), matching": other}
     lost = same | {"(33) and (34), literal": stuck}
-    said = lemma_2.finding({"fixed": lost, "adaptive": changed})
+    said = lemma_2.finding(lost, changed)
     assert "differs by 4 mm/s" in said
     assert said.endswith("with fixed footholds: no solution after 1 tick.")
 
@@ -77,5 +77,5 @@ def test_the_slips_that_left_no_solution_are_those_that_did():
     said = literal.finding({"one": True, "another": False, "a third": True})
     assert said == "Slips that leave the QP without a solution: one, a third (of one, another, a third)."
     assert "solution: none (" in literal.finding({"one": False})
-    assert literal._refusal("mpc: {horizon: 60}").startswith("refused: ")
-    assert literal._refusal("") == "accepted"
+    assert literal.refusal_of("mpc: {horizon: 60}").startswith("refused: ")
+    assert literal.refusal_of("") == "accepted"

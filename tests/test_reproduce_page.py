@@ -1,4 +1,4 @@
-"""The report, opened in a browser, shows its pictures and asks no network for anything."""
+"""The report, opened in a browser, shows its pictures and makes no request to a network."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from pdhocbf_drake.cli import main
 playwright = pytest.importorskip("playwright.sync_api")
 
 
-def test_the_report_opens_from_disk_and_asks_for_nothing(tmp_path, chromium):
+def test_the_report_opens_from_disk_and_requests_nothing(tmp_path, chromium):
     place = tmp_path / "out"
     assert main(["reproduce", "--only", "theorem,fig2", "--out", str(place)]) == 0
-    asked: list[str] = []
+    urls: list[str] = []
     with playwright.sync_playwright() as engine:
         browser = engine.chromium.launch(executable_path=chromium)
         page = browser.new_page()
-        page.on("request", lambda request: asked.append(request.url))
+        page.on("request", lambda request: urls.append(request.url))
         page.goto((place / "report.html").as_uri())
         widths = page.evaluate("[...document.images].map(image => image.naturalWidth)")
         browser.close()
     assert len(widths) == 3
     assert min(widths) > 300
-    assert all(url.startswith(("file:", "data:", "blob:")) for url in asked)
+    assert all(url.startswith(("file:", "data:", "blob:")) for url in urls)

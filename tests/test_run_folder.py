@@ -1,4 +1,4 @@
-"""A run folder is whole or not there."""
+"""A run folder is complete or not there."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def test_a_folder_that_is_no_run_is_never_replaced(tmp_path):
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
-def test_a_place_that_cannot_be_written_is_told_before_the_run(tmp_path):
+def test_a_place_that_cannot_be_written_is_refused_before_the_run(tmp_path):
     tmp_path.chmod(0o500)
     try:
         with pytest.raises(RunFolderError, match="Permission denied"), new_run_folder(tmp_path / "run"):
@@ -77,7 +77,7 @@ def test_a_place_that_cannot_be_written_is_told_before_the_run(tmp_path):
         tmp_path.chmod(0o700)
 
 
-def test_a_place_below_a_file_is_told_before_the_run(tmp_path):
+def test_a_place_below_a_file_is_refused_before_the_run(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(RunFolderError, match="file is a file"), new_run_folder(tmp_path / "file" / "run"):
         pytest.fail("the run must not start")
@@ -95,7 +95,7 @@ def test_two_runs_never_write_to_one_place_at_once(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
 
 
-def test_what_a_killed_run_left_is_cleared_by_the_next(tmp_path):
+def test_files_of_a_killed_run_are_cleared_by_the_next(tmp_path):
     left = tmp_path / ".run.part" / "figures"
     left.mkdir(parents=True)
     (left.parent / "log.npz").write_text("half")
@@ -124,13 +124,13 @@ def test_a_log_beside_a_scenario_of_another_kind_is_refused(tmp_path):
     with new_run_folder(tmp_path / "bare") as folder:
         bare = synthetic.scenario("vhip").model_copy(update={"barriers": {}})
         write_run(folder, synthetic.run("vhip")._replace(scenario=bare))
-    with pytest.raises(RunFolderError, match="the scenario has 0 barriers and the log's h has 1"):
+    with pytest.raises(RunFolderError, match="its log's h has 1 columns, and its scenario needs 0"):
         read_run(tmp_path / "bare")
     other = synthetic.run("vhip")
     other.log.signals["barrier_slack"] = np.zeros((len(other.log), 2))
     with new_run_folder(tmp_path / "other") as folder:
         write_run(folder, other)
-    with pytest.raises(RunFolderError, match="the scenario has 1 barriers and the log's barrier_slack has 2"):
+    with pytest.raises(RunFolderError, match="its log's barrier_slack has 2 columns, and its scenario needs 1"):
         read_run(tmp_path / "other")
 
 
@@ -150,7 +150,7 @@ def test_the_constraints_of_the_log_are_those_of_the_scenario(limit, columns, tm
         read_run(tmp_path / "other")
 
 
-def test_reading_says_what_is_missing(tmp_path):
+def test_reading_names_missing_files_and_unknown_keys(tmp_path):
     with pytest.raises(RunFolderError, match="there is no such folder"):
         read_run(tmp_path / "nowhere")
     (tmp_path / "file").write_text("")
@@ -180,8 +180,8 @@ def test_provenance_names_versions_seed_and_machine():
     from importlib.metadata import version
 
     scenario = synthetic.scenario()
-    told = Provenance.of_run(scenario, datetime(2026, 1, 2, tzinfo=timezone.utc), 1.5)
-    data = json.loads(told.model_dump_json())
+    provenance = Provenance.of_run(scenario, datetime(2026, 1, 2, tzinfo=timezone.utc), 1.5)
+    data = json.loads(provenance.model_dump_json())
     assert data["packages"]["drake"] == version("drake")
     assert data["seed"] == scenario.seed
     assert data["started"] == "2026-01-02T00:00:00+00:00"

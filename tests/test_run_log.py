@@ -1,4 +1,4 @@
-"""Logs: bit for bit the same after saving, and errors for a file or table that is none."""
+"""Logs: bit for bit the same after saving, and errors for a file or table that is no log."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def test_a_single_array_is_no_log(tmp_path):
         RunLog.load(tmp_path / "log.npz")
 
 
-def test_the_finite_rows_end_before_the_first_that_is_none():
+def test_the_finite_rows_end_before_the_first_with_nan_or_infinity():
     log = synthetic.walk_log()
     assert differences(log.finite(), log) == []
     log["lip_state"][350, 2], log["robot_state"][360:, 5] = np.nan, np.inf

@@ -1,4 +1,4 @@
-"""Values that are fine each by itself, but not beside each other, are refused before anything is built."""
+"""Values that are valid each by itself, but contradict each other, are refused before anything is built."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ COARSE = "gait: {tick: 0.04, ticks_per_step: 10, double_support_ticks: 1, STRIDE
 
 
 @pytest.mark.parametrize("name", scenario_names())
-def test_packaged_scenarios_pass_and_use_what_they_set(name):
+def test_packaged_scenarios_pass_and_set_nothing_unused(name):
     scenario = load_scenario(name)
     check_scenario(scenario)
     assert unused_settings(scenario) == []
@@ -42,10 +42,10 @@ def test_packaged_scenarios_pass_and_use_what_they_set(name):
     ],
 )  # fmt: skip
 def test_contradictions_name_key_limit_and_value(name, text, says):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as error:
         check_scenario(load_scenario(name, text))
-    assert says in str(told.value)
-    assert "\n" not in str(told.value)
+    assert says in str(error.value)
+    assert "\n" not in str(error.value)
 
 
 def test_the_robots_own_time_steps_pass():
@@ -65,14 +65,14 @@ def test_the_robots_own_time_steps_pass():
         ("van_der_pol", "{gait: {stride: 0.1}}", "gait"),
     ],
 )  # fmt: skip
-def test_what_is_set_in_vain_is_known(name, text, unused):
+def test_unused_settings_are_found(name, text, unused):
     assert unused_settings(load_scenario(name, text)) == [key for key in unused.split(", ") if key]
 
 
-def test_what_is_set_in_vain_is_told(elsewhere, capsys):
+def test_unused_settings_are_printed(elsewhere, capsys):
     assert main(["run", "van_der_pol", "--no-replay", "--text", "{duration: 0.05, friction: 0.5}"]) == 0
-    told = capsys.readouterr().err.splitlines()
-    assert told[0] == "pdhocbf: system van_der_pol makes no use of what is set for friction"
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == "pdhocbf: system van_der_pol makes no use of what is set for friction"
 
 
 @pytest.mark.parametrize(
@@ -85,18 +85,18 @@ def test_what_is_set_in_vain_is_told(elsewhere, capsys):
         ("{side: lower, bound: {kind: constant, value: 0.1}}", "at rest, which a lower bound above 0 leaves out"),
     ],
 )
-def test_bounds_that_cannot_be_are_told_with_their_barrier(text, says):
+def test_errors_of_bounds_name_their_barrier(text, says):
     text = text if text.startswith("{") else f"{{{text}}}"
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as error:
         build_walk(load_scenario("vhip", f"barriers: {{forward_speed: {text}}}"))
-    assert says in str(told.value)
+    assert says in str(error.value)
 
 
 def coarse(stride: str = "stride: 0.1", more: str = ""):
     return load_scenario("vhip", f"{{{COARSE.replace('STRIDE', stride)}{more}}}")
 
 
-def test_a_backward_walk_is_kept_by_a_lower_bound_and_told_of_it_under_an_upper_one():
+def test_a_backward_walk_has_a_lower_bound_which_the_error_for_an_upper_one_names():
     with pytest.raises(InputError, match=r"upper bound below 0 leaves out: for a backward walk use side: lower"):
         build_walk(coarse("stride: -0.1"))
     assert build_walk(coarse("stride: -0.1", ", barriers: {forward_speed: {side: lower}}")).barriers
@@ -107,7 +107,7 @@ def test_a_long_stand_before_the_walk_costs_no_time_and_changes_no_orbit():
     assert (short == long).all()
 
 
-def test_a_walk_that_cannot_be_planned_or_settle_names_what_decides_it():
+def test_errors_of_nominal_walks_name_the_decisive_keys():
     with pytest.raises(InputError, match=r"can't be planned .*gait\.stride 10 m .* mpc\.step_tolerance \[0\.1"):
         nominal_walk_of(coarse(), 10.0)
     short = coarse().gait.model_copy(update={"ticks_per_step": 4, "tick": 0.01, "com_height_amplitude": 0.0})

@@ -63,7 +63,7 @@ def test_a_saturating_barrier_is_refused_because_the_mpc_is_quadratic():
     )
 
 
-def test_overrides_change_what_they_name_and_nothing_else():
+def test_overrides_change_only_the_keys_they_name():
     base, changed = load_scenario("walking"), load_scenario("walking", "gait: {stride: 0.05}")
     assert changed.gait.stride == 0.05
     assert changed.model_copy(update={"gait": base.gait}) == base
@@ -97,7 +97,7 @@ def test_the_stem_of_a_file_makes_a_name(tmp_path):
     assert load_scenario(str(tmp_path / "my walk (2).yaml")).name == "my-walk-2-"
 
 
-def test_what_cannot_be_extended_is_told_with_the_file(tmp_path):
+def test_an_unknown_base_is_an_error_that_names_the_file(tmp_path):
     (tmp_path / "mine.yaml").write_text("extends: other.yaml\n")
     with pytest.raises(InputError, match=r"mine\.yaml\.extends: there is no scenario 'other\.yaml' in that file or"):
         load_scenario(str(tmp_path / "mine.yaml"))
@@ -116,7 +116,7 @@ def test_one_of_several_scenarios_in_a_file(tmp_path):
         load_scenario(str(path))
 
 
-def test_a_robot_file_is_seen_from_the_scenario_file(tmp_path):
+def test_a_robot_file_is_relative_to_the_scenario_file(tmp_path):
     (tmp_path / "mine.yaml").write_text("robot: robots/mine.yaml\ngait: {com_height: 0.6, stance_width: 0.2}\n")
     assert load_scenario(str(tmp_path / "mine.yaml")).robot == str(tmp_path / "robots" / "mine.yaml")
 
@@ -195,10 +195,10 @@ _BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 
         ("vhip: {mass: 1e-300}", r"vhip\.mass: must be from 0\.001 to 1e\+06 kg"),
     ],
 )
-def test_bad_overrides_are_told_in_one_sentence(text, says):
-    with pytest.raises(InputError, match=says) as told:
+def test_wrong_overrides_are_refused_in_one_sentence(text, says):
+    with pytest.raises(InputError, match=says) as error:
         load_scenario("walking", text)
-    assert "\n" not in str(told.value)
+    assert "\n" not in str(error.value)
 
 
 def test_an_unknown_scenario_lists_those_there_are():

@@ -141,7 +141,7 @@ def test_a_push_beyond_help_ends_in_a_fall_with_a_complete_log() -> None:
         ("{robot: nobody}", "biped"),
     ],
 )
-def test_what_cannot_walk_is_refused_in_one_sentence(text: str, words: str) -> None:
+def test_a_walk_that_is_impossible_is_refused_in_one_sentence(text: str, words: str) -> None:
     with pytest.raises(PdhocbfError) as error:
         make_diagram(load_scenario("walking", text))
     assert words in str(error.value)

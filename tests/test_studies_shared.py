@@ -1,4 +1,4 @@
-"""What the studies share: measures of an event, worker processes, progress and tables, result files."""
+"""The studies' shared modules: measures of an event, worker processes, progress and tables, result files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.mpc.loop import Measurement, walk_template
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -18,7 +18,7 @@ from pdhocbf_drake.studies.shared.cases import NONE, PERIODIC, in_case
 from pdhocbf_drake.studies.shared.measures import ACTS, Record, SafeOrbit, WithoutBarriers, first_tick
 from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.results import write_json
-from pdhocbf_drake.studies.shared.template import settled
+from pdhocbf_drake.studies.shared.template import SettledWalk, settled
 from pdhocbf_drake.terminal import shown_progress, table
 
 SHORT = "{gait: {ticks_per_step: 20, tick: 0.02}, mpc: {horizon: 40}}"
@@ -88,6 +88,11 @@ def test_the_action_is_the_difference_of_the_planned_zmp_velocities() -> None:
     assert free.action(row.before, Measurement(row.tick, row.state), row.plan) > 0.1
 
 
+def test_a_walk_with_an_end_has_no_steady_state_for_events() -> None:
+    with pytest.raises(InputError, match="walk without an end"):
+        SettledWalk(build_walk(load_scenario("vhip_nobarrier", "gait: {walk_steps: 4}")))
+
+
 def _square(number: int) -> int:
     return number * number
 
@@ -107,12 +112,12 @@ def test_work_is_shared_and_errors_come_back(workers: int) -> None:
         list(in_processes(_fail, [7, 7], workers))
 
 
-def test_a_worker_that_dies_costs_one_sentence() -> None:
+def test_a_dead_worker_is_reported_in_one_sentence() -> None:
     with pytest.raises(PdhocbfError, match="a worker process died; with --workers 1 everything runs in this one"):
         list(in_processes(_die, [1, 2], 2))
 
 
-def test_progress_in_lines_says_how_much_is_done_and_left(capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_in_lines_has_the_done_amount_and_the_time_left(capsys: pytest.CaptureFixture[str]) -> None:
     with shown_progress("push", 4, "searches", done=1) as progress:
         progress(2, "one more")
         progress(4)
@@ -123,7 +128,7 @@ def test_progress_in_lines_says_how_much_is_done_and_left(capsys: pytest.Capture
     assert "left" not in last
 
 
-def test_progress_reports_each_word_where_that_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+def test_progress_prints_each_report_on_request(capsys: pytest.CaptureFixture[str]) -> None:
     with shown_progress("worth", 100, "cases", every=True) as progress:
         progress(0, "none")
         progress(0, "DCBF")
@@ -140,7 +145,7 @@ def test_progress_on_a_terminal_is_a_bar(monkeypatch: pytest.MonkeyPatch, capsys
     assert "found" in shown
 
 
-def test_a_table_aligns_numbers_to_the_right_and_dashes_what_is_not_there() -> None:
+def test_a_table_aligns_numbers_to_the_right_and_has_dashes_for_missing_cells() -> None:
     rows = [("x", 1.23456, None, True), ("long", float("nan"), 10, False)]
     assert table(rows, ("name", "value", "n", "yes?")).splitlines() == [
         "name  value   n  yes?",
@@ -151,6 +156,6 @@ def test_a_table_aligns_numbers_to_the_right_and_dashes_what_is_not_there() -> N
     assert table([("a", "b"), ("longer", "c")]) == "a       b\nlonger  c"
 
 
-def test_json_has_null_for_what_is_no_number(tmp_path: Path) -> None:
+def test_json_has_null_for_nan_and_infinity(tmp_path: Path) -> None:
     write_json(tmp_path / "a.json", {"rows": [(1.0, float("nan")), [float("inf"), "γ"]]})
     assert json.loads((tmp_path / "a.json").read_text()) == {"rows": [[1.0, None], [None, "γ"]]}

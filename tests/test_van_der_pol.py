@@ -1,4 +1,4 @@
-"""The Van der Pol oscillator (15)–(16): its orbits, its tube (18), and what Euler does to it."""
+"""The Van der Pol oscillator (15)–(16): its orbits, its tube (18), and the growth of its amplitude under Euler."""
 
 from __future__ import annotations
 
@@ -160,7 +160,7 @@ def message(**keys):
     return str(caught.value)
 
 
-def test_what_a_tube_refuses():
+def test_errors_of_a_tube():
     assert message(gamma_1=(0.5, 0.5), gamma_2=(0.2,), ticks_per_period=20).startswith(
         "van_der_pol: the barriers x1_lower and x2_upper exclude each other by 1 1/s^2 of input near x = ("
     )

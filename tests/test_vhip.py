@@ -43,6 +43,15 @@ def test_euler_converges_to_the_exact_flow() -> None:
 
 
 @pytest.mark.parametrize("flow", FLOWS)
+def test_both_axes_step_as_each_by_itself(flow: str) -> None:
+    vhip, random = Vhip(ETA, 0.01, flow), np.random.default_rng(0)
+    for tick in (0, 3, len(ETA) + 5):
+        state, velocity = random.normal(size=(2, 3)), random.normal(size=2)
+        expected = [vhip.step(tick, state[axis], velocity[axis]) for axis in range(2)]
+        np.testing.assert_allclose(vhip.step_axes(tick, state, velocity), expected, rtol=1e-14, atol=1e-14)
+
+
+@pytest.mark.parametrize("flow", FLOWS)
 def test_prediction_is_the_repeated_step(flow: str) -> None:
     vhip = Vhip(ETA, 0.01, flow)
     random = np.random.default_rng(1)

@@ -1,1 +1,1 @@
-"""From a run's log to numbers, figures, a replay and a report; nothing here simulates."""
+"""Metrics, figures, replay and report of a run, all made from its log."""

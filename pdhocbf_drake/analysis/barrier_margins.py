@@ -1,4 +1,4 @@
-"""The barriers of a run: what each one bounds, and h, ψ and V̄ along the log."""
+"""The barriers of a run: the quantity that each one bounds, and that quantity and its bound along the log."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.barriers.class_k import ClassK, Linear
-from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
-from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -30,7 +28,7 @@ class BarrierUse(NamedTuple):
         relative_degree: as declared [ticks].
         unit: unit of h.
         period: period of its bound [ticks].
-        quantity: what it bounds in a walk; None in other systems.
+        quantity: the quantity of a walk that it bounds; None in other systems.
     """
 
     column: int
@@ -46,15 +44,11 @@ def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
     """The scenario's barriers by name, in the order of the log's columns."""
     if scenario.system == "van_der_pol":
         config = scenario.van_der_pol
-        table = {
-            "x1_upper": (config.gamma_1, "1"),
-            "x1_lower": (config.gamma_1, "1"),
-            "x2_upper": (config.gamma_2, "1/s"),
-            "x2_lower": (config.gamma_2, "1/s"),
-        }
+        states = (("x1", config.gamma_1, "1"), ("x2", config.gamma_2, "1/s"))
+        sides = [(f"{state}_{side}", gamma, unit) for state, gamma, unit in states for side in ("upper", "lower")]
         return {
             name: BarrierUse(column, tuple(map(Linear, gamma)), gamma, len(gamma), unit, config.ticks_per_period)
-            for column, (name, (gamma, unit)) in enumerate(table.items())
+            for column, (name, gamma, unit) in enumerate(sides)
         }
     return {
         name: BarrierUse(
@@ -71,7 +65,7 @@ def units_of(scenarios: Iterable[Scenario]) -> str:
     return ", ".join(dict.fromkeys(units)) or SPEEDS[0].unit
 
 
-def bounded_quantities(scenarios: Iterable[Scenario]) -> list[Quantity]:
+def quantities_of(scenarios: Iterable[Scenario]) -> list[Quantity]:
     """The quantities that walks bound, each once, those of x first; the forward speed if there is none."""
     bounded = {config.quantity for scenario in scenarios for config in scenario.barriers.values()} or {SPEEDS[0]}
     return sorted(bounded, key=lambda quantity: (quantity.axis, quantity.name))
@@ -97,17 +91,7 @@ def _values(run: Run, quantity: Quantity, states: Array) -> Array:
     return quantity.values(states, ticks, Vhip(CosineHeight(gait).eta(), gait.tick))
 
 
-def record_of(log: RunLog, use: BarrierUse, from_time: float) -> BarrierRecord | None:
-    """h and ψ on the measured state from `from_time` on; None where the log has no finite rows there."""
-    h = log.after(from_time)["h"][:, use.column]
-    try:
-        return record_from_h(h, use.class_k)
-    except InputError:
-        return None
-
-
 def bound_along(log: RunLog, scenario: Scenario, use: BarrierUse) -> Array:
-    """V̄(k) at each row, (T,), which is the first of its samples over the horizon."""
-    count = len(scenario.barriers)
+    """V̄(k) at each row, (T,) [unit of h]: the first of its samples over the horizon."""
     samples = log["barrier_bound"]
-    return np.asarray(samples[:, use.column * (samples.shape[1] // count)])
+    return np.asarray(samples[:, use.column * (samples.shape[1] // len(scenario.barriers))])

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import cycle
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import (
-    barriers_of,
-    bound_along,
-    bounded_quantities,
-    measured,
-    units_of,
-)
-from pdhocbf_drake.analysis.drawing import label, legend, panels, styled, time_axis
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, quantities_of, units_of
+from pdhocbf_drake.analysis.drawing import label, over_time, panels, styled
 from pdhocbf_drake.analysis.figures import Drawn
 from pdhocbf_drake.barriers.margin import margin_ratio, safety_margin
 from pdhocbf_drake.errors import InputError
@@ -24,7 +19,7 @@ from pdhocbf_drake.simulation.run_folder import Run
 
 
 class Comparison(NamedTuple):
-    """A barrier in each of two runs: names, safety margins (5) [unit] and their ratio (6) [1]."""
+    """A barrier in each of two runs: its names, the safety margins (5) [unit] and their ratio (6) [1]."""
 
     names: tuple[str, str]
     margins: tuple[float, float]
@@ -35,7 +30,7 @@ class Comparison(NamedTuple):
 def compare(
     first: Run, second: Run, from_time: float, places: tuple[str, str] = ("the first run", "the second run")
 ) -> list[Comparison]:
-    """The barriers that both runs have by the same name; or the only one of each.
+    """Compares the barriers that have the same name in both runs; or the only one of each.
 
     Args:
         from_time: start of the compared part of both runs [s].
@@ -70,12 +65,12 @@ def compare(
 
 
 def comparison_figures(runs: Sequence[Run]) -> list[Drawn]:
-    """The bounded quantities under their bounds, and h, with all runs in one panel; for walks only."""
+    """The bounded quantities under their bounds, and h, with all walks in one panel; none for fewer than two walks."""
     walks = [run for run in runs if run.scenario.system != "van_der_pol" and len(run.log) > 1]
     if len(walks) < 2:
         return []
     with styled():
-        names = " and ".join(quantity.label for quantity in bounded_quantities(run.scenario for run in walks))
+        names = " and ".join(quantity.label for quantity in quantities_of(run.scenario for run in walks))
         drawn = [Drawn("velocities", f"{names} of each run, under its bounds", _quantities(walks))]
         if any(run.scenario.barriers for run in walks):
             drawn.append(Drawn("margins", "Barriers of each run on the measured state", _margins(walks)))
@@ -83,10 +78,10 @@ def comparison_figures(runs: Sequence[Run]) -> list[Drawn]:
 
 
 def _quantities(runs: Sequence[Run]) -> Figure:
-    bounded = bounded_quantities(run.scenario for run in runs)
+    bounded = quantities_of(run.scenario for run in runs)
     figure, axes = panels(len(bounded), height=3.2)
     for axis, quantity in zip(axes, bounded, strict=True):
-        for run, colour in zip(runs, _colours(runs), strict=True):
+        for run, colour in zip(runs, cycle(palette.RUNS), strict=False):
             name = run.scenario.name
             axis.plot(run.log.time, measured(run, quantity), color=colour, lw=1.0, label=name)
             for barrier, use in barriers_of(run.scenario).items():
@@ -94,23 +89,16 @@ def _quantities(runs: Sequence[Run]) -> Figure:
                     bound = bound_along(run.log, run.scenario, use)
                     axis.plot(run.log.time, bound, color=colour, ls="--", label=f"{name}: bound of {barrier}")
         label(axis, quantity.label, quantity.unit)
-    legend(axes[0], 3)
-    time_axis(axes)
-    return figure
+    return over_time(figure, 3)
 
 
 def _margins(runs: Sequence[Run]) -> Figure:
     figure, axes = panels(1, height=3.0)
-    for run, colour in zip(runs, _colours(runs), strict=True):
-        for (barrier, use), style in zip(barriers_of(run.scenario).items(), ("-", "--", "-.", ":") * 4, strict=False):
+    for run, colour in zip(runs, cycle(palette.RUNS), strict=False):
+        uses = barriers_of(run.scenario).items()
+        for (barrier, use), style in zip(uses, cycle(("-", "--", "-.", ":")), strict=False):
             h = run.log["h"][:, use.column]
             axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{run.scenario.name}: {barrier}")
     axes[0].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[0], "h", units_of(run.scenario for run in runs))
-    legend(axes[0], 3)
-    time_axis(axes)
-    return figure
-
-
-def _colours(runs: Sequence[Run]) -> list[str]:
-    return [palette.RUNS[index % len(palette.RUNS)] for index in range(len(runs))]
+    return over_time(figure, 3)

@@ -1,4 +1,4 @@
-"""The look that all figures share: sizes, grids, units on every axis, legends that can be read."""
+"""Style of all figures: sizes, grids, labels with units, legends; and writing them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _STYLE: dict[str, Any] = {
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Figures made inside have the common look; a user's own matplotlib settings stay as they are outside."""
+    """Gives figures made inside the common style; a user's own matplotlib settings are restored at the end."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         parameters: Any = matplotlib.rcParams  # typed with every key spelt out
@@ -42,8 +42,7 @@ def styled() -> Iterator[None]:
 def panels(rows: int, height: float = 2.3, width: float = 8.5, **kwargs: Any) -> tuple[Figure, list[Axes]]:
     """A figure with `rows` panels above each other that share the horizontal axis [inches]."""
     figure = Figure(figsize=(width, height * rows + 0.5))
-    axes = figure.subplots(rows, 1, sharex=True, squeeze=False, **kwargs)
-    return figure, [axis for row in axes for axis in row]
+    return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False, **kwargs).flat)
 
 
 def label(axes: Axes, quantity: str, unit: str) -> None:
@@ -57,10 +56,18 @@ def legend(axes: Axes, columns: int = 4) -> None:
 
 
 def time_axis(axes: list[Axes]) -> None:
-    """Labels the lowest panel's time and trims empty space."""
+    """Labels the time axis of the lowest panel, and lets the lines of all panels fill the width."""
     axes[-1].set_xlabel("time [s]")
     for axis in axes:
         axis.margins(x=0)
+
+
+def over_time(figure: Figure, columns: int = 4, every_panel: bool = False) -> Figure:
+    """The figure with its time axis, and with a legend above the first or every panel."""
+    for axes in figure.axes if every_panel else figure.axes[:1]:
+        legend(axes, columns)
+    time_axis(figure.axes)
+    return figure
 
 
 def save(figure: Figure, path: Path | BinaryIO) -> None:

@@ -1,4 +1,4 @@
-"""What the soles did: steps taken, slip, and how far the ZMP stayed from the edge of the support."""
+"""Motion of the soles in a log: steps taken, slip, touchdowns, and the distance of the ZMP from the support's edge."""
 
 from __future__ import annotations
 
@@ -11,10 +11,8 @@ from pdhocbf_drake.simulation.run_log import RunLog
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-# A sole that is less than this above the ground stands on it; soles sink in by some tenths of a millimetre.
-_ON_GROUND = 1e-3  # [m]
-# A swing foot that never rose this far did not take a step.
-_LIFTED = 5e-3  # [m]
+_ON_GROUND = 1e-3  # [m]: a lower sole stands on the ground, into which soles sink by some tenths of a millimetre
+_LIFTED = 5e-3  # [m]: a swing foot that never rose this far took no step
 
 _SUPPORT = {"left": 1.0, "right": -1.0}
 
@@ -26,12 +24,12 @@ def stands(log: RunLog, side: str) -> Mask:
 
 
 def steps_taken(log: RunLog) -> int:
-    """Steps of one foot that the log holds to their end; on a robot, those whose foot did leave the ground."""
+    """Steps of one foot that are complete in the log; on a robot, those whose foot left the ground."""
     step, support = log.element("gait_phase", "step"), log.element("gait_phase", "support")
     count = 0
     for index in np.unique(step[support != 0.0]):
         rows = step == index
-        if index == step[-1]:  # perhaps not at its end, and the next row would tell
+        if index == step[-1]:  # only the next row would show that it is complete
             continue
         swing = "right" if support[rows][0] > 0 else "left"
         if "foot_state" not in log or log.element("foot_state", f"{swing}_z")[rows].max() > _LIFTED:
@@ -40,27 +38,37 @@ def steps_taken(log: RunLog) -> int:
 
 
 def slip_max(log: RunLog) -> float:
-    """The farthest that a sole's centre moved along the ground while it stood [m]."""
+    """The farthest that a sole's centre moved along the ground from where its stance began [m]."""
     farthest = 0.0
     for side in _SUPPORT:
-        place = np.stack([log.element("foot_state", f"{side}_{axis}") for axis in "xy"], axis=1)
-        for rows in _runs(stands(log, side)):
-            stance = place[rows]
+        centre = sole_centres(log, side)
+        for rows in _stretches(stands(log, side)):
+            stance = centre[rows]
             farthest = max(farthest, float(np.linalg.norm(stance - stance[0], axis=1).max()))
     return farthest
 
 
+def sole_centres(log: RunLog, side: str) -> Array:
+    """x and y of a sole's centre, (T, 2) [m]."""
+    return np.stack([log.element("foot_state", f"{side}_{axis}") for axis in "xy"], axis=1)
+
+
+def step_starts(log: RunLog) -> list[int]:
+    """The first row of each step."""
+    return np.flatnonzero(np.diff(log.element("gait_phase", "step"), prepend=-1.0)).tolist()
+
+
 def touchdown_rows(log: RunLog, side: str) -> list[int]:
-    """The first row of each stance of a foot; after half a step, when it has settled, where the log is that long."""
+    """A row of each stance of a foot: half a step after its start, when the foot has settled, or the stance's last."""
     settle = int(log.element("gait_phase", "tick").max() // 2)
-    return [min(rows.start + settle, rows.stop - 1) for rows in _runs(stands(log, side))]
+    return [min(rows.start + settle, rows.stop - 1) for rows in _stretches(stands(log, side))]
 
 
 def zmp_margins(log: RunLog, sole_half: Array) -> Array:
     """Distance of the measured ZMP from the edge of the support polygon, negative outside it, (T,) [m].
 
-    The polygon is the convex hull of the soles that carry: those on which the gait stands, and any other within a
-    millimetre of the ground.
+    The polygon is the convex hull of the soles on which the gait stands, and of any other within a millimetre of the
+    ground.
     """
     zmp = np.stack([log.element("lip_state", "x_zmp"), log.element("lip_state", "y_zmp")], axis=1)
     on_ground = {side: stands(log, side) | (log.element("foot_state", f"{side}_z") < _ON_GROUND) for side in _SUPPORT}
@@ -74,12 +82,11 @@ def zmp_margins(log: RunLog, sole_half: Array) -> Array:
 
 def sole_corners(log: RunLog, side: str, half: Array) -> Array:
     """The four corners of a sole on the ground, counter-clockwise, (T, 4, 2) [m]."""
-    centre = np.stack([log.element("foot_state", f"{side}_{axis}") for axis in "xy"], axis=1)
     yaw = log.element("foot_state", f"{side}_yaw")
     cos, sin = np.cos(yaw), np.sin(yaw)
     turn = np.stack([np.stack([cos, -sin], axis=1), np.stack([sin, cos], axis=1)], axis=1)
     local = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * half
-    corners: Array = centre[:, None, :] + np.einsum("tij,cj->tci", turn, local)
+    corners: Array = sole_centres(log, side)[:, None, :] + np.einsum("tij,cj->tci", turn, local)
     return corners
 
 
@@ -90,7 +97,7 @@ def _margin(point: Array, corners: Array) -> float:
     return float(((hull.b() - normals @ point) / np.linalg.norm(normals, axis=1)).min())
 
 
-def _runs(mask: Mask) -> list[slice]:
+def _stretches(mask: Mask) -> list[slice]:
     """The maximal stretches of True."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return [slice(int(start), int(stop)) for start, stop in zip(edges[::2], edges[1::2], strict=True)]

@@ -1,14 +1,15 @@
-"""Which figures a run has, in the order in which they are read."""
+"""All figures of a run, in the order of its report, and writing them."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import figures_oscillator, figures_robot, figures_walk
-from pdhocbf_drake.analysis.barrier_margins import bounded_quantities
+from pdhocbf_drake.analysis.barrier_margins import quantities_of
 from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
@@ -23,13 +24,17 @@ class Drawn(NamedTuple):
 
 
 def make_figures(run: Run, limits: RobotLimits | None) -> list[Drawn]:
-    """All figures that a run's log allows; none for a log without rows."""
+    """All figures of a run; none for a log of less than two rows."""
     if len(run.log) < 2:
         return []
     with styled():
         if run.scenario.system == "van_der_pol":
-            return _oscillator(run)
-        return _walk(run, limits) + (_robot(run, limits) if limits is not None else [])
+            return [
+                Drawn("tubes", "States in their tubes (18)", figures_oscillator.tubes(run)),
+                Drawn("phase", "The orbit in the phase plane", figures_oscillator.phase(run)),
+                Drawn("barriers", "Barriers on the measured state", figures_walk.barriers(run)),
+            ]
+        return [*_walk(run, limits), *(_robot(run, limits) if limits is not None else ())]
 
 
 def write_figures(figures: list[Drawn], folder: Path) -> None:
@@ -40,33 +45,20 @@ def write_figures(figures: list[Drawn], folder: Path) -> None:
             save(drawn.figure, folder / f"{drawn.name}.png")
 
 
-def _walk(run: Run, limits: RobotLimits | None) -> list[Drawn]:
-    names = " and ".join(quantity.label for quantity in bounded_quantities([run.scenario]))
-    drawn = [Drawn("velocity", f"{names}, planned and measured, under the bounds", figures_walk.quantities(run))]
+def _walk(run: Run, limits: RobotLimits | None) -> Iterator[Drawn]:
+    names = " and ".join(quantity.label for quantity in quantities_of([run.scenario]))
+    yield Drawn("velocity", f"{names}, planned and measured, under the bounds", figures_walk.quantities(run))
     if run.log.time[-1] > run.scenario.from_time:
         steady = figures_walk.quantities_steady(run)
-        drawn.append(Drawn("velocity_steady", "The same over three gaits of the steady state", steady))
+        yield Drawn("velocity_steady", "The same over three gaits of the steady state", steady)
     if run.scenario.barriers:
-        drawn.append(Drawn("barriers", "Barriers on the measured state", figures_walk.barriers(run)))
-    return [
-        *drawn,
-        Drawn("com_zmp", "CoM and ZMP, planned and measured", figures_walk.com_and_zmp(run)),
-        Drawn("footsteps", "Footholds from above", figures_walk.footsteps(run, limits)),
-        Drawn("solver", "Cost of the controller's ticks", figures_walk.solver(run)),
-    ]
+        yield Drawn("barriers", "Barriers on the measured state", figures_walk.barriers(run))
+    yield Drawn("com_zmp", "CoM and ZMP, planned and measured", figures_walk.com_and_zmp(run))
+    yield Drawn("footsteps", "Footholds from above", figures_walk.footsteps(run, limits))
+    yield Drawn("solver", "Cost of the controller's ticks", figures_walk.solver(run))
 
 
-def _robot(run: Run, limits: RobotLimits) -> list[Drawn]:
-    return [
-        Drawn("tracking", "Tracking errors and ZMP margin", figures_robot.tracking(run, limits)),
-        Drawn("joints", "Joint angles", figures_robot.joints(run)),
-        Drawn("torques", "Torques", figures_robot.torques(run, limits)),
-    ]
-
-
-def _oscillator(run: Run) -> list[Drawn]:
-    return [
-        Drawn("tubes", "States in their tubes (18)", figures_oscillator.tubes(run)),
-        Drawn("phase", "The orbit in the phase plane", figures_oscillator.phase(run)),
-        Drawn("barriers", "Barriers on the measured state", figures_walk.barriers(run)),
-    ]
+def _robot(run: Run, limits: RobotLimits) -> Iterator[Drawn]:
+    yield Drawn("tracking", "Tracking errors and ZMP margin", figures_robot.tracking(run, limits))
+    yield Drawn("joints", "Joint angles", figures_robot.joints(run))
+    yield Drawn("torques", "Torques", figures_robot.torques(run, limits))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
+from pdhocbf_drake.analysis.drawing import label, legend, over_time, panels
 from pdhocbf_drake.simulation.run_folder import Run
 
 _UNITS = ("1", "1/s")
@@ -24,9 +24,7 @@ def tubes(run: Run) -> Figure:
         label(axes[state], f"x{state + 1}", _UNITS[state])
     axes[2].plot(log.time, log["oscillator_input"][:, 0], color=palette.MEASURED_ZMP, lw=1.0, label="input")
     label(axes[2], "u", "1/s²")
-    legend(axes[0])
-    time_axis(axes)
-    return figure
+    return over_time(figure)
 
 
 def phase(run: Run) -> Figure:

@@ -6,18 +6,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
+from pdhocbf_drake.analysis.drawing import label, over_time, panels
 from pdhocbf_drake.analysis.feet import zmp_margins
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.systems.signals import JOINTS
 
-_SIDES = ("left", "right")
 _LEG = [joint.removeprefix("left_").replace("_", " ") for joint in JOINTS[:6]]
 
 
 def tracking(run: Run, limits: RobotLimits) -> Figure:
-    """How far the robot is from its plan, and the ZMP from the edge of the soles."""
+    """The CoM's deviation from its plan, and the distance of the ZMP from the edge of the support."""
     log = run.log
     figure, axes = panels(2, height=2.3)
     for name, colour in zip("xy", (palette.JOINTS[0], palette.JOINTS[4]), strict=True):
@@ -30,38 +29,28 @@ def tracking(run: Run, limits: RobotLimits) -> Figure:
                  label="ZMP to the edge of the support")  # fmt: skip
     axes[1].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[1], "margin", "mm")
-    for axis in axes:
-        legend(axis, 3)
-    time_axis(axes)
-    return figure
+    return over_time(figure, 3, every_panel=True)
 
 
 def joints(run: Run) -> Figure:
     """Measured joint angles of both legs."""
-    log = run.log
-    figure, axes = panels(2)
-    for side, axis in enumerate(axes):
-        for joint, colour in enumerate(palette.JOINTS):
-            angle = np.degrees(log["joint_state"][:, 6 * side + joint])
-            axis.plot(log.time, angle, color=colour, lw=1.1, label=_LEG[joint])
-        label(axis, f"{_SIDES[side]} leg", "deg")
-    legend(axes[0], 6)
-    time_axis(axes)
-    return figure
+    return _by_leg(run, np.degrees(run.log["joint_state"][:, : len(JOINTS)]), "leg", "deg", 1.1)
 
 
 def torques(run: Run, limits: RobotLimits) -> Figure:
     """Applied torques as a share of each joint's effort limit."""
-    log = run.log
-    figure, axes = panels(2)
-    for side, axis in enumerate(axes):
-        for joint, colour in enumerate(palette.JOINTS):
-            index = 6 * side + joint
-            share = 100.0 * log["actuation"][:, index] / limits.effort[index]
-            axis.plot(log.time, share, color=colour, lw=0.9, label=_LEG[joint])
+    figure = _by_leg(run, 100.0 * run.log["actuation"] / limits.effort, "leg torque", "% of limit", 0.9)
+    for axis in figure.axes:
         for limit in (-100.0, 100.0):
             axis.axhline(limit, color=palette.LIMIT, ls=":")
-        label(axis, f"{_SIDES[side]} leg torque", "% of limit")
-    legend(axes[0], 6)
-    time_axis(axes)
     return figure
+
+
+def _by_leg(run: Run, values: np.ndarray, name: str, unit: str, width: float) -> Figure:
+    """A panel a leg, with a line of `width` points for each of its joints; `values` has shape (T, 12)."""
+    figure, axes = panels(2)
+    for first, side, axis in zip((0, 6), ("left", "right"), axes, strict=True):
+        for joint, colour in enumerate(palette.JOINTS):
+            axis.plot(run.log.time, values[:, first + joint], color=colour, lw=width, label=_LEG[joint])
+        label(axis, f"{side} {name}", unit)
+    return over_time(figure, 6)

@@ -7,16 +7,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import (
-    barriers_of,
-    bound_along,
-    bounded_quantities,
-    measured,
-    planned,
-    units_of,
-)
-from pdhocbf_drake.analysis.drawing import label, legend, panels, time_axis
-from pdhocbf_drake.analysis.feet import sole_corners, touchdown_rows
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, planned, quantities_of, units_of
+from pdhocbf_drake.analysis.drawing import label, legend, over_time, panels
+from pdhocbf_drake.analysis.feet import sole_corners, step_starts, touchdown_rows
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.recursion import psi_along
 from pdhocbf_drake.simulation.run_folder import Run
@@ -30,15 +23,13 @@ def com_and_zmp(run: Run) -> Figure:
         low, high = log.element("zmp_box", f"{name}_min"), log.element("zmp_box", f"{name}_max")
         axis.fill_between(log.time, low, high, color=palette.BOX, alpha=0.45, linewidth=0, label="ZMP box (27)")
         axis.plot(log.time, log.element("lip_state", f"{name}_zmp"), color=palette.MEASURED_ZMP, lw=0.8, label="ZMP")
-        zmp_planned = log.element("zmp_reference", f"{name}_zmp")
-        axis.plot(log.time, zmp_planned, color=palette.PLANNED_ZMP, ls="--", label="ZMP, planned")
+        planned_zmp = log.element("zmp_reference", f"{name}_zmp")
+        axis.plot(log.time, planned_zmp, color=palette.PLANNED_ZMP, ls="--", label="ZMP, planned")
         axis.plot(log.time, log.element("lip_state", name), color=palette.MEASURED_COM, label="CoM")
-        com_planned = log.element("com_reference", name)
-        axis.plot(log.time, com_planned, color=palette.PLANNED_COM, ls="--", label="CoM, planned")
+        planned_com = log.element("com_reference", name)
+        axis.plot(log.time, planned_com, color=palette.PLANNED_COM, ls="--", label="CoM, planned")
         label(axis, name, "m")
-    legend(axes[0], 5)
-    time_axis(axes)
-    return figure
+    return over_time(figure, 5)
 
 
 def quantities_steady(run: Run) -> Figure:
@@ -46,30 +37,28 @@ def quantities_steady(run: Run) -> Figure:
     figure = quantities(run)
     start, log = run.scenario.from_time, run.log
     end = start + 3 * run.scenario.gait.ticks_per_gait * run.scenario.tick
-    shown = (log.time >= start) & (log.time <= end)
+    steady = (log.time >= start) & (log.time <= end)
     for axis in figure.axes:
-        values = np.concatenate([np.asarray(line.get_ydata(), dtype=float)[shown] for line in axis.lines])
+        values = np.concatenate([np.asarray(line.get_ydata(), dtype=float)[steady] for line in axis.lines])
         axis.set_xlim(start, end)
-        axis.set_ylim(*_room(values))
+        axis.set_ylim(*_with_space(values))
     return figure
 
 
 def quantities(run: Run) -> Figure:
     """The bounded quantities and their bounds, as the paper's Fig. 4(b); the forward speed where nothing is bounded."""
     log, scenario = run.log, run.scenario
-    bounded = bounded_quantities([scenario])
+    bounded = quantities_of([scenario])
     figure, axes = panels(len(bounded), height=3.0)
     for axis, quantity in zip(axes, bounded, strict=True):
         axis.plot(log.time, measured(run, quantity), color=palette.MEASURED_COM, label="measured")
         axis.plot(log.time, planned(run, quantity), color=palette.PLANNED_COM, ls="--", label="planned")
         for barrier, use in barriers_of(scenario).items():
             if use.quantity == quantity:
-                colour = palette.BARRIERS[use.column % len(palette.BARRIERS)]
+                colour = palette.barrier_colour(use.column)
                 axis.plot(log.time, bound_along(log, scenario, use), color=colour, label=f"bound of {barrier}")
         label(axis, quantity.label, quantity.unit)
-    legend(axes[0])
-    time_axis(axes)
-    return figure
+    return over_time(figure)
 
 
 def barriers(run: Run) -> Figure:
@@ -78,7 +67,7 @@ def barriers(run: Run) -> Figure:
     uses = barriers_of(scenario)
     figure, axes = panels(len(uses), height=2.6 if len(uses) == 1 else 1.9)
     for axis, (name, use) in zip(axes, uses.items(), strict=True):
-        colour = palette.BARRIERS[use.column % len(palette.BARRIERS)]
+        colour = palette.barrier_colour(use.column)
         order = len(use.class_k)
         levels = psi_along(log["h"][:, use.column], use.class_k)
         axis.plot(log.time, levels[0], color=colour, label="h")
@@ -86,28 +75,25 @@ def barriers(run: Run) -> Figure:
         axis.axhline(0.0, color=palette.UNSAFE, lw=1.0, ls=":", label="limit of safety")
         axis.axvspan(0.0, min(scenario.from_time, log.time[-1]), color=palette.BOX, alpha=0.25, linewidth=0)
         if log.time[-1] > scenario.from_time:  # h is much larger during the start
-            axis.set_ylim(*_room(np.append(levels[0][log.time >= scenario.from_time], 0.0)))
+            axis.set_ylim(*_with_space(np.append(levels[0][log.time >= scenario.from_time], 0.0)))
         axis.set_title(f"{name}: h, judged after the shaded start", loc="right")
         label(axis, "h", use.unit)
-    legend(axes[0])
-    time_axis(axes)
-    return figure
+    return over_time(figure)
 
 
-def _room(values: np.ndarray) -> tuple[float, float]:
-    """Limits of an axis with a fifth of the values' range above and below."""
+def _with_space(values: np.ndarray) -> tuple[float, float]:
+    """Limits of an axis that leave a fifth of the values' range above and below them."""
     low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    room = 0.2 * (high - low) or 1.0
-    return low - room, high + room
+    space = 0.2 * (high - low) or 1.0
+    return low - space, high + space
 
 
 def footsteps(run: Run, limits: RobotLimits | None) -> Figure:
-    """The ground from above: footholds planned and taken, the paths of CoM and ZMP."""
+    """The ground from above: planned and taken footholds, the paths of CoM and ZMP."""
     log = run.log
     figure, (axis,) = panels(1, height=3.2)
-    x, y = log.element("lip_state", "x"), log.element("lip_state", "y")
-    axis.plot(log.element("lip_state", "x_zmp"), log.element("lip_state", "y_zmp"), color=palette.MEASURED_ZMP, lw=0.6,
-              label="ZMP")  # fmt: skip
+    x, _, x_zmp, y, _, y_zmp = log["lip_state"].T
+    axis.plot(x_zmp, y_zmp, color=palette.MEASURED_ZMP, lw=0.6, label="ZMP")
     axis.plot(x, y, color=palette.MEASURED_COM, label="CoM")
     if limits is not None:
         for index, (side, colour) in enumerate((("left", palette.LEFT), ("right", palette.RIGHT))):
@@ -116,9 +102,14 @@ def footsteps(run: Run, limits: RobotLimits | None) -> Figure:
                 patch = Polygon(corners[row], closed=True, fc=colour, ec=colour, alpha=0.3)
                 patch.set_label(f"{side} foot, taken" if count == 0 else "_")
                 axis.add_patch(patch)
-    starts = np.flatnonzero(np.diff(log.element("gait_phase", "step"), prepend=-1.0))
-    planned = log["stance_plan"][starts][:, 2:4]
-    axis.plot(*planned.T, ls="none", marker="+", ms=7, color="black", label="foothold, planned")
+    axis.plot(
+        *log["stance_plan"][step_starts(log), 2:4].T,
+        ls="none",
+        marker="+",
+        ms=7,
+        color="black",
+        label="foothold, planned",
+    )
     axis.set_aspect("equal", adjustable="datalim")
     axis.set_xlabel("x [m]")
     label(axis, "y", "m")
@@ -130,22 +121,17 @@ def solver(run: Run) -> Figure:
     """Wall time of the controller's ticks, and the barrier slack that their plans paid for."""
     log, scenario = run.log, run.scenario
     figure, axes = panels(2, height=1.9)
-    seconds = log.element("solver_status", "time")[1:]
-    axes[0].semilogy(
-        log.time[1:], np.maximum(seconds, 1e-7) * 1e3, ".", ms=2, color=palette.MEASURED_COM, label="a tick"
-    )
+    milliseconds = 1e3 * np.maximum(log.element("solver_status", "time")[1:], 1e-7)
+    axes[0].semilogy(log.time[1:], milliseconds, ".", ms=2, color=palette.MEASURED_COM, label="a tick")
     axes[0].axhline(scenario.tick * 1e3, color=palette.LIMIT, ls=":", label="the sampling interval")
     label(axes[0], "wall time", "ms")
     if "barrier_slack" in log:
         for name, use in barriers_of(scenario).items():
-            colour = palette.BARRIERS[use.column % len(palette.BARRIERS)]
+            colour = palette.barrier_colour(use.column)
             axes[1].plot(log.time, log["barrier_slack"][:, use.column], color=colour, label=f"slack of {name}")
     else:
         axes[1].plot(log.time, log.element("solver_status", "slack"), color=palette.UNSAFE, label="barrier slack")
     fell_back = log.element("solver_status", "fallbacks") > 0
     axes[1].plot(log.time[fell_back], np.zeros(fell_back.sum()), "kx", label="fallback")
     label(axes[1], "slack", units_of([scenario]))
-    for axis in axes:
-        legend(axis)
-    time_axis(axes)
-    return figure
+    return over_time(figure, every_panel=True)

@@ -1,14 +1,19 @@
-"""How each number of `metrics.json` comes from the log."""
+"""The numbers of `metrics.json`, computed from the log."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, record_of
+from pdhocbf_drake.analysis.barrier_margins import barriers_of
 from pdhocbf_drake.analysis.feet import slip_max, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.barriers.margin import record_from_h
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -16,12 +21,10 @@ from pdhocbf_drake.walking.support import contains
 
 Array = NDArray[np.float64]
 
-# A template keeps its box to rounding.
-_ROUNDING = 1e-9  # [m]
-# A torque this close to its limit is at its limit.
-_AT_LIMIT = 1.0 - 1e-9
-# What says that the first solver found no optimum of the problem that the scenario states.
-_LOST = (Reason.CROSS_SOLVED, Reason.RELAXED, Reason.INFEASIBLE, Reason.NOT_OPTIMAL, Reason.NO_STEADY_PLAN)
+_ROUNDING = 1e-9  # [m]: a template keeps its box to that
+_AT_LIMIT = 1.0 - 1e-9  # share of a torque's limit from which on it counts as reached
+# Reasons for which the first solver found no optimum of the problem that the scenario states.
+_FAILED = (Reason.CROSS_SOLVED, Reason.RELAXED, Reason.INFEASIBLE, Reason.NOT_OPTIMAL, Reason.NO_STEADY_PLAN)
 
 
 def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits: RobotLimits | None) -> Metrics:
@@ -38,9 +41,9 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         wall_seconds=wall_seconds,
         real_time_factor=simulated / wall_seconds if wall_seconds > 0 else None,
         steps_taken=steps_taken(log) if walks else None,
-        distance=_change(log.element("lip_state", "x")) if walks else None,
+        distance=_finite(np.diff(log.element("lip_state", "x")[[0, -1]]).item()) if walks else None,
         distance_commanded=_distance_commanded(scenario, log) if walks else None,
-        mean_speed=_mean(log.after(scenario.from_time).element("lip_state", "vx")) if walks else None,
+        mean_speed=_statistic(np.mean, log.after(scenario.from_time).element("lip_state", "vx")) if walks else None,
         lateral_drift=_drift(scenario, log, log.element("lip_state", "y")) if walks else None,
         yaw_drift_deg=_drift(scenario, log, np.degrees(base_yaw(log))) if body else None,
         com_rms_error=_com_rms_error(log) if walks else None,
@@ -49,7 +52,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         slip_max=_finite(slip_max(log)) if body else None,
         joint_torque_peak=_finite(np.abs(log["actuation"]).max()) if body else None,
         torque_limit_hits=int((np.abs(log["actuation"]) >= _AT_LIMIT * body.effort).sum()) if body else None,
-        joint_position_margin_min=_position_margin(log["joint_state"][:, :12], body.position) if body else None,
+        joint_position_margin_min=_position_margin(log, body) if body else None,
         joint_speed_margin_min=_finite((body.speed - np.abs(log["joint_state"][:, 12:])).min()) if body else None,
         barriers=_barrier_metrics(scenario, log),
         mpc=_mpc_metrics(scenario, log),
@@ -62,18 +65,10 @@ def base_yaw(log: RunLog) -> Array:
     return np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
 
 
-def _change(values: Array) -> float | None:
-    return _finite(values[-1] - values[0])
-
-
-def _mean(values: Array) -> float | None:
-    return _finite(values.mean()) if len(values) else None
-
-
 def _drift(scenario: Scenario, log: RunLog, values: Array) -> float | None:
-    """How far the mean over the last gait is from the start; the mean takes the sway of the gait out."""
+    """Distance of the mean over the last gait, which removes the gait's sway, from the start; None without a gait."""
     if steps_taken(log) < 2:
-        return None  # there has been no gait
+        return None
     return _finite(abs(values[-scenario.gait.ticks_per_gait :].mean() - values[0]))
 
 
@@ -101,22 +96,26 @@ def _zmp_outside(log: RunLog) -> float:
     return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp, _ROUNDING).mean())
 
 
-def _position_margin(angles: Array, limits: Array) -> float | None:
-    return _finite(np.minimum(angles - limits[:, 0], limits[:, 1] - angles).min())
+def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:
+    angles, (lowest, highest) = log["joint_state"][:, :12], limits.position.T
+    return _finite(np.minimum(angles - lowest, highest - angles).min())
 
 
 def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetrics]:
     table = {}
     for name, use in barriers_of(scenario).items():
-        record = record_of(log, use, scenario.from_time)
         judged = log.after(scenario.from_time)["h"][:, use.column]
         slack = log["barrier_slack"][:, use.column] if "barrier_slack" in log else None  # older logs have none
+        try:
+            record = record_from_h(judged, use.class_k)
+        except InputError:  # there is no such row, or one with NaN
+            record = None
         table[name] = BarrierMetrics(
             h_min=record.h_min if record else None,
             h_mean=record.h_mean if record else None,
             violations=int((~(judged >= 0)).sum()) if len(judged) else None,
             psi_min=_finite(record.psi_min) if record else None,
-            slack_max=_finite(slack.max()) if slack is not None and len(slack) else None,
+            slack_max=_statistic(np.max, slack) if slack is not None else None,
             softened_ticks=int((slack > NOTICED).sum()) if slack is not None else None,
             gamma=list(use.gamma),
             relative_degree=use.relative_degree,
@@ -128,25 +127,30 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
 def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
     if "solver_status" not in log:
         return None
-    # The first row holds the start, which nobody solved for.
+    # The first row holds the start, which is no solve's result.
     status, seconds, _, slack, fallbacks, reasons = log["solver_status"][1:].T
-    failed = (status != 1.0) | np.isin(reasons, _LOST)
+    failed = (status != 1.0) | np.isin(reasons, _FAILED)
     if scenario.mpc.barrier == "hard" and scenario.system != "van_der_pol":
-        # A soft barrier's slack is part of what the scenario states; a hard one's is against it.
+        # The slack of a soft barrier is part of the scenario's problem; a hard one has none.
         failed |= (reasons == Reason.SOFTENED) | (slack > NOTICED)
     return MpcMetrics(
         solves=len(status),
         fallbacks=int((fallbacks > 0).sum()),
         failures=int(failed.sum()),
         degraded={r.name.lower(): int(n) for r in Reason if r != Reason.SOLVED and (n := (reasons == r).sum())},
-        slack_max=_finite(slack.max()) if len(slack) else None,
-        tick_seconds_median=_finite(np.median(seconds)) if len(seconds) else None,
-        tick_seconds_p99=_finite(np.percentile(seconds, 99)) if len(seconds) else None,
-        # The oscillator's filter is written for any dynamics and solved by Drake's conic solver.
+        slack_max=_statistic(np.max, slack),
+        tick_seconds_median=_statistic(np.median, seconds),
+        tick_seconds_p99=_statistic(lambda values: np.percentile(values, 99), seconds),
+        # The oscillator's filter takes any dynamics, and Drake solves its program.
         solver="clarabel" if scenario.system == "van_der_pol" else scenario.mpc.solver,
     )
 
 
+def _statistic(function: Callable[[Array], Any], values: Array) -> float | None:
+    """The function of the values; None where there are none, or where it is not finite."""
+    return _finite(function(values)) if len(values) else None
+
+
 def _finite(value: float | np.floating) -> float | None:
-    """JSON has no NaN: a number that is none is told as null."""
+    """The value; None, which JSON writes as null, for NaN or infinity."""
     return float(value) if np.isfinite(value) else None

@@ -5,26 +5,26 @@ from __future__ import annotations
 from pydantic import BaseModel, ConfigDict, Field
 
 
-class BarrierMetrics(BaseModel):
-    """One barrier on the measured state, from `from_time` on."""
-
+class _Table(BaseModel):
     model_config = ConfigDict(frozen=True)
+
+
+class BarrierMetrics(_Table):
+    """One barrier on the measured state, from `from_time` on."""
 
     h_min: float | None = Field(description="least h [unit]")
     h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
-    violations: int | None = Field(description="ticks with h < 0, or with an h that is no number")
+    violations: int | None = Field(description="ticks with h < 0 or NaN")
     psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
-    slack_max: float | None = Field(description="largest slack of one of its rows that a plan paid for [unit]")
-    softened_ticks: int | None = Field(description="ticks, at any time, whose plan paid for such a slack")
+    slack_max: float | None = Field(description="largest slack of its rows in a plan [unit]")
+    softened_ticks: int | None = Field(description="ticks, at any time, whose plan has such a slack")
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
     relative_degree: int = Field(description="declared relative degree, in ticks")
     unit: str = Field(description="unit of h")
 
 
-class MpcMetrics(BaseModel):
+class MpcMetrics(_Table):
     """The solves of the controller; on the oscillator, of its barrier filter."""
-
-    model_config = ConfigDict(frozen=True)
 
     solves: int = Field(description="ticks with a solve")
     fallbacks: int = Field(description="ticks that used the last plan, shifted, instead of a new one")
@@ -32,17 +32,15 @@ class MpcMetrics(BaseModel):
         description="ticks at which the first solver found no optimum of the problem that the scenario states, "
         "any slack of a hard barrier included"
     )
-    degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.solution.Reason`)")
-    slack_max: float | None = Field(description="largest slack of any barrier row that a plan paid for [its unit]")
+    degraded: dict[str, int] = Field(description="ticks that were not simply solved, by reason (`mpc.plan.Reason`)")
+    slack_max: float | None = Field(description="largest slack of any barrier row in a plan [its unit]")
     tick_seconds_median: float | None = Field(description="wall time of a tick's update [s]")
     tick_seconds_p99: float | None = Field(description="99th percentile of it [s]")
     solver: str = Field(description="the first solver of each tick")
 
 
-class Metrics(BaseModel):
-    """One run in numbers; null where a quantity does not apply."""
-
-    model_config = ConfigDict(frozen=True)
+class Metrics(_Table):
+    """The numbers of one run; null where a quantity does not apply."""
 
     schema_: int = Field(1, alias="schema", description="version of this table")
     scenario: str = Field(description="name of the scenario")
@@ -54,7 +52,7 @@ class Metrics(BaseModel):
     real_time_factor: float | None = Field(description="simulated over wall time")
     steps_taken: int | None = Field(description="completed steps of one foot")
     distance: float | None = Field(description="CoM along x, end less start [m]")
-    distance_commanded: float | None = Field(description="where the commanded walk is by then: (steps − ½)·stride [m]")
+    distance_commanded: float | None = Field(description="distance of the commanded walk, (steps − ½)·stride [m]")
     mean_speed: float | None = Field(description="mean CoM velocity along x from from_time on [m/s]")
     lateral_drift: float | None = Field(
         description="|mean CoM y of the last gait less that at the start|, once a whole gait was walked [m]"

@@ -1,22 +1,20 @@
-"""A page that loads nothing: a template filled in, with every figure inside it."""
+"""HTML pages that load nothing: a template filled in, and figures as data inside it."""
 
 from __future__ import annotations
 
 import base64
 import io
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis.drawing import save, styled
 
-_TEMPLATE: Final = "report.html.j2"
-
 
 def page(room: str, filters: dict[str, Callable[..., str]] | None = None, **values: Any) -> str:
-    """The room's `report.html.j2` with its values; text is escaped, and a value that is missing is an error."""
+    """The room's `report.html.j2` with its values; text is escaped, and a missing value is an error."""
     environment = Environment(
         loader=PackageLoader(f"pdhocbf_drake.{room}", "."),
         autoescape=select_autoescape(default=True),
@@ -25,7 +23,7 @@ def page(room: str, filters: dict[str, Callable[..., str]] | None = None, **valu
         lstrip_blocks=True,
     )
     environment.filters.update(filters or {})
-    return environment.get_template(_TEMPLATE).render(**values)
+    return environment.get_template("report.html.j2").render(**values)
 
 
 def png(figure: Figure) -> bytes:
@@ -37,5 +35,5 @@ def png(figure: Figure) -> bytes:
 
 
 def data_url(image: bytes) -> str:
-    """A PNG as the address that shows it from inside a page."""
+    """A PNG as a `data:` URL."""
     return "data:image/png;base64," + base64.b64encode(image).decode("ascii")

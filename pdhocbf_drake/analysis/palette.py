@@ -1,7 +1,7 @@
-"""One colour per quantity, the same in every figure, table and replay.
+"""Colours: one per quantity, the same in every figure, table and replay.
 
-The hues are those of Okabe and Ito, which stay apart for every kind of colour blindness; where two are drawn
-together, tests hold them apart, and measured and planned differ in line style too.
+The hues are those of Okabe and Ito, which stay apart for every kind of colour blindness. Measured and planned differ in
+line style too.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ BOX: Final = "#C8C8C8"
 LIMIT: Final = "#555555"
 BARRIERS: Final = ("#009E73", "#E69F00", "#0072B2", "#D55E00")
 RUNS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-CASES: Final = {"none": RUNS[3], "DCBF": BARRIERS[1], "P-DHOCBF": BARRIERS[0]}  # what is compared, wherever it is
+CASES: Final = {"none": RUNS[3], "DCBF": BARRIERS[1], "P-DHOCBF": BARRIERS[0]}  # the cases that studies compare
 JOINTS: Final = ("#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7")
 
 Rgb = tuple[float, float, float]
@@ -29,21 +29,23 @@ UNSAFE: Final = "#D55E00"
 
 
 def case_colour(name: str, place: int) -> str:
-    """The colour of a compared case: its own where all figures know it, else one by its place in the comparison."""
+    """The colour of a compared case: that of `CASES`, or for another name one by its place in the comparison."""
     return CASES.get(name, RUNS[place % len(RUNS)])
+
+
+def barrier_colour(column: int) -> str:
+    """The colour of the barrier in a column of the signal `h`."""
+    return BARRIERS[column % len(BARRIERS)]
 
 
 def rgb(colour: str) -> Rgb:
     """The red, green and blue parts of "#RRGGBB" in [0, 1]."""
-    return int(colour[1:3], 16) / 255.0, int(colour[3:5], 16) / 255.0, int(colour[5:7], 16) / 255.0
+    red, green, blue = (value / 255.0 for value in bytes.fromhex(colour[1:]))
+    return red, green, blue
 
 
 def safety_colour(h: float, safe: float) -> Rgb:
     """From red at h ≤ 0 to green at h ≥ `safe`, both in the barrier's unit."""
     share = min(1.0, max(0.0, h / safe)) if safe > 0 else float(h > 0)
-    low, high = rgb(UNSAFE), rgb(SAFE)
-    return (
-        low[0] + share * (high[0] - low[0]),
-        low[1] + share * (high[1] - low[1]),
-        low[2] + share * (high[2] - low[2]),
-    )
+    red, green, blue = (low + share * (high - low) for low, high in zip(rgb(UNSAFE), rgb(SAFE), strict=True))
+    return red, green, blue

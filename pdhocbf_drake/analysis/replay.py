@@ -1,4 +1,4 @@
-"""A run to look at: one page that opens from disk, rebuilt from the log alone."""
+"""The replay page of a run: an animation with a legend, made from the log alone, that opens from disk."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SCENES = {"biped": robot_scene, "vhip": template_scene, "van_der_pol": oscillat
 
 
 def replay_html(run: Run) -> str:
-    """The replay's page, up to a row that is no number; raises `RunFolderError` for a log too short to move."""
+    """The replay's page, up to the first row with NaN; raises `RunFolderError` for a log of less than two such rows."""
     run = run._replace(log=run.log.finite())
     if len(run.log) < 2:
         raise RunFolderError("the run has less than two rows of finite numbers, so there is nothing to replay")
@@ -29,14 +29,15 @@ def replay_html(run: Run) -> str:
 
 
 def _legend(run: Run) -> str:
-    """What the colours mean, in a corner of the page."""
-    body = "state" if run.scenario.system == "van_der_pol" else "CoM"
-    if run.scenario.barriers or run.scenario.system == "van_der_pol":
+    """The meaning of the colours, in a corner of the page."""
+    oscillator = run.scenario.system == "van_der_pol"
+    body = "state" if oscillator else "CoM"
+    if run.scenario.barriers or oscillator:
         blend = f"linear-gradient(90deg,{palette.SAFE},{palette.UNSAFE})"
         entries = [(blend, f"{body}: green as safe as usual, red at h = 0")]
     else:
         entries = [(palette.MEASURED_COM, f"{body} (no barrier)")]
-    if run.scenario.system == "van_der_pol":
+    if oscillator:
         entries += [(palette.BARRIERS[0], "tube at this tick")]
     else:
         entries += [

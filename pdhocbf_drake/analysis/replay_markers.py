@@ -1,4 +1,4 @@
-"""What a replay of a walk shows beside the body: CoM, ZMP, its box, and footholds planned and taken."""
+"""Markers of a walk's replay: CoM, ZMP and its box, planned and taken footholds; and the colour of safety."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pydrake.geometry import Box, Cylinder, Sphere
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.replay_stage import Stage
-from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.simulation.run_folder import Run
 
 # Heights above the ground that keep flat things from flickering through each other [m].
 _FOOTHOLD, _OUTLINE, _BOX, _PLANNED, _MEASURED = 0.001, 0.003, 0.005, 0.008, 0.011
 
 
 class Foothold(NamedTuple):
-    """A sole on the ground: row of the log from which it stands, side, centre [m] and half size [m]."""
+    """A sole on the ground: the row of the log from which it stands, side, centre (2,) [m] and half size (2,) [m]."""
 
     row: int
     side: str
@@ -25,18 +25,16 @@ class Foothold(NamedTuple):
 
 
 class Markers:
-    """CoM, ZMP, ZMP box and footholds of a log.
+    """CoM, ZMP, ZMP box and footholds of a walk, on the ground, under a view that follows the walk.
 
     Args:
         com_z: height of the measured CoM at each row, (T,) [m].
-        safety: 0 (h ≤ 0) to 1 (as safe as usual) at each row, (T,); None without a barrier.
-        taken: footholds, in the order in which they were taken.
+        taken: the footholds.
     """
 
-    def __init__(
-        self, stage: Stage, log: RunLog, com_z: np.ndarray, safety: np.ndarray | None, taken: list[Foothold]
-    ) -> None:
-        self._stage, self._log, self._com_z, self._safety, self._taken = stage, log, com_z, safety, taken
+    def __init__(self, stage: Stage, run: Run, com_z: np.ndarray, taken: list[Foothold]) -> None:
+        self._stage, self._log, self._com_z, self._taken = stage, run.log, com_z, taken
+        self._safety = safety_along(run)
         stage.add("CoM measured", Sphere(0.035), palette.MEASURED_COM)
         stage.add("CoM planned", Sphere(0.05), palette.PLANNED_COM, 0.35)
         stage.add("CoM plumb line", Cylinder(0.003, 1.0), palette.LIMIT, 0.6)
@@ -54,9 +52,15 @@ class Markers:
         half = taken[0].half if taken else np.array([0.05, 0.05])
         for path in ("footholds planned/next", "footholds planned/after"):
             _outline(stage, path, half)
+        x = run.log.element("lip_state", "x")
+        stage.ground(float(x.min()), float(x.max()))
+        stage.aim([0.05, 0.0, 0.45], [0.85, -1.3, 0.4])
+        reach = run.scenario.gait.ticks_per_gait // 2
+        window = np.full(2 * reach + 1, 1.0 / (2 * reach + 1))
+        self._view = np.convolve(np.pad(x, reach, mode="edge"), window, mode="valid")  # the mean of x over a gait
 
     def draw(self, row: int) -> None:
-        """Moves everything to where it was at that row."""
+        """Places the markers as at that row of the log."""
         stage, log = self._stage, self._log
         x, _, x_zmp, y, _, y_zmp = log["lip_state"][row]
         z = self._com_z[row]
@@ -74,17 +78,25 @@ class Markers:
         stage.move("footholds planned/after", [*plan[3], _OUTLINE])
         for number, foothold in enumerate(self._taken):
             stage.show(_taken_path(number), row >= foothold.row)
-        if self._safety is not None:
-            # Few shades, so that a colour is recorded when it is seen to change and not at every frame.
-            stage.colour("CoM measured", palette.safety_colour(round(12 * self._safety[row]) / 12, 1.0))
+        colour_by_safety(stage, "CoM measured", self._safety, row)
+        stage.follow([self._view[row], 0.0, 0.0])
 
 
-def safety_along(h: np.ndarray, from_row: int) -> np.ndarray | None:
-    """The least of the barriers at each row: 0 at the limit, 1 where h is as large as it usually is, (T,)."""
-    if h.shape[1] == 0:
+def colour_by_safety(stage: Stage, path: str, safety: np.ndarray | None, row: int) -> None:
+    """Colours the shape at a path, if there is a barrier; in few shades, since each change of colour is recorded."""
+    if safety is not None:
+        stage.colour(path, palette.safety_colour(round(12 * safety[row]) / 12, 1.0))
+
+
+def safety_along(run: Run) -> np.ndarray | None:
+    """Least h of the barriers at each row, over its median in the steady state, limited to [0, 1], (T,).
+
+    None without a barrier.
+    """
+    if "h" not in run.log:
         return None
-    steady = h[from_row:] if len(h) > from_row else h
-    usual = np.maximum(np.median(steady, axis=0), 1e-6)
+    h, first = run.log["h"], round(run.scenario.from_time / run.scenario.tick)
+    usual = np.maximum(np.median(h[first:] if len(h) > first else h, axis=0), 1e-6)
     return np.nan_to_num(np.clip((h / usual).min(axis=1), 0.0, 1.0))
 
 

@@ -1,4 +1,4 @@
-"""The three scenes of a replay: the robot, the pendulum template, the oscillator; each draws one row of a log."""
+"""The three scenes of a replay: the robot, the pendulum template, the oscillator."""
 
 from __future__ import annotations
 
@@ -11,20 +11,21 @@ from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.feet import touchdown_rows
-from pdhocbf_drake.analysis.replay_markers import Foothold, Markers, safety_along
+from pdhocbf_drake.analysis.feet import sole_centres, step_starts, touchdown_rows
+from pdhocbf_drake.analysis.replay_markers import Foothold, Markers, colour_by_safety, safety_along
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.config import SIDES
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.walking import Gait
 
 Draw = Callable[[int, float], None]
 """Draws a row of the log at a time of the recording [s]."""
 
 
 def robot_scene(stage: Stage, run: Run) -> Draw:
-    """The robot from its recorded joints, with all markers."""
+    """The robot in its recorded posture, with all markers."""
     log, biped = run.log, Biped.load(run.scenario.robot)
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
@@ -41,33 +42,30 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
     for side in SIDES:
         for row in touchdown_rows(log, side):
             start = row - int(log.element("gait_phase", "tick")[row])
-            centre = np.array([log.element("foot_state", f"{side}_{axis}")[row] for axis in "xy"])
-            taken.append(Foothold(max(0, start), side, centre, biped.soles[side].half_size))
-    markers = Markers(stage, log, log.element("com_z", "z"), _safety(run), taken)
-    follow = _follow(stage, run)
+            taken.append(Foothold(max(0, start), side, sole_centres(log, side)[row], biped.soles[side].half_size))
+    markers = Markers(stage, run, log.element("com_z", "z"), taken)
 
     def draw(row: int, time: float) -> None:
         context.SetTime(time)
         plant.SetPositions(plant.GetMyMutableContextFromRoot(context), positions[row])
         visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(context))
         markers.draw(row)
-        follow(row)
 
     return draw
 
 
 def template_scene(stage: Stage, run: Run) -> Draw:
     """The variable-height pendulum: a point mass on a telescopic leg from the ZMP."""
-    log, box = run.log, np.array(run.scenario.gait.zmp_box) / 2
-    starts = np.flatnonzero(np.diff(log.element("gait_phase", "step"), prepend=-1.0))
+    log, gait = run.log, Gait(run.scenario.gait)
+    box = gait.region.half(gait.step(gait.config.start_steps))
+    starts, support = step_starts(log), log.element("gait_phase", "support")
     taken = [
-        Foothold(int(row), "left" if log.element("gait_phase", "support")[row] > 0 else "right",
-                 log["stance_plan"][row, 2:4], box)
-        for row in starts if log.element("gait_phase", "support")[row] != 0
-    ]  # fmt: skip
+        Foothold(row, "left" if support[row] > 0 else "right", log["stance_plan"][row, 2:4], box)
+        for row in starts
+        if support[row] != 0
+    ]
     height = log.element("com_height", "z")
-    markers = Markers(stage, log, height, _safety(run), taken)
-    follow = _follow(stage, run)
+    markers = Markers(stage, run, height, taken)
     length = 0.8 * float(height.min())
     stage.add("pendulum/tube", Cylinder(0.014, length), palette.LIMIT)
     stage.add("pendulum/rod", Cylinder(0.009, length), palette.LIMIT)
@@ -80,21 +78,20 @@ def template_scene(stage: Stage, run: Run) -> Draw:
         stage.place("pendulum/tube", RigidTransform(turn, foot + along * length / 2))
         stage.place("pendulum/rod", RigidTransform(turn, mass - along * length / 2))
         markers.draw(row)
-        follow(row)
 
     return draw
 
 
 def oscillator_scene(stage: Stage, run: Run) -> Draw:
-    """The phase plane laid on the ground, x₁ along x and x₂ along y, one metre a unit; the tube is a moving frame."""
+    """The phase plane on the ground, x₁ along x and x₂ along y, one metre a unit; the tube is a moving rectangle."""
     log = run.log
     state, h = log["oscillator_state"], log["h"]
     stage.add("tube", Box(1.0, 1.0, 0.002), palette.BARRIERS[0], 0.35)
     stage.add("state", Sphere(0.03), palette.MEASURED_COM)
     stage.add_trace("trace", np.column_stack([state, np.full(len(state), 0.004)]))
-    safety = _safety(run)
+    safety = safety_along(run)
     stage.ground(-1.0, 1.0)
-    stage.look([0.0, 0.0, 0.0], [0.01, -1.6, 2.6])
+    stage.aim([0.0, 0.0, 0.0], [0.01, -1.6, 2.6])
 
     def draw(row: int, _: float) -> None:
         x1, x2 = state[row]
@@ -102,32 +99,9 @@ def oscillator_scene(stage: Stage, run: Run) -> Draw:
         stage.move("state", [x1, x2, 0.03])
         stage.move("tube", [x1 + (upper_1 - lower_1) / 2, x2 + (upper_2 - lower_2) / 2, 0.002])
         stage.scale("tube", [round(upper_1 + lower_1, 4), round(upper_2 + lower_2, 4), 1.0])
-        if safety is not None:
-            stage.colour("state", palette.safety_colour(round(12 * safety[row]) / 12, 1.0))
+        colour_by_safety(stage, "state", safety, row)
 
     return draw
-
-
-def _safety(run: Run) -> np.ndarray | None:
-    if "h" not in run.log:
-        return None
-    return safety_along(run.log["h"], round(run.scenario.from_time / run.scenario.tick))
-
-
-def _follow(stage: Stage, run: Run) -> Callable[[int], None]:
-    """Lays the ground and carries the camera along at the walk's mean pace."""
-    x = run.log.element("lip_state", "x")
-    stage.ground(float(x.min()), float(x.max()))
-    stage.look([0.05, 0.0, 0.45], [0.85, -1.3, 0.4])
-    smooth = _smooth(x, run.scenario.gait.ticks_per_gait)
-    return lambda row: stage.follow([smooth[row], 0.0, 0.0])
-
-
-def _smooth(values: np.ndarray, window: int) -> np.ndarray:
-    """The moving average over a gait, which takes the ripple of the walk out of the camera."""
-    half = window // 2
-    padded = np.concatenate([np.full(half, values[0]), values, np.full(half, values[-1])])
-    return np.convolve(padded, np.full(2 * half + 1, 1.0 / (2 * half + 1)), mode="valid")
 
 
 def rows_of(log: RunLog, frames_per_second: int) -> list[tuple[int, float]]:

@@ -1,7 +1,4 @@
-"""A recorded Meshcat scene: ground, sky, a view that follows, and markers that move, scale and change colour.
-
-Nothing is shown while recording: the page is the only output, and it holds all it needs.
-"""
+"""A recorded Meshcat scene: ground, sky, a view that follows, and shapes that move, scale and change colour."""
 
 from __future__ import annotations
 
@@ -23,10 +20,10 @@ _LIGHT, _DARK = Rgba(0.93, 0.94, 0.95), Rgba(0.84, 0.86, 0.88)
 
 
 class Stage:
-    """Records one frame after another; `html` gives the page.
+    """Records one frame after another, and shows nothing meanwhile; `html` returns the page, which loads nothing.
 
-    All paths are below one world, which moves backwards under a camera at rest: a moving camera would keep looking at
-    the place where it started.
+    All paths are below one world, which moves backwards under a camera at rest, since a moving camera would keep its
+    target.
 
     Attributes:
         meshcat: Drake's recorder, for a `MeshcatVisualizer` to publish to, below `world`.
@@ -39,7 +36,7 @@ class Stage:
         with _quiet():
             self.meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
         self._time: float | None = None
-        self._shown: dict[tuple[str, str], tuple[float, ...]] = {}
+        self._recorded: dict[tuple[str, str], tuple[float, ...]] = {}
         self.meshcat.SetProperty("/Axes", "visible", False)
         self.meshcat.SetProperty("/Grid", "visible", False)
         self.meshcat.SetProperty("/Background/<object>", "top_color", [0.80, 0.87, 0.95])
@@ -47,7 +44,7 @@ class Stage:
 
     @contextmanager
     def frame(self, time: float) -> Iterator[None]:
-        """What moves inside is recorded at this time [s], which must grow from frame to frame."""
+        """Records the changes made inside at this time [s], which must grow from frame to frame."""
         if self._time is None:
             self.meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=False)
         self._time = time
@@ -62,39 +59,38 @@ class Stage:
         self.meshcat.SetLine(self._in_world(path), np.asfortranarray(points.T), 2.0)
 
     def through_everything(self, path: str, order: int) -> None:
-        """Draws the shape at a path over whatever hides it, and over those of lower order."""
+        """Draws the shape at a path over all that is before it, and over such shapes of lower order."""
         shape = f"{self._in_world(path)}/<object>"
         self.meshcat.SetProperty(shape, "material.depthTest", False)
         self.meshcat.SetProperty(shape, "material.transparent", True)  # these are drawn last
         self.meshcat.SetProperty(shape, "renderOrder", 10.0 + order)
 
     def move(self, path: str, position: Sequence[float] | np.ndarray) -> None:
-        """Moves what is at a path without turning it [m]."""
+        """Moves the shapes at a path to a position [m] without turning them."""
         self.place(path, RigidTransform(np.asarray(position, dtype=float)))
 
     def place(self, path: str, pose: RigidTransform) -> None:
-        """Moves and turns what is at a path."""
+        """Moves and turns the shapes at a path."""
         self.meshcat.SetTransform(self._in_world(path), pose, self._time)
 
     def scale(self, path: str, factors: Sequence[float]) -> None:
-        """Stretches what is at a path along its own axes; recorded only where it changes."""
+        """Stretches the shapes at a path along their own axes; recorded only where that changes."""
         self._animate(self._in_world(path), "scale", tuple(max(1e-3, float(factor)) for factor in factors))
 
     def show(self, path: str, visible: bool) -> None:
-        """Shows or hides what is at a path, by its size: Meshcat does not animate visibility."""
+        """Shows or hides the shapes at a path by their size, since Meshcat does not animate visibility."""
         self.scale(path, (1.0, 1.0, 1.0) if visible else (0.0, 0.0, 0.0))
 
     def colour(self, path: str, colour: Rgb) -> None:
         """Colours the shape at a path."""
         self._animate(f"{self._in_world(path)}/<object>", "material.color", colour)
 
-    def look(self, target: Sequence[float], distance: Sequence[float]) -> None:
+    def aim(self, target: Sequence[float], distance: Sequence[float]) -> None:
         """Aims the camera at a target from a distance away [m]; the viewer can still turn and zoom it."""
-        aim = np.asarray(target, dtype=float)
-        self.meshcat.SetCameraPose(aim + np.asarray(distance), aim)
+        self.meshcat.SetCameraPose(np.add(target, distance), np.asarray(target, dtype=float))
 
     def follow(self, position: Sequence[float]) -> None:
-        """Keeps a place of the world where the origin was seen [m]."""
+        """Moves the world so that this position [m] appears at the origin's place."""
         self.meshcat.SetTransform(self.world, RigidTransform(-np.asarray(position, dtype=float)), self._time)
 
     def ground(self, start: float, end: float) -> None:
@@ -125,22 +121,22 @@ class Stage:
         return f"{self.world}/{path}"
 
     def _animate(self, path: str, name: str, value: tuple[float, ...]) -> None:
-        """Records a step, not a ramp: the viewer would blend from the last change to this one."""
+        """Records a step, not a ramp, since the viewer interpolates between two changes."""
         if self._time is None:
             return
-        last = self._shown.get((path, name))
+        last = self._recorded.get((path, name))
         if last == value:
             return
         before = self._time - 1.0 / FRAMES_PER_SECOND
         if last is not None and before > 0.0:
             self.meshcat.SetProperty(path, name, list(last), before)
         self.meshcat.SetProperty(path, name, list(value), self._time)
-        self._shown[path, name] = value
+        self._recorded[path, name] = value
 
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Meshcat announces an address where nobody needs to look."""
+    """Suppresses the address that Meshcat prints."""
     logger = logging.getLogger("drake")
     level = logger.level
     logger.setLevel(logging.WARNING)

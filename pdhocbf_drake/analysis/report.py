@@ -1,23 +1,28 @@
-"""One page a run, or one for several side by side; it holds its figures and replays and loads nothing."""
+"""Report pages of one run or of several side by side, and the files of a run folder that are made from its log."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
+from pathlib import Path
 from typing import NamedTuple
 
 import yaml
 
 from pdhocbf_drake.analysis.comparison import comparison_figures
-from pdhocbf_drake.analysis.figures import Drawn
-from pdhocbf_drake.analysis.gave_way import gave_way_rows
+from pdhocbf_drake.analysis.degraded import degraded_rows
+from pdhocbf_drake.analysis.figures import Drawn, make_figures, write_figures
+from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.page import data_url, page, png
+from pdhocbf_drake.analysis.replay import replay_html
+from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.analysis.summary import summary_rows
-from pdhocbf_drake.simulation.run_folder import Run
+from pdhocbf_drake.simulation.run_folder import FIGURES, METRICS, REPLAY, REPORT, Run, replaced_file
 
 
 class ReportedRun(NamedTuple):
-    """A run with what is shown of it; `replay` is a page of its own, or None."""
+    """A run with its metrics, its figures, and its replay as a page of its own, or None."""
 
     run: Run
     metrics: Metrics
@@ -25,35 +30,73 @@ class ReportedRun(NamedTuple):
     replay: str | None
 
 
+def metrics_of(run: Run) -> Metrics:
+    """The run's metrics."""
+    return compute_metrics(run.scenario, run.log, run.provenance.wall_seconds, robot_limits(run.scenario))
+
+
+def reported(run: Run, replay: str | None, metrics: Metrics | None = None) -> ReportedRun:
+    """The run with its figures, and with its metrics, which are computed where they are not given."""
+    return ReportedRun(run, metrics or metrics_of(run), make_figures(run, robot_limits(run.scenario)), replay)
+
+
+def write_metrics(run: Run, folder: Path) -> Metrics:
+    """Writes metrics.json and returns the metrics."""
+    metrics = metrics_of(run)
+    write_text(folder / METRICS, metrics.to_json())
+    return metrics
+
+
+def write_replay(run: Run, folder: Path) -> str:
+    """Writes replay.html and returns its text."""
+    text = replay_html(run)
+    write_text(folder / REPLAY, text)
+    return text
+
+
+def write_report(run: Run, metrics: Metrics, folder: Path, replay: str | None) -> None:
+    """Writes the figures, and report.html with them and the replay."""
+    shown = reported(run, replay, metrics)
+    write_figures(shown.figures, folder / FIGURES)
+    write_text(folder / REPORT, report_html([shown]))
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a whole file or none; raises `RunFolderError`."""
+    with replaced_file(path) as staging:
+        staging.write_text(text, encoding="utf-8")
+
+
 def report_html(runs: Sequence[ReportedRun]) -> str:
-    """The page."""
-    columns = [dict([*summary_rows(reported.metrics), *gave_way_rows(reported.run)]) for reported in runs]
-    names = list(dict.fromkeys(name for column in columns for name in column))
-    shared = comparison_figures([reported.run for reported in runs]) if len(runs) > 1 else []
+    """The page, which holds its figures and replays and loads nothing."""
+    columns = [dict([*summary_rows(reported.metrics), *degraded_rows(reported.run)]) for reported in runs]
+    shared = comparison_figures([reported.run for reported in runs])
+    # The scenarios' names, numbered where they are the same.
+    names = [reported.run.scenario.name for reported in runs]
+    labels = [name if names.count(name) == 1 else f"{name} ({index + 1})" for index, name in enumerate(names)]
     return page(
         "analysis",
-        title=" and ".join(dict.fromkeys(reported.run.scenario.name for reported in runs)),
-        labels=_labels(runs),
-        rows=[(name, [column.get(name, "–") for column in columns]) for name in names],
-        shared=[(drawn.caption, data_url(png(drawn.figure))) for drawn in shared],
+        title=" and ".join(dict.fromkeys(names)),
+        labels=labels,
+        rows=[(row, [column.get(row, "–") for column in columns]) for row in dict.fromkeys(chain(*columns))],
+        shared=_images(shared),
         runs=[
             {
                 "label": label,
                 "description": reported.run.scenario.description,
-                "figures": [(drawn.caption, data_url(png(drawn.figure))) for drawn in reported.figures],
+                "figures": _images(reported.figures),
                 "replay": reported.replay,
                 "scenario": _yaml(reported.run.scenario.to_dict()),
                 "provenance": _yaml(reported.run.provenance.model_dump()),
             }
-            for label, reported in zip(_labels(runs), runs, strict=True)
+            for label, reported in zip(labels, runs, strict=True)
         ],
     )
 
 
-def _labels(runs: Sequence[ReportedRun]) -> list[str]:
-    """The scenarios' names, numbered where they are the same."""
-    names = [reported.run.scenario.name for reported in runs]
-    return [name if names.count(name) == 1 else f"{name} ({index + 1})" for index, name in enumerate(names)]
+def _images(figures: list[Drawn]) -> list[tuple[str, str]]:
+    """(caption, address of the image) of each figure."""
+    return [(drawn.caption, data_url(png(drawn.figure))) for drawn in figures]
 
 
 def _yaml(data: object) -> str:

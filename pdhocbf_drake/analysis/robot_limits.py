@@ -1,4 +1,4 @@
-"""What a robot can bear, for comparison with what a run asked of it."""
+"""Limits of a robot, with which the metrics and figures compare a run."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.config import SIDES
-from pdhocbf_drake.robot.locate import load_robot_config
 from pdhocbf_drake.simulation.scenario import Scenario
 
 Array = NDArray[np.float64]
@@ -35,11 +34,6 @@ def robot_limits(scenario: Scenario) -> RobotLimits | None:
     """The limits of the scenario's robot; None for a template, which has no body."""
     if scenario.system != "biped":
         return None
-    config = load_robot_config(scenario.robot)
-    biped = Biped(config)
-    return RobotLimits(
-        np.array([config.leg(side).sole.half_size for side in SIDES]),
-        np.asarray(biped.effort_limits, dtype=float),
-        np.asarray(biped.position_limits, dtype=float),
-        np.asarray(biped.velocity_limits, dtype=float),
-    )
+    biped = Biped.load(scenario.robot)
+    half_sizes = np.array([biped.soles[side].half_size for side in SIDES])
+    return RobotLimits(half_sizes, biped.effort_limits, biped.position_limits, biped.velocity_limits)

@@ -1,38 +1,38 @@
-"""A run in ten lines, for the terminal and for the head of a report."""
+"""A run in about ten lines, for the terminal and for the head of a report."""
 
 from __future__ import annotations
 
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 
 
 def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
-    """(what, value with units) of everything that applies to this run."""
+    """(subject, values with units) of everything that applies to the run."""
     rows = [("run", _run(metrics))]
     if metrics.steps_taken is not None:
-        rows.append(("walk", _walk(metrics)))
-        rows.append(("straightness", _straightness(metrics)))
+        rows += [("walk", _walk(metrics, metrics.steps_taken)), ("straightness", _straightness(metrics))]
     if metrics.com_rms_error is not None and not metrics.template:
-        rows.append(("tracking", _tracking(metrics)))
+        errors = ", ".join(map(_mm, metrics.com_rms_error))
+        rows.append(("tracking", f"CoM RMS error in x, y, z: {errors}; feet slip at most {_mm(metrics.slip_max)}"))
     if metrics.zmp_outside_fraction is not None:
-        rows.append(("ZMP", _zmp(metrics)))
+        rows.append(("ZMP", _zmp(metrics, metrics.zmp_outside_fraction)))
     if metrics.joint_torque_peak is not None:
         rows.append(("joints", _joints(metrics)))
     rows += [(f"barrier {name}", _barrier(barrier)) for name, barrier in metrics.barriers.items()]
     if metrics.mpc is not None:
-        rows.append(("MPC" if metrics.steps_taken is not None else "filter", _mpc(metrics)))
+        rows.append(("MPC" if metrics.steps_taken is not None else "filter", _mpc(metrics.mpc)))
     return rows
 
 
 def _run(metrics: Metrics) -> str:
     pace = f", {metrics.real_time_factor:.2g} times real time" if metrics.real_time_factor else ""
-    ending = {"finished": "finished", "fell": "FELL", "interrupted": "INTERRUPTED"}.get(metrics.ending, metrics.ending)
+    ending = metrics.ending.upper() if metrics.ending in ("fell", "interrupted") else metrics.ending
     return f"{ending} after {metrics.simulated_seconds:.2f} s, simulated in {metrics.wall_seconds:.1f} s{pace}"
 
 
-def _walk(metrics: Metrics) -> str:
+def _walk(metrics: Metrics, steps: int) -> str:
     return (
-        f"{_count(metrics.steps_taken or 0, 'step')}, {_of(metrics.distance, 'm')} "
-        f"(commanded {_of(metrics.distance_commanded, 'm')}), steady speed {_of(metrics.mean_speed, 'm/s')}"
+        f"{_count(steps, 'step')}, {_of(metrics.distance, 'm')} (commanded {_of(metrics.distance_commanded, 'm')}), "
+        f"steady speed {_of(metrics.mean_speed, 'm/s')}"
     )
 
 
@@ -43,13 +43,8 @@ def _straightness(metrics: Metrics) -> str:
     return text if metrics.template else f"{text}, yaw drift {_of(metrics.yaw_drift_deg, 'deg')}"
 
 
-def _tracking(metrics: Metrics) -> str:
-    errors = ", ".join(_mm(error) for error in metrics.com_rms_error or [])
-    return f"CoM RMS error in x, y, z: {errors}; feet slip at most {_mm(metrics.slip_max)}"
-
-
-def _zmp(metrics: Metrics) -> str:
-    outside = f"outside its box in {100 * (metrics.zmp_outside_fraction or 0.0):.1f} % of the samples"
+def _zmp(metrics: Metrics, outside_fraction: float) -> str:
+    outside = f"outside its box in {100 * outside_fraction:.1f} % of the samples"
     if metrics.template:
         return outside
     least = metrics.zmp_margin_min
@@ -69,8 +64,8 @@ def _joints(metrics: Metrics) -> str:
 def _barrier(barrier: BarrierMetrics) -> str:
     if not barrier.softened_ticks:
         return _margin(barrier)
-    paid = _of(barrier.slack_max, barrier.unit)
-    return f"{_margin(barrier)}; softened at {_count(barrier.softened_ticks, 'tick')}, by {paid} at most"
+    slack = _of(barrier.slack_max, barrier.unit)
+    return f"{_margin(barrier)}; softened at {_count(barrier.softened_ticks, 'tick')}, by {slack} at most"
 
 
 def _margin(barrier: BarrierMetrics) -> str:
@@ -85,25 +80,21 @@ def _margin(barrier: BarrierMetrics) -> str:
     )
 
 
-def _mpc(metrics: Metrics) -> str:
-    mpc = metrics.mpc
-    if mpc is None:
-        return ""
+def _mpc(mpc: MpcMetrics) -> str:
     text = (
         f"{_count(mpc.solves, 'solve')} with {mpc.solver}, {_count(mpc.failures, 'failure')}, "
         f"{_count(mpc.fallbacks, 'fallback')}"
     )
     if mpc.degraded:
         text += f"; degraded ticks: {', '.join(f'{n} {reason}' for reason, n in mpc.degraded.items())}"
-    if mpc.tick_seconds_median is None or mpc.tick_seconds_p99 is None:
+    median, p99 = mpc.tick_seconds_median, mpc.tick_seconds_p99
+    if median is None or p99 is None:
         return text
-    return (
-        f"{text}; a tick takes {1e3 * mpc.tick_seconds_median:.2g} ms, 99 % below {1e3 * mpc.tick_seconds_p99:.3g} ms"
-    )
+    return f"{text}; a tick takes {1e3 * median:.2g} ms, 99 % below {1e3 * p99:.3g} ms"
 
 
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}" if number == 1 else f"{number} {what}s"
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def _of(value: float | None, unit: str) -> str:

@@ -22,16 +22,16 @@ class Barrier:
 
     Attributes:
         name: for rows, logs and messages.
-        period: N [ticks]; it belongs to h, not to the trajectory.
+        period: N of h [ticks]; a trajectory need not repeat.
         class_k: α_1, …, α_m; a plain number γ means α(s) = γ·s.
-        order: m, the number of class-K functions: ψ_m(k) ≥ 0 is what gets enforced.
-        relative_degree: declared number of ticks before an input shows in h; by default m. With one larger
-            than m, ψ_m ≥ 0 is out of reach for the first ticks and enforced from then on.
+        order: m, the number of class-K functions; a controller enforces ψ_m(k) ≥ 0.
+        relative_degree: declared number of ticks after which an input acts on h; by default m. If it is larger than m,
+            no input acts on the first ψ_m, and ψ_m ≥ 0 is enforced from the first tick on at which one does.
         unit: unit of h.
 
     Raises:
-        InputError: h can't be called; no class-K functions or one that Lemma 1 does not hold for; a period or a
-            relative degree that is not possible.
+        InputError: h can't be called; there is no class-K function, or one without Lemma 1; or the period or the
+            relative degree is impossible.
     """
 
     def __init__(
@@ -121,11 +121,7 @@ class AffineBarrier(Barrier):
         return np.take(self._normals, np.arange(k, k + count), axis=0, mode="wrap")
 
     def check_fits(self, states: int) -> None:
-        """Refuses a system with another number of states than the normal has entries.
-
-        Raises:
-            InputError: the numbers differ; the message names both.
-        """
+        """Raises `InputError`, with both numbers, unless the system has as many states as the normal has entries."""
         entries = self._normals.shape[1]
         if entries != states:
             raise InputError(f'barrier "{self.name}": the normal has {entries} entries, but the system {states} states')
@@ -139,6 +135,6 @@ class AffineBarrier(Barrier):
 
 
 def make_barrier(name: str, config: BarrierConfig, normal: ArrayLike, bound: Bound) -> AffineBarrier:
-    """The barrier that a user described, on the quantity n_k·x; `normal` as in `AffineBarrier`."""
+    """The barrier of a configuration on the quantity n_k·x; `normal` as in `AffineBarrier`."""
     sign = 1 if config.side == "upper" else -1
     return AffineBarrier(name, normal, bound, sign, config.make_class_k(), config.unit, config.relative_degree)

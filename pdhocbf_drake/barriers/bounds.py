@@ -13,14 +13,12 @@ from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, wh
 from pdhocbf_drake.barriers.config import BoundConfig, Side
 from pdhocbf_drake.errors import InputError
 
-_LONGEST_PERIOD = 1_000_000  # [ticks]; a bound keeps one period of itself as a table
+_LONGEST_PERIOD = 1_000_000  # [ticks]; a bound holds a table of one period
 
 
 @dataclass(frozen=True)
 class Bound:
-    """A periodic sequence V̄(k), V̄(k+N) = V̄(k), kept as one period of it.
-
-    The period belongs to this function, not to the trajectory that it bounds.
+    """A periodic sequence V̄(k), V̄(k+N) = V̄(k), as a table of one period; the bounded trajectory need not repeat.
 
     Attributes:
         values: V̄(0), …, V̄(N−1) [unit of the bounded quantity].
@@ -87,16 +85,16 @@ def tabulated(values: ArrayLike) -> Bound:
 def make_bound(
     config: BoundConfig, period: int, orbit: Sequence[float] | NDArray[Any] | None = None, side: Side = "upper"
 ) -> Bound:
-    """The bound that a user described.
+    """The bound of a configuration.
 
     Args:
-        config: what the user wrote.
+        config: the configuration.
         period: N, the period of the bounded quantity [ticks].
         orbit: its nominal orbit over one period, for the kinds "orbit" and "orbit_peak".
         side: the margin goes above the orbit for an upper bound, below it for a lower one.
 
     Raises:
-        InputError: a table or an orbit does not repeat within the period, the orbit is not known, or the period is not
+        InputError: a table or an orbit does not repeat within the period, the orbit is missing, or the period is not
             a whole number of ticks.
     """
     period = whole_ticks("the period of a bound", period, 1)
@@ -109,14 +107,14 @@ def make_bound(
     if orbit is None:
         raise InputError(f'bound kind "{config.kind}" needs the nominal orbit, which this system does not provide')
     nominal = _checked_period(tabulated(orbit), period, "the nominal orbit")
-    outward = config.margin or 0.0 if side == "upper" else -(config.margin or 0.0)
+    outward, extreme = (config.margin or 0.0, max) if side == "upper" else (-(config.margin or 0.0), min)
     if config.kind == "orbit":
         return tabulated(np.asarray(nominal.values) + outward)
-    return constant((max(nominal.values) if side == "upper" else min(nominal.values)) + outward)
+    return constant(extreme(nominal.values) + outward)
 
 
 def _given(value: float | None) -> float:
-    if value is None:  # BoundConfig has checked this; a copy made past its validation may not have been
+    if value is None:  # possible in a copy of a BoundConfig made without validation
         raise InputError("the bound lacks a value that its kind needs")
     return value
 

@@ -1,6 +1,7 @@
-"""Checks of arguments: numbers, ticks, vectors and decision variables; anything else is refused with one sentence.
+"""Checks of arguments: numbers, ticks, vectors and decision variables.
 
-The public functions call them once, where a value is given, so that no tick of a control loop repeats them.
+Each returns the value in its final type, or raises an `InputError` whose message begins with `what`. The public
+functions call them once, where a value is given, so that no tick of a control loop repeats them.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pydrake.symbolic import Variable
 
 from pdhocbf_drake.errors import InputError
 
-_SHOWN = 100  # characters of a given value that a message repeats
+_SHOWN = 100  # longest text of a given value in a message
 
 
 def is_number(value: Any) -> bool:
@@ -23,22 +24,14 @@ def is_number(value: Any) -> bool:
 
 
 def finite_number(what: str, value: Any, least: float | None = None) -> float:
-    """A finite number, `least` or more.
-
-    Raises:
-        InputError: the value is anything else; the message begins with `what`.
-    """
+    """A finite number, `least` or more; raises `InputError` for anything else."""
     if is_number(value) and np.isfinite(value) and (least is None or value >= least):
         return float(value)
     raise InputError(f"{what} must be a finite number{_at_least(least)}, given {shown(value)}")
 
 
 def whole_ticks(what: str, value: Any, least: int | None = None, most: int | None = None) -> int:
-    """A whole number of ticks from `least` to `most`.
-
-    Raises:
-        InputError: the value is anything else; the message begins with `what`.
-    """
+    """A whole number of ticks from `least` to `most`; raises `InputError` for anything else."""
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if whole and (least is None or value >= least) and (most is None or value <= most):
         return int(value)
@@ -62,11 +55,7 @@ def number_array(what: str, value: Any) -> NDArray[Any]:
 
 
 def finite_array(what: str, value: Any) -> NDArray[np.float64]:
-    """An array of floats of any shape.
-
-    Raises:
-        InputError: as `number_array`; or an entry is not finite.
-    """
+    """An array of finite floats of any shape; raises `InputError` as `number_array`, or if an entry is not finite."""
     array = number_array(what, value)
     try:
         floats = np.asarray(array, dtype=float)
@@ -78,11 +67,7 @@ def finite_array(what: str, value: Any) -> NDArray[np.float64]:
 
 
 def vector(what: str, value: Any, size: int) -> NDArray[Any]:
-    """A vector of numbers or objects, (size,), finite or not.
-
-    Raises:
-        InputError: as `number_array`; or the shape is another one.
-    """
+    """A vector of numbers or objects, (size,), finite or not; raises `InputError` as `number_array`, or for a shape."""
     array = number_array(what, value)
     if array.shape != (size,):
         raise InputError(f"{what} must have shape ({size},), given {array.shape}")
@@ -90,20 +75,12 @@ def vector(what: str, value: Any, size: int) -> NDArray[Any]:
 
 
 def finite_vector(what: str, value: Any, size: int) -> NDArray[np.float64]:
-    """A vector of floats, (size,).
-
-    Raises:
-        InputError: as `vector`; or an entry is not finite.
-    """
+    """A vector of finite floats, (size,); raises `InputError` as `vector`, or if an entry is not finite."""
     return finite_array(what, vector(what, value, size))
 
 
 def decision_variables(what: str, value: Any) -> NDArray[Any]:
-    """An array of decision variables, of any shape.
-
-    Raises:
-        InputError: an entry is something else.
-    """
+    """An array of decision variables, of any shape; raises `InputError` if an entry is something else."""
     array = np.asarray(value, dtype=object)
     if wrong := [entry for entry in array.ravel() if not isinstance(entry, Variable)]:
         raise InputError(f"{what} must be decision variables, given {shown(wrong[0])}")

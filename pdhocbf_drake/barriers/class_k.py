@@ -1,4 +1,4 @@
-"""Class-K functions α: by how much h may fall in a tick, given h.
+"""Class-K functions α: the largest decrease α(h) of h in a tick.
 
 Lemma 1 of the paper holds only for α(s) ≤ s on s ≥ 0 (for α(s) = 2s, b(k+1) − b(k) ≥ −α(b(k)) allows
 b(1) = −b(0)), so every function used by a barrier is checked for it.
@@ -14,7 +14,7 @@ import numpy as np
 from pdhocbf_drake.barriers.checks import finite_number, is_number, shown
 from pdhocbf_drake.errors import InputError
 
-# Where a class-K function of unknown form is tried: from far under to far over any unit in use.
+# Arguments at which a class-K function of another form is sampled: from far below to far above any unit in use.
 _SAMPLES = np.logspace(-9, 6, 151)
 _ROUNDING = 1e-12
 
@@ -86,19 +86,15 @@ class Saturating:
 
 
 def as_class_k(alpha: ClassK | float) -> ClassK:
-    """α itself, or α(s) = γ·s for a plain number γ.
-
-    Raises:
-        InputError: it is neither, or γ is outside (0, 1].
-    """
+    """α itself, or α(s) = γ·s for a number γ; raises `InputError` if it is neither, or γ is outside (0, 1]."""
     return alpha if callable(alpha) else Linear(alpha)
 
 
 def check_class_k(alpha: ClassK, where: str) -> None:
-    """Refuses a function for which Lemma 1 fails, trying it at 151 points over 15 decades on either side of 0.
+    """Refuses a function for which Lemma 1 fails, by samples at 151 points over 15 decades on either side of 0.
 
     Raises:
-        InputError: α(0) ≠ 0, α is not increasing, or α(s) > s at some s > 0 (the first such s is named).
+        InputError: α(0) ≠ 0, α is not increasing, or α(s) > s at some s > 0, the first of which is named.
     """
     if isinstance(alpha, (Linear, Saturating)):
         return  # true by construction: tanh(s) ≤ s for s ≥ 0

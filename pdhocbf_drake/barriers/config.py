@@ -1,4 +1,4 @@
-"""What a user writes about a barrier and its bound."""
+"""The configuration of a barrier and of its bound."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class BoundConfig(Config):
         "orbit": ((), ("margin",)),
         "orbit_peak": ((), ("margin",)),
     }
-    """Per kind: the keys that it needs and those that it may have."""
+    """For each kind the required and the optional keys."""
 
     kind: BoundKind
     value: float | None = None

@@ -70,11 +70,7 @@ class PeriodicAffineSystem:
 
     @classmethod
     def from_drake(cls, system: Any) -> PeriodicAffineSystem:
-        """The dynamics of a discrete-time pydrake `LinearSystem` or `AffineSystem`.
-
-        Raises:
-            InputError: it is another thing, or a continuous-time system.
-        """
+        """The dynamics of a discrete-time pydrake `LinearSystem` or `AffineSystem`; raises `InputError` for others."""
         if not all(hasattr(system, part) for part in ("time_period", "A", "B")):
             raise InputError(f"a pydrake LinearSystem or AffineSystem is needed, given {shown(system)}")
         if system.time_period() <= 0:

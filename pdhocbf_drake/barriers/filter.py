@@ -3,26 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import lcm
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, MathematicalProgramResult, SolverOptions
 
-from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
+from pdhocbf_drake.barriers.barrier import Barrier
 from pdhocbf_drake.barriers.checks import finite_number, number_array, vector
 from pdhocbf_drake.barriers.dynamics import PeriodicSystem
-from pdhocbf_drake.barriers.relative_degree import check_relative_degree, enforced_psi
+from pdhocbf_drake.barriers.relative_degree import check_relative_degree, enforced_psi, phases_of
 from pdhocbf_drake.errors import InputError
 
-_SLACK_WEIGHT = 1e6  # per squared unit of input; only used once the hard program has no solution
+_SLACK_WEIGHT = 1e6  # per squared unit of input; for the soft program, solved where the hard one has no solution
 _TOLERANCE = 1e-11
-_ACCEPTED = 1e-8  # by how much a solution may miss ψ_m ≥ tightening, as a share of 1 + |ψ_m| before it
+_ACCEPTED = 1e-8  # largest violation of ψ_m ≥ tightening by a solution, as a share of 1 + |ψ_m| without it
 
 
 class FilterResult(NamedTuple):
-    """The filtered input and how well it satisfies the barriers.
+    """The filtered input and the ψ_m of the barriers there.
 
     Attributes:
         input: u(k), (n_u,).
@@ -44,7 +43,7 @@ class BarrierFilter:
     """min_u ‖u − u_wanted‖² subject to ψ_m(k) ≥ tightening for each barrier, and lower ≤ u ≤ upper.
 
     ψ_m must be affine in u(k), as it is for control-affine dynamics and an h that is affine in the states that the
-    input reaches; the class-K functions may be nonlinear, since u(k) does not show in their arguments. Each row is
+    input reaches; the class-K functions may be nonlinear, since their arguments do not depend on u(k). Each row is
     divided by the norm of its gradient, so that "softened" weighs a violation by the change of input that removes it.
 
     Args:
@@ -104,7 +103,7 @@ class BarrierFilter:
             if delta is not None:
                 after = psi + gradient @ delta
                 if not soft and np.any(self.tightening - after > _ACCEPTED * (1 + np.abs(psi))):
-                    continue  # a row without input here, or numbers too large for the solver
+                    continue  # a row that does not depend on the input here, or numbers too large for the solver
                 slack = np.maximum(self.tightening - after, 0.0) if soft else np.zeros(len(psi))
                 reason = "no input satisfies every barrier at once" if soft else ""
                 return FilterResult(clipped + delta, status, after, slack, reason)  # type: ignore[arg-type]
@@ -127,14 +126,14 @@ class BarrierFilter:
             prog.AddQuadraticErrorCost(_SLACK_WEIGHT * np.eye(len(psi)), np.zeros(len(psi)), slack)
         for i, barrier in enumerate(self.barriers):
             norm = float(np.linalg.norm(gradient[i]))
-            if norm > 0:  # else no input shows in it at this state, and no input can satisfy it
+            if norm > 0:  # otherwise it does not depend on the input at this state
                 row = np.concatenate([gradient[i] / norm, [1.0] if soft else []])[np.newaxis]
                 variables = np.concatenate([delta, slack[i : i + 1]])
                 lower = np.array([(self.tightening - psi[i]) / norm])
                 binding = prog.AddLinearConstraint(row, lower, np.array([np.inf]), variables)
                 binding.evaluator().set_description(f"barrier {barrier.name}")
         result = ClarabelSolver().Solve(prog, None, _options())
-        # The status first: the solution of a failed solve means nothing.
+        # A failed solve has no solution.
         return (np.asarray(result.GetSolution(delta)) if result.is_success() else None), result
 
 
@@ -147,10 +146,7 @@ def _options() -> SolverOptions:
 
 def _check_affine_in_input(barrier: Barrier, system: PeriodicSystem) -> None:
     random = np.random.default_rng(0)
-    # The bound shifts ψ_m and does not change its slope, so of an affine barrier only the normal's period matters.
-    of_barrier = barrier.normal_period if isinstance(barrier, AffineBarrier) else barrier.period
-    phases = range(lcm(system.period, of_barrier))
-    for phase, x in ((phase, x) for phase in phases for x in random.standard_normal((3, system.n))):
+    for phase, x in ((k, x) for k in phases_of(barrier, system) for x in random.standard_normal((3, system.n))):
         slopes = [enforced_psi(barrier, system, phase, x, random.standard_normal(system.m))[1] for _ in range(2)]
         if not np.allclose(slopes[0], slopes[1], rtol=1e-9, atol=0.0):
             raise InputError(

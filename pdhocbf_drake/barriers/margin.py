@@ -1,4 +1,4 @@
-"""A barrier along a recorded trajectory: how safe it was, eqs. (5) and (6)."""
+"""A barrier along a recorded trajectory: its least and mean h, violations, and margins, eqs. (5) and (6)."""
 
 from __future__ import annotations
 
@@ -38,21 +38,11 @@ class BarrierRecord(NamedTuple):
 
 
 def record_from_h(h: ArrayLike, class_k: Sequence[ClassK | float]) -> BarrierRecord:
-    """The record of a barrier whose h was logged, shape (T,).
-
-    Raises:
-        InputError: the log is empty or holds a value that is not finite.
-    """
+    """The record of a barrier whose h was logged, shape (T,); raises `InputError` if it is empty or not finite."""
     values = _recorded(h)
     levels = psi_along(values, class_k)
-    last = levels[-1]
-    return BarrierRecord(
-        levels,
-        float(values.min()),
-        safety_margin(values),
-        int((values < 0).sum()),
-        float(last.min()) if last.size else np.nan,
-    )
+    psi_min = float(levels[-1].min()) if levels[-1].size else np.nan
+    return BarrierRecord(levels, float(values.min()), safety_margin(values), int((values < 0).sum()), psi_min)
 
 
 def record(barrier: Barrier, states: ArrayLike, k: int = 0) -> BarrierRecord:

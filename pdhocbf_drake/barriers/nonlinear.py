@@ -30,15 +30,14 @@ def add_nonlinear_barrier_rows(
 ) -> list[Binding[Constraint]]:
     """Adds ψ_m(k+i) + slack ≥ tightening for i = r−m, …, H−m, r the relative degree; solve with SNOPT or IPOPT.
 
-    r is the declared one: computing it for general dynamics is expensive, so call `check_relative_degree` once before.
+    r is the declared one; `check_relative_degree` computes it, which is expensive for general dynamics.
 
     Args:
         states: x(k), (n,), finite numbers or decision variables: shooting, one vector constraint in the inputs; or
             decision variables (H+1, n): one constraint a tick in x(k+i), …, x(k+i+m), to which `add_dynamics` adds
             the dynamics as constraints of their own.
         inputs: decision variables (H, n_u).
-        slack: one decision variable for all rows, or one for each of the H−m+1 rows i = 0, …, H−m; kept ≥ 0
-            here, paid for by the caller's cost. None makes the barrier hard.
+        slack: as in `add_barrier_rows`, for rows i = 0, …, H−m.
         tightening: as in `add_barrier_rows` [unit of h].
 
     Raises:
@@ -57,22 +56,24 @@ def add_nonlinear_barrier_rows(
         raise InputError(f"{where}: the states must have shape {allowed}, given {points.shape}")
     if len(rows) == 0:
         raise InputError(f"{where}: a horizon of {barrier.relative_degree} ticks is needed, given {horizon}")
-    slacks: list[Any] = []
-    if slack is not None:
-        count = horizon - barrier.order + 1
-        slacks = list(np.broadcast_to(slack_variables(prog, barrier.name, slack, count), count))
+    count = horizon - barrier.order + 1
+    slacks = np.zeros(0, dtype=object) if slack is None else slack_variables(prog, barrier.name, slack, count)
     if points.ndim == 2:
         return [
-            _add(prog, barrier, _along_states(barrier, system.n, k, i), [points[i : i + barrier.order + 1]],
-                 [slacks[i]] if slack is not None else [], 1, tightening, f"barrier {barrier.name}, row {i}")
+            _add(prog, barrier, lambda values: values.reshape(-1, system.n), k + i,
+                 points[i : i + barrier.order + 1].ravel(), slacks if len(slacks) < 2 else slacks[i : i + 1],
+                 1, tightening, f"barrier {barrier.name}, row {i}")
             for i in rows
         ]  # fmt: skip
     free = points.dtype == object
-    return [
-        _add(prog, barrier, _shooting(barrier, system, k, None if free else points, rows),
-             [points, inputs] if free else [inputs], [slacks[i] for i in rows] if slack is not None else [],
-             len(rows), tightening, f"barrier {barrier.name}")
-    ]  # fmt: skip
+
+    def shooting(values: Array) -> Array:
+        x, given = (values[: system.n], values[system.n :]) if free else (points, values)
+        return rollout(system, k, x, given)
+
+    variables = np.concatenate([points, inputs.ravel()]) if free else inputs.ravel()
+    slacks = slacks if len(slacks) < 2 else slacks[rows.start :]
+    return [_add(prog, barrier, shooting, k, variables, slacks, len(rows), tightening, f"barrier {barrier.name}")]
 
 
 def add_dynamics(
@@ -80,8 +81,7 @@ def add_dynamics(
 ) -> list[Binding[Constraint]]:
     """Adds x(k+i+1) = f(k+i, x(k+i), u(k+i)) for decision variables `states` (H+1, n) and `inputs` (H, n_u).
 
-    Raises:
-        InputError: other shapes, or no decision variables.
+    Raises `InputError` for other shapes, or other things than decision variables.
     """
     k = whole_ticks("the tick k", k)
     states, inputs = decision_variables("the states", states), decision_variables("the inputs", inputs)
@@ -103,38 +103,21 @@ def add_dynamics(
     return bindings
 
 
-def _along_states(barrier: Barrier, n: int, k: int, i: int) -> Callable[[Array], list[Any]]:
-    def last_psi(variables: Array) -> list[Any]:
-        h = [barrier.h(k + i + j, x) for j, x in enumerate(variables.reshape(-1, n))]
-        return [psi_from_h(h, barrier.class_k)[-1]]
-
-    return last_psi
-
-
-def _shooting(
-    barrier: Barrier, system: PeriodicSystem, k: int, start: Array | None, rows: range
-) -> Callable[[Array], list[Any]]:
-    def last_psis(variables: Array) -> list[Any]:
-        x, inputs = (variables[: system.n], variables[system.n :]) if start is None else (start, variables)
-        h = [barrier.h(k + j, state) for j, state in enumerate(rollout(system, k, x, inputs))]
-        return [psi_from_h(h[i : i + barrier.order + 1], barrier.class_k)[-1] for i in rows]
-
-    return last_psis
-
-
 def _add(
-    prog: MathematicalProgram, barrier: Barrier, function: Callable[[Array], list[Any]], blocks: list[Array],
-    slacks: list[Any], count: int, tightening: float, description: str,
+    prog: MathematicalProgram, barrier: Barrier, states: Callable[[Array], Array], first: int, variables: Array,
+    slacks: Array, count: int, tightening: float, description: str,
 ) -> Binding[Constraint]:  # fmt: skip
-    """`slacks`: empty, or one variable per row, in which one variable may occur several times."""
-    names = list({slack.get_id(): slack for slack in slacks}.values())
-    column = [[name.get_id() for name in names].index(slack.get_id()) for slack in slacks]
-    size = sum(block.size for block in blocks)
+    """Adds the last `count` rows ψ_m + slack ≥ tightening along states(variables), which begin at tick `first`.
 
-    def with_slack(variables: Array) -> Array:
-        values = np.array(function(variables[:size]))
-        return values + variables[size:][column] if column else values
+    `slacks` has one variable for each row, or one for all, or none.
+    """
 
-    variables = np.concatenate([*(block.ravel() for block in blocks), np.array(names, dtype=object)])
+    def with_slack(values: Array) -> Array:
+        h = [barrier.h(first + j, x) for j, x in enumerate(states(values[: len(variables)]))]
+        starts = range(len(h) - barrier.order - count, len(h) - barrier.order)
+        psi = np.array([psi_from_h(h[i : i + barrier.order + 1], barrier.class_k)[-1] for i in starts])
+        return psi + values[len(variables) :] if len(slacks) else psi
+
     lower, upper = np.full(count, tightening), np.full(count, np.inf)
-    return prog.AddConstraint(with_slack, lb=lower, ub=upper, vars=variables, description=description)
+    both = np.concatenate([variables, slacks])
+    return prog.AddConstraint(with_slack, lb=lower, ub=upper, vars=both, description=description)

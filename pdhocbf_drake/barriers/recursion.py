@@ -22,10 +22,9 @@ from pdhocbf_drake.errors import InputError
 
 
 def psi_from_h(h: Sequence[Any] | Array, class_k: Sequence[ClassK | float]) -> Array:
-    """ψ_0(k), …, ψ_r(k) from h(k), …, h(k+r), eq. (11); r ≤ m. Floats or AutoDiffXd, shape (r+1,).
+    """ψ_0(k), …, ψ_r(k), r ≤ m, from h(k), …, h(k+r), eq. (11): floats or AutoDiffXd, shape (r+1,).
 
-    Raises:
-        InputError: no h at all.
+    Raises `InputError` if there is no h.
     """
     level = list(h)
     if not level:
@@ -38,11 +37,7 @@ def psi_from_h(h: Sequence[Any] | Array, class_k: Sequence[ClassK | float]) -> A
 
 
 def psi_along(h: ArrayLike, class_k: Sequence[ClassK | float]) -> list[NDArray[np.float64]]:
-    """ψ_0, …, ψ_m along a recorded h of shape (T,); ψ_i has shape (T−i,).
-
-    Raises:
-        InputError: h is not a list of numbers.
-    """
+    """ψ_0, …, ψ_m along a recorded h of shape (T,); ψ_i has shape (T−i,). Raises `InputError` unless T numbers."""
     values = number_array("a record of h", h)
     if values.ndim != 1:
         raise InputError(f"a record of h is a list of numbers, given shape {values.shape}")
@@ -58,8 +53,8 @@ def psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, inputs: 
     """ψ_0(k), …, ψ_m(k), shape (m+1,), from the state x(k) and the inputs u(k), …, u(k+m−1).
 
     Args:
-        inputs: (j, system.m) with j ≤ m; inputs that are left out are zero, which does not matter where the
-            relative degree is m: then only u(k) shows, and only in ψ_m.
+        inputs: (j, system.m) with j ≤ m; inputs that are left out are zero, without effect where the relative degree
+            is m, since then only ψ_m depends on an input, on u(k).
 
     Raises:
         InputError: shapes that do not fit, or more than m inputs.
@@ -88,11 +83,7 @@ def psi_coefficients(gammas: Sequence[float]) -> NDArray[np.float64]:
 
 
 def linear_rates(barrier: Barrier) -> tuple[float, ...]:
-    """γ_1, …, γ_m of a barrier whose class-K functions are all linear.
-
-    Raises:
-        InputError: one of them is not; its rows are then not affine.
-    """
+    """γ_1, …, γ_m of a barrier; raises `InputError` if a class-K function is not linear, and its rows not affine."""
     rates = []
     for i, alpha in enumerate(barrier.class_k, start=1):
         if not isinstance(alpha, Linear):

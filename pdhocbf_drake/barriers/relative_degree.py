@@ -1,9 +1,8 @@
-"""How the input u(k) acts on a barrier: after how many ticks (its relative degree, Definition 1) and how strongly.
+"""The relative degree of a barrier (Definition 1), and the derivative of its ψ_m in the input u(k).
 
-The relative degree depends on which variable is the input: for the position of a cart it is smaller with the velocity
-as input than with the acceleration (compare Remark 4). So it is computed from the dynamics, for each phase, and never
-assumed. Derivatives come from Drake's AutoDiffXd and are exact; dynamics and h must be written with operators and NumPy
-functions.
+The relative degree depends on the choice of the input: for the position of a cart it is smaller with the velocity as
+input than with the acceleration (compare Remark 4). So it is computed from the dynamics for each phase. Derivatives
+come from Drake's AutoDiffXd and are exact; dynamics and h must be written with operators and NumPy functions.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from pdhocbf_drake.barriers.dynamics import Array, PeriodicAffineSystem, Periodi
 from pdhocbf_drake.barriers.recursion import psi_from_h
 from pdhocbf_drake.errors import InputError
 
-# Below this share of the terms that were summed, a derivative is their rounding error.
+# A derivative below this share of its summed terms is their rounding error.
 _ROUNDING = 1e-12
 _SAMPLES = 4
 
@@ -30,10 +29,10 @@ _SAMPLES = 4
 def relative_degree(
     barrier: Barrier, system: PeriodicSystem, phase: int, states: ArrayLike | None = None
 ) -> int | None:
-    """The smallest r ≥ 1 for which h(k+r) depends on u(k), k = `phase`; None if u(k) never shows in h.
+    """The smallest r ≥ 1 for which h(k+r) depends on u(k), k = `phase`; None if no h does.
 
-    For an affine barrier on affine dynamics: the first r with n_{k+r}·A_{k+r−1}···A_{k+1}·B_k ≠ 0, exactly. Otherwise
-    by automatic differentiation at some states, up to r = n·N: what holds at almost all states.
+    For an affine barrier on affine dynamics it is the first r with n_{k+r}·A_{k+r−1}···A_{k+1}·B_k ≠ 0. Otherwise it is
+    found by automatic differentiation at some states, up to r = n·N, and holds at almost all states.
 
     Args:
         states: (S, n), where to differentiate; by default four drawn from a standard normal distribution.
@@ -50,7 +49,7 @@ def relative_degree(
     if points.ndim != 2 or points.shape[1] != system.n or not len(points):
         raise InputError(f"the states must have shape (S, {system.n}), given {points.shape}")
     inputs = random.standard_normal((len(points), system.m))
-    known = False
+    defined = False
     for reach in (system.n, system.n * system.period):  # the second only if the first, which is usual, finds none
         found: list[int] = []
         for x, u in zip(points, inputs, strict=True):
@@ -58,12 +57,12 @@ def relative_degree(
             h, slopes = [_value(e) for e in along], np.array([_gradient(e, system.m) for e in along])
             if not (np.all(np.isfinite(h)) and np.all(np.isfinite(slopes))):
                 continue  # h is not defined at this state
-            known, gradient = True, np.abs(slopes)
-            shows = np.flatnonzero(gradient.max(axis=1) > _ROUNDING * gradient.max())
-            found.extend(int(r) for r in shows[:1])
+            defined, gradient = True, np.abs(slopes)
+            depends = np.flatnonzero(gradient.max(axis=1) > _ROUNDING * gradient.max())
+            found.extend(int(r) for r in depends[:1])
         if found:
             return min(found)
-    if not known:
+    if not defined:
         raise InputError(
             f'barrier "{barrier.name}": h or its derivative in the input is not finite at the {len(points)} states '
             "tried; give check_relative_degree states at which they are"
@@ -74,14 +73,8 @@ def relative_degree(
 def check_relative_degree(
     barrier: Barrier, system: PeriodicSystem, states: ArrayLike | None = None
 ) -> tuple[int | None, ...]:
-    """The relative degree at every phase, which must be the declared one.
-
-    Raises:
-        InputError: it is another one; the message names the declared and the computed one.
-    """
-    # The bound does not matter to how an affine barrier depends on x.
-    of_barrier = barrier.normal_period if isinstance(barrier, AffineBarrier) else barrier.period
-    phases = range(lcm(system.period, of_barrier))
+    """The relative degree at every phase; raises `InputError`, with both of them, where it is not the declared one."""
+    phases = phases_of(barrier, system)
     if isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem):
         computed = tuple(_from_matrices(barrier, system, phases))
     else:
@@ -99,15 +92,18 @@ def check_relative_degree(
     return computed
 
 
+def phases_of(barrier: Barrier, system: PeriodicSystem) -> range:
+    """Phases 0, 1, … after which the derivatives of h along the dynamics repeat; the bound of an affine h has none."""
+    of_barrier = barrier.normal_period if isinstance(barrier, AffineBarrier) else barrier.period
+    return range(lcm(system.period, of_barrier))
+
+
 def enforced_psi(
     barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike
 ) -> tuple[float, NDArray[np.float64]]:
-    """ψ_m(k+r−m), the first ψ_m that u(k) shows in, and its derivative in u(k), shape (n_u,).
+    """ψ_m(k+r−m), the first ψ_m that depends on u(k), and its derivative in u(k), shape (n_u,).
 
-    With the relative degree r = m this is ψ_m(k).
-
-    Raises:
-        InputError: the dynamics or h cannot take AutoDiffXd.
+    With the relative degree r = m this is ψ_m(k). Raises `InputError` if the dynamics or h cannot take AutoDiffXd.
     """
     h = _differentiated_h(barrier, system, k, x, u, barrier.relative_degree)
     last = psi_from_h(h[barrier.relative_degree - barrier.order :], barrier.class_k)[-1]
@@ -120,11 +116,11 @@ def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases:
     found = np.zeros(len(phases), dtype=int)
     reach = np.stack([system.B(phase) for phase in phases])
     magnitude = np.abs(reach)
-    # By Cayley-Hamilton on the map over a whole period, what does not show in n periods never does.
+    # By Cayley-Hamilton on the map over a whole period, an input without effect in n periods has none later.
     for r in range(1, system.n * lcm(system.period, barrier.normal_period) + 1):
         normals = np.stack([barrier.normals(phase + r, 1) for phase in phases])
-        shows = np.any(np.abs(normals @ reach) > _ROUNDING * (np.abs(normals) @ magnitude), axis=(1, 2))
-        found[shows & (found == 0)] = r
+        depends = np.any(np.abs(normals @ reach) > _ROUNDING * (np.abs(normals) @ magnitude), axis=(1, 2))
+        found[depends & (found == 0)] = r
         if found.all():
             break
         A = np.stack([system.A(phase + r) for phase in phases])
@@ -135,7 +131,7 @@ def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases:
 def _differentiated_h(
     barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike, ticks: int
 ) -> list[Any]:
-    """h(k), …, h(k+r), r = `ticks`, as AutoDiffXd in u(k) (floats where u(k) does not show); later inputs are zero."""
+    """h(k), …, h(k+r), r = `ticks`, as AutoDiffXd in u(k) (floats where it has no effect); later inputs are zero."""
     first = InitializeAutoDiff(vector("the input u", u, system.m).astype(float)).ravel()
     later = np.zeros((ticks - 1, system.m), dtype=object)
     inputs: Array = np.concatenate([first[np.newaxis], later])

@@ -29,8 +29,7 @@ AlongNormals = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float6
 class Rows(NamedTuple):
     """ψ_m(k+i) = state[i]·x(k) + inputs[i]·U + bounds[i]·[V̄(k), …, V̄(k+H)] + constant[i],  i = 0, …, H−m.
 
-    U stacks u(k), …, u(k+H−1). The samples of the bound are an argument, because a bound may become known only
-    at run time.
+    U stacks u(k), …, u(k+H−1). The samples of the bound are an argument, since a bound may be computed at run time.
 
     Attributes:
         state: (H−m+1, n).
@@ -51,7 +50,7 @@ class Rows(NamedTuple):
 
     @property
     def reachable(self) -> NDArray[np.bool_]:
-        """Rows in which some input of the horizon shows; no controller can change the others."""
+        """Whether a row depends on some input of the horizon; no controller can change the others."""
         return np.asarray(np.any(self.inputs != 0, axis=1))
 
 
@@ -103,11 +102,7 @@ def along_normals(normals: NDArray[np.float64], system: PeriodicAffineSystem, k:
 
 
 def check_affine(barrier: Barrier, system: PeriodicSystem) -> None:
-    """Refuses a barrier or a system that has no linear rows whatever the class-K functions.
-
-    Raises:
-        InputError: the barrier is no `AffineBarrier`, or the system no `PeriodicAffineSystem`.
-    """
+    """Raises `InputError` unless the barrier is an `AffineBarrier` and the system a `PeriodicAffineSystem`."""
     if not (isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem)):
         raise InputError(
             f"linear rows need an AffineBarrier on a PeriodicAffineSystem, given {shown(barrier)} on "
@@ -127,19 +122,19 @@ def add_barrier_rows(
 ) -> Binding[LinearConstraint]:
     """Adds ψ_m(k+i) + slack ≥ tightening over the horizon, as one constraint named "barrier NAME".
 
-    Rows that no input of the horizon can change (the first ones, where the relative degree exceeds m) are
-    left out: they would make the program infeasible without making anything safer.
+    Rows that no input of the horizon can change (the first ones, where the relative degree exceeds m) are left out,
+    since they could make the program infeasible.
 
     Args:
         x0: x(k), (n,): finite numbers, or decision variables.
         inputs: decision variables (H, n_u).
-        slack: one decision variable for all rows, or one for each of the H−m+1 rows; kept ≥ 0 here, paid for
-            by the caller's cost. None makes the barrier hard.
+        slack: one decision variable for all rows, or one for each of the H−m+1 rows, constrained to be ≥ 0; its
+            cost is the caller's. None makes the barrier hard.
         tightening: d̄ ≥ 0 [unit of h]; ψ_m ≥ d̄ keeps h ≥ 0 although the last h of each ψ_m errs by up to d̄.
 
     Raises:
         InputError: as `affine_rows`; a declared relative degree that is not the computed one; shapes that do not fit; a
-            number that is not finite; or no row that an input shows in.
+            number that is not finite; or no row that depends on an input.
     """
     where = f'barrier "{barrier.name}"'
     inputs = decision_variables(f"{where}: the inputs", inputs)
@@ -177,8 +172,7 @@ def add_barrier_rows(
 def slack_variables(prog: MathematicalProgram, name: str, slack: Any, count: int) -> NDArray[Any]:
     """The slacks of barrier `name` as a vector of 1 or `count` decision variables, constrained to be ≥ 0.
 
-    Raises:
-        InputError: another number of them, or no decision variables.
+    Raises `InputError` for another number of them, or other things than decision variables.
     """
     slacks = np.atleast_1d(decision_variables(f'barrier "{name}": slacks', slack))
     if slacks.shape not in ((1,), (count,)):

@@ -1,7 +1,7 @@
-"""The safe set ∩ C_i(k), i < m, eq. (10): which states are in it, and whether an input can keep them there.
+"""The safe set ∩ C_i(k), i < m, eq. (10): membership, and the inputs with ψ_m ≥ 0 at its states.
 
-From a state of this set, ψ_m ≥ 0 at every tick keeps h ≥ 0 (Theorem 1). Whether some input satisfies ψ_m ≥ 0 of all
-barriers at once is a question of its own: `input_interval` answers it at one state, `feasible_width` over the set.
+From a state of this set, ψ_m ≥ 0 at every tick keeps h ≥ 0 (Theorem 1). `input_interval` gives the inputs that satisfy
+ψ_m ≥ 0 of all barriers at one state, `feasible_width` the least width of that interval over the set.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) 
     """The values that must be ≥ 0 at x(k), because no input can change them [unit of h].
 
     These are ψ_0(k), …, ψ_{m−1}(k); where the relative degree r exceeds m, also ψ_m(k), …, ψ_m(k+r−m−1).
-    Their keys are "psi_0", "psi_1", …, and "psi_1, 1 tick later," for what follows ψ_m(k).
+    Their keys are "psi_0", "psi_1", …, and such as "psi_1, 1 tick later," for ψ_m(k+1) and the following ones.
     """
     degree = barrier.relative_degree
     # h up to k+r−1 does not depend on the inputs, so any inputs give it.
@@ -44,11 +44,7 @@ def in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) 
 
 
 def check_in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> None:
-    """Refuses a state outside the safe set.
-
-    Raises:
-        InputError: the state is outside; the message names the first negative ψ_i and its value.
-    """
+    """Raises `InputError`, with the first negative ψ_i and its value, for a state outside the safe set."""
     values = initial_psi(barrier, system, k, x)
     for which, value in values.items():
         if not value >= 0:  # NaN too
@@ -104,16 +100,17 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
     """The least width of `input_interval` over the whole common safe set ∩ C_i(k), for linear class-K functions.
 
     Every limit on u is then affine in x and the safe set a polytope, so the worst case over each pair of opposed
-    barriers is a linear program. A width ≥ 0 at every phase certifies that the barriers can be kept together for
-    ever (without limits on u): from the safe set, some input leads into the next one.
+    barriers is a linear program. A width ≥ 0 at every phase certifies that the barriers can be kept together for ever
+    (without limits on u): from each state of a safe set, some input leads into the next one.
 
     Raises:
         InputError: more than one input, nonlinear class-K functions, no state in the common safe set, or limits that
             overflow.
     """
     _check_one_input(system)
+    worst = WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
     if not barriers:
-        return WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
+        return worst
     for barrier in barriers:
         check_affine(barrier, system)
         linear_rates(barrier)
@@ -124,7 +121,6 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
     for barrier in barriers:
         offset, on_state, on_input = _enforced_row(system, barrier, k)
         (lower if on_input > 0 else upper).append((barrier.name, -offset / on_input, -on_state / on_input))
-    worst = WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
     for low_name, low, low_slope in lower:
         for high_name, high, high_slope in upper:
             limits = np.array([high - low, *(high_slope - low_slope)])

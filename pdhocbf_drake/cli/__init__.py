@@ -1,4 +1,4 @@
-"""The command line: `pdhocbf VERB`, with the verbs of `pdhocbf_drake.cli.main`."""
+"""The command line, `pdhocbf VERB`, and its verbs on scenarios and runs."""
 
 from pdhocbf_drake.cli.main import main
 

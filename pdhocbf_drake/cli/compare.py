@@ -10,17 +10,17 @@ from pdhocbf_drake.simulation.run_folder import read_run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Two runs, and from when on they count."""
+    """Two runs, and the start of the compared part."""
     parser.add_argument("first", type=Path, metavar="RUN")
     parser.add_argument("second", type=Path, metavar="RUN")
     parser.add_argument(
         "--from-time", type=_seconds, metavar="S",
-        help="start of the steady state [s]; that of the first run's scenario (its from_time) unless told",
+        help="start of the steady state [s]; by default the from_time of the first run's scenario",
     )  # fmt: skip
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints the margins and M."""
+    """Prints the margins and M, eq. (6)."""
     places = options.first, options.second
     runs = read_run(places[0]), read_run(places[1])
     start = runs[0].scenario.from_time if options.from_time is None else options.from_time

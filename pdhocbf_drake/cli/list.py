@@ -9,10 +9,10 @@ from pdhocbf_drake.terminal import table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """There is nothing to choose."""
+    """Takes none."""
 
 
 def run(options: argparse.Namespace) -> int:
-    """Prints each scenario with its one sentence."""
+    """Prints each scenario with its description."""
     print(table([(name, load_scenario(name).description) for name in scenario_names()]))
     return 0

@@ -1,7 +1,4 @@
-"""Reads the command line, runs one verb, and turns what goes wrong into one line and an exit code.
-
-Exit codes: 0 fine, 1 an error or an interruption, told without a traceback, 2 wrong usage, 3 a run that ended early.
-"""
+"""The command `pdhocbf`: runs one verb, and turns errors into one line and an exit code."""
 
 from __future__ import annotations
 
@@ -19,43 +16,40 @@ from pdhocbf_drake.stopping import stop_requests
 
 _DESCRIPTION = "Periodic safety for walking robots, simulated with Drake."
 _CODES = (
-    "Exit codes: 0 fine; 1 an error, told in one sentence, or Ctrl-C; 2 wrong usage; 3 `run` simulated and wrote its "
-    "run folder, but the robot fell or the simulation gave up before the scenario's duration."
+    "Exit codes: 0 success; 1 an error, explained in one sentence, or Ctrl-C; 2 wrong usage; 3 `run` simulated and "
+    "wrote its run folder, but the robot fell or the simulation failed before the scenario's duration."
 )
 
-# Verb: (what it does, the module below this package with its `add_arguments(parser)` and `run(options) -> exit code`).
-# Only the module of the verb that is asked for is imported, since most of them load Drake.
+# Verb: (its help, the module below this package with its `add_arguments(parser)` and `run(options) -> exit code`).
+# Only the module of the given verb is imported, since most of them load Drake.
 _VERBS: Final[dict[str, tuple[str, str]]] = {
     "list": ("scenarios that come with the package", "cli.list"),
     "run": ("simulate a scenario and write a run folder", "cli.run"),
     "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
     "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),
-    "certify": (
-        "which bounds can be kept for ever, what they cost, and what a push may do",
-        "studies.certify.command",
-    ),
+    "certify": ("bounds that can be kept for ever, their cost, and the pushes they allow", "studies.certify.command"),
     "design-bound": ("a certified bound from a recorded walk, as YAML", "studies.certify.design_command"),
-    "bench": ("what a control tick costs, against other ways to solve the same problem", "studies.bench.command"),
-    "worth": ("what a barrier buys when something goes wrong", "studies.worth.command"),
-    "push": ("how hard the robot can be pushed, by direction, phase and barrier", "studies.push.command"),
+    "bench": ("cost of a control tick, beside other ways to solve the same problem", "studies.bench.command"),
+    "worth": ("benefit of a barrier after a disturbance or a change of command", "studies.worth.command"),
+    "push": ("the largest push that the robot survives, by direction, phase and barrier", "studies.push.command"),
     "reproduce": ("every figure and number of the paper beside ours", "studies.reproduce.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "studies.campaign.command"),
 }
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the command line; gives the exit code."""
+    """Runs the command line and returns the exit code: 0, 1, 2 or 3, as the help says."""
     words = list(sys.argv[1:] if arguments is None else arguments)
-    # Small matrices: more BLAS threads only get in each other's way. NumPy reads this when a verb loads it.
+    # More BLAS threads slow small matrices down. NumPy reads this when a verb loads it.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        with stop_requests() as asked:  # an import that Ctrl-C cuts in two fails with whatever it was at
+        with stop_requests() as stop:  # an import that Ctrl-C interrupts can fail with any exception
             parser, used, module = _parser(words)
-        if asked.is_set():
+        if stop.is_set():
             raise KeyboardInterrupt
         options, unknown = parser.parse_known_args(words)
-        if unknown:  # told with the usage of the verb, not with that of all verbs
+        if unknown:  # printed with the usage of the verb, not with that of all verbs
             used.error(f"unknown here: {' '.join(unknown)}")
         code = _run(module, options)
         sys.stdout.flush()
@@ -64,8 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return _fail(str(error))
     except KeyboardInterrupt:
         return _fail("interrupted; nothing was written")
-    except BrokenPipeError:
-        # Whoever read our output has closed it.
+    except BrokenPipeError:  # the reader of the output has closed it
         _close_output()
         return 1
     except Exception as error:
@@ -83,28 +76,27 @@ def _run(module: Any, options: argparse.Namespace) -> int:
     try:
         code: int = module.run(options)
         return code
-    except SystemExit as error:
-        # Some of Drake's checks end the process, whatever they were asked by.
+    except SystemExit as error:  # some of Drake's checks end the process
         if isinstance(error.code, str):
             raise PdhocbfError(f"Drake refuses something in this: {error.code.splitlines()[0]}") from None
         raise
 
 
 def _close_output() -> None:
-    """Python flushes its output once more at its end, and would complain once more."""
+    """Redirects the output to nowhere, since Python flushes it once more at its end and would fail once more."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, argparse.ArgumentParser, Any]:
-    """The parser, complete for the verb among the words, that verb's own parser, and its module."""
+    """The parser, with the arguments of the verb among the words; that verb's parser; and its module."""
     parser = argparse.ArgumentParser(prog="pdhocbf", description=_DESCRIPTION, epilog=_CODES)
     parser.add_argument("--version", action="version", version=f"pdhocbf_drake {pdhocbf_drake.__version__}")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
-    asked = next((word for word in words if not word.startswith("-")), None)
+    given = next((word for word in words if not word.startswith("-")), None)
     module, used = None, parser
-    for verb, (what, place) in _VERBS.items():
-        subparser = verbs.add_parser(verb, help=what, description=f"{what[0].upper()}{what[1:]}.", epilog=_CODES)
-        if verb == asked:
+    for verb, (text, place) in _VERBS.items():
+        subparser = verbs.add_parser(verb, help=text, description=f"{text[0].upper()}{text[1:]}.", epilog=_CODES)
+        if verb == given:
             module = load(f"pdhocbf_drake.{place}")
             module.add_arguments(subparser)
             used = subparser

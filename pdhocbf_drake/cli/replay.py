@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.products import write_replay
+from pdhocbf_drake.analysis.report import write_replay
 from pdhocbf_drake.simulation.run_folder import REPLAY, read_run
 
 
@@ -15,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the replay again and prints where it is."""
+    """Writes the replay again and prints its path."""
     write_replay(read_run(options.run), options.run)
     print(options.run / REPLAY)
     return 0

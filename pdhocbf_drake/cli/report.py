@@ -5,21 +5,20 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.products import figures_of, metrics_of, write_metrics, write_report
 from pdhocbf_drake.analysis.replay import replay_html
-from pdhocbf_drake.analysis.report import ReportedRun, report_html
+from pdhocbf_drake.analysis.report import report_html, reported, write_metrics, write_report, write_text
 from pdhocbf_drake.errors import InputError, RunFolderError
-from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run, replaced_file, writing
+from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run, writing
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Runs, and where to write."""
+    """Runs, and the file to write."""
     parser.add_argument("runs", type=Path, nargs="+", metavar="RUN")
     parser.add_argument("--out", type=Path, metavar="FILE", help="where to write it; ./comparison.html for several")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Writes the report, with metrics and figures again for a single run, and prints where it is."""
+    """Writes the report, for a single run its metrics and figures too, and prints the report's path."""
     folders: list[Path] = options.runs
     runs = [read_run(folder) for folder in folders]
     if len(runs) == 1 and options.out is None:
@@ -31,18 +30,13 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(f"--out must be the name of a file to write, given the folder {place}")
     with writing(place):
         place.absolute().parent.mkdir(parents=True, exist_ok=True)
-    pages = [
-        ReportedRun(one, metrics_of(one), figures_of(one), _replay(one, folder))
-        for one, folder in zip(runs, folders, strict=True)
-    ]
-    with replaced_file(place) as path:
-        path.write_text(report_html(pages), encoding="utf-8")
+    write_text(place, report_html([reported(one, _replay(one, at)) for one, at in zip(runs, folders, strict=True)]))
     print(place)
     return 0
 
 
 def _replay(recorded: Run, folder: Path) -> str | None:
-    """The replay that the folder holds, or one made now; None for a log without motion."""
+    """The replay in the run folder, or a new one; None for a log without motion."""
     try:
         return (folder / REPLAY).read_text(encoding="utf-8")
     except OSError:

@@ -1,4 +1,4 @@
-"""What a user writes about the Van der Pol oscillator."""
+"""Config of the Van der Pol oscillator and its tube."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class VanDerPolConfig(Config):
     Attributes:
         beta: β of eq. (15) [1]; 0 is the harmonic oscillator of the paper's Fig. 1.
         tick: sampling interval δ [s].
-        ticks_per_period: N of the tube [ticks]; 2π/δ is not a whole number, so this is a choice.
+        ticks_per_period: N of the tube [ticks], a choice, since 2π/δ is not a whole number.
         initial_state: x₁, x₂ at the start [1, 1/s].
         amplitude: radius of the harmonic orbit that the tube follows (β = 0) [1].
         tube: half widths of the tube around the orbit in x₁ and x₂ [1, 1/s].

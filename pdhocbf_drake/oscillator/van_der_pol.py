@@ -1,4 +1,4 @@
-"""The Van der Pol oscillator (15)–(16) and the periodic orbits that a tube can follow."""
+"""The Van der Pol oscillator (15)–(16), and periodic orbits as centres of a tube."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from pdhocbf_drake.errors import InputError
 class VanDerPol:
     """x₁⁺ = x₁ + δ x₂,  x₂⁺ = x₂ + δ (β x₂ − x₁ − β x₁² x₂ + u), eq. (16).
 
-    With β = 0 and u = 0, Euler multiplies the amplitude by (1+δ²)^{1/2} a tick (3.2 % per revolution at
-    δ = 0.01), so eq. (17) does not hold as it stands: something has to hold the oscillation.
+    With β = 0 and u = 0, Euler multiplies the amplitude by (1+δ²)^{1/2} a tick (3.2 % per revolution at δ = 0.01).
+    So eq. (17) is no trajectory, and only an input keeps the amplitude.
 
     Attributes:
         beta: β [1].
@@ -77,7 +77,7 @@ def limit_cycle(system: VanDerPol, period: int) -> NDArray[np.float64]:
     period = whole_ticks("Van der Pol: the period of an orbit", period, 2)
     if system.beta == 0:
         raise InputError("Van der Pol: beta = 0 has no limit cycle; a tube then follows the harmonic orbit")
-    # A disturbance of the cycle decays like e^{-βt} or faster: 30/β seconds leave nothing of the start.
+    # A disturbance of the cycle decays like e^{-βt} or faster: after 30/β seconds nothing is left of the start.
     states = [np.array([2.0, 0.0])]
     with np.errstate(over="ignore", invalid="ignore"):
         for k in range(round(max(60.0, 30.0 / system.beta) / system.tick)):
@@ -85,11 +85,10 @@ def limit_cycle(system: VanDerPol, period: int) -> NDArray[np.float64]:
     x1, x2 = np.array(states).T
     peaks = np.flatnonzero((x2[:-1] > 0) & (x2[1:] <= 0))
     if not np.all(np.isfinite(x1)) or len(peaks) < 3:
-        raise InputError(
-            f"Van der Pol: no limit cycle found at beta = {system.beta:g} with a tick of {system.tick:g} s"
-        )
+        problem = f"no limit cycle found at beta = {system.beta:g} with a tick of {system.tick:g} s"
+        raise InputError(f"Van der Pol: {problem}")
     begin, end = (peaks + x2[peaks] / (x2[peaks] - x2[peaks + 1]))[-2:]  # where x₂ crosses zero [ticks]
-    # A smooth curve, because the orbit's input sees its second differences.
+    # A smooth curve, because the orbit's input depends on its second differences.
     span = np.arange(max(0, int(begin) - 10), len(x1))
     curve = PiecewisePolynomial.CubicWithContinuousSecondDerivatives(span.astype(float), x1[np.newaxis, span])
     ticks = np.linspace(begin, end, period, endpoint=False)

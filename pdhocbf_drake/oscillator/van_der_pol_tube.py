@@ -22,8 +22,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.oscillator.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle
 
-# The width of an empty interval of inputs, as a linear program's rounding lets it come out [1/s²].
-_ROUNDING = 1e-6
+_ROUNDING = 1e-6  # of the linear program for an interval's width [1/s²]
 
 
 class Run(NamedTuple):
@@ -32,7 +31,7 @@ class Run(NamedTuple):
     Attributes:
         states: x(0), …, x(T), (T+1, 2) [1, 1/s].
         inputs: (T,) [1/s²].
-        results: the filter's answer at each tick; empty without a filter.
+        results: the filter's result at each tick; empty without a filter.
     """
 
     states: NDArray[np.float64]
@@ -43,30 +42,28 @@ class Run(NamedTuple):
 class VanDerPolTube:
     """h̄_i = x̄_i(k) − x_i and h̲_i = x_i − x̲_i(k), eq. (18), with x̄, x̲ = an orbit ± the half widths of a tube.
 
-    The x₁ barriers have relative degree 2, the x₂ barriers 1. The filter leaves the input alone (u = 0: there is no
-    reference) until a barrier needs it.
+    The x₁ barriers have relative degree 2, the x₂ barriers 1. The filter's input is 0 unless a barrier needs another.
 
     Attributes:
         system: eq. (16).
         orbit: one period of the tube's centre, (N, 2) [1, 1/s].
         barriers: "x1_upper", "x1_lower", "x2_upper", "x2_lower".
-        filter: the input nearest to a wanted one that keeps them all.
-        worst: where the four leave each other the least interval of inputs, and how wide it is.
+        filter: returns the input nearest to a wanted one that satisfies all four.
+        worst: the state at which they leave the narrowest interval of inputs, and its width.
 
     Raises:
-        InputError: the two x₁ and the one x₂ class-K slopes are not that many or outside (0, 1]; the barriers exclude
-            each other somewhere in the tube; or the initial state is outside the safe set.
+        InputError: there are not two class-K slopes for x₁ and one for x₂ in (0, 1]; the barriers exclude each other
+            at a state in the tube; or the initial state is outside the safe set.
     """
 
     def __init__(self, config: VanDerPolConfig) -> None:
         self.config = config
         self.system = VanDerPol(config.beta, config.tick)
         period = config.ticks_per_period
-        self.orbit = (
-            limit_cycle(self.system, period)
-            if config.beta > 0
-            else harmonic_orbit(config.amplitude, period, config.tick)
-        )
+        if config.beta > 0:
+            self.orbit = limit_cycle(self.system, period)
+        else:
+            self.orbit = harmonic_orbit(config.amplitude, period, config.tick)
         self.barriers = tube_barriers(self.orbit, config.tube, config.gamma_1, config.gamma_2)
         self.filter = BarrierFilter(self.system, self.barriers)  # checks the relative degrees
         self.worst = worst = joint_feasibility(self.barriers, config.tick)
@@ -80,14 +77,14 @@ class VanDerPolTube:
             check_in_safe_set(barrier, self.system, 0, config.initial_state)
 
     def run(self, ticks: int, filtered: bool = True, wanted: ArrayLike = 0.0) -> Run:
-        """The closed loop from the initial state, or what the wanted input does by itself if not `filtered`.
+        """The closed loop from the initial state; if not `filtered`, the motion under the wanted input itself.
 
         Args:
             wanted: input that the filter starts from, one number or one for each tick, (ticks,) [1/s²].
 
         Raises:
-            InputError: the length is not a whole number of ticks, at least 0; or the wanted input is not finite, or not
-                one number or one for each tick.
+            InputError: the length is not a whole number of ticks, at least 0; or the wanted input has another shape or
+                is not finite.
         """
         length = whole_ticks("the length of a run", ticks, 0)
         targets = finite_array("the wanted input", wanted)
@@ -124,9 +121,9 @@ def tube_barriers(
 def joint_feasibility(barriers: tuple[AffineBarrier, ...], tick: float) -> WorstCase:
     """The least interval of inputs that all four barriers leave, over the whole tube and all phases [1/s²].
 
-    Exact for any β: all four see the input only through w = drift(x) + u, which shifts the interval but does not
+    Exact for any β: the input enters all four only through w = drift(x) + u, which shifts the interval but does not
     change its width; so the double integrator x₁⁺ = x₁ + δx₂, x₂⁺ = x₂ + δw has the same widths. Around an orbit of
-    the first row it is ≥ 0 if and only if gamma_2 ≥ gamma_1[0]/2, unless the x₁ tube is too narrow to tell.
+    the first row it is ≥ 0 if gamma_2 ≥ gamma_1[0]/2, and only then unless the x₁ tube is very narrow.
     """
     integrator = PeriodicAffineSystem([[1.0, tick], [0.0, 1.0]], [[0.0], [tick]])
     widths = [feasible_width(integrator, barriers, k) for k in range(barriers[0].period)]

@@ -6,7 +6,7 @@ They show whether a bound is enforceable at all, which its ψ rows alone do not.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,6 @@ from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope
 
-Progress = Callable[[int, float], None]
 Rows = tuple[Array, Array]
 
 
@@ -25,15 +24,15 @@ class InvariantSet:
 
         C_k = X_k ∩ Pre_k(C_{k+1}),   Pre_k(C) = {x : A_k x + B_k u + c_k ∈ C for some u ∈ U_k},   C_{k+N} = C_k.
 
-    From x(k) ∈ C_k some admissible inputs keep x(j) ∈ X_j for all j ≥ k, and from elsewhere none do; both up to
-    `residual`, since the iteration ends.
+    From x(k) ∈ C_k some admissible inputs keep x(j) ∈ X_j for all j ≥ k, and from any other state none do; both hold
+    up to `residual`, since the iteration is finite.
 
     Attributes:
         sets: C_k, one per phase; empty if there is no such set.
         first_failing_phase: the phase at which, going backward in time, no state was left; None if there is a set.
         sweeps: passes around the cycle.
-        residual: how far a vertex of some C_k lies outside Pre_k(C_{k+1}) at most [unit of x]; of the order of the
-            tolerance, because the iteration stops when sets no longer change, not after an infinity of sweeps.
+        residual: the largest distance of a vertex of some C_k from Pre_k(C_{k+1}), of the order of the tolerance at
+            which the iteration stops [unit of x]; NaN if there is no set.
         seconds: wall time.
     """
 
@@ -50,38 +49,36 @@ class InvariantSet:
 
 
 def predecessor_rows(system: PeriodicAffineSystem, k: int, target: Polytope, inputs: Polytope) -> Rows:
-    """Pre_k(target) as rows (A, b): A_k x + c_k ∈ target ⊕ (−B_k U_k).
-
-    A_k need not be invertible.
-    """
+    """Pre_k(target) as rows (A, b): A_k x + c_k ∈ target ⊕ (−B_k U_k), where A_k may be singular."""
     reach = target.swept(np.unique(-(inputs.vertices @ system.B(k).T), axis=0))
     return reach.A @ system.A(k), reach.b - reach.A @ system.c(k)
 
 
 def invariant_set(
     system: PeriodicAffineSystem,
-    states: Sequence[Polytope],
+    states: Sequence[Polytope | None],
     inputs: Sequence[Polytope],
     tolerance: float = 1e-9,
     max_sweeps: int = 500,
-    progress: Progress | None = None,
 ) -> InvariantSet:
     """Runs C_k ← X_k ∩ Pre_k(C_{k+1}) backward around the cycle from C_k = X_k until nothing changes.
 
     Args:
         system: x(k+1) = A_k x + B_k u + c_k of period N.
-        states: X_k, N of them or one.
+        states: X_k, N of them or one; None for an empty one, with which there is no invariant set.
         inputs: U_k, N of them or one.
         tolerance: a sweep that cuts off less than this anywhere is the last one [unit of x].
-        max_sweeps: passes around the cycle before giving up.
-        progress: called after every sweep with its number and the largest cut [unit of x].
+        max_sweeps: largest number of passes around the cycle.
 
     Raises:
         InputError: sizes that do not fit; or no fixed point within the sweeps.
     """
     started = time.perf_counter()
     period = system.period
-    limits = _one_per_phase(states, period, system.n, "state")
+    present = [part for part in states if part is not None]
+    if len(present) < len(states):
+        return InvariantSet((), states.index(None), 0, np.nan, 0.0)
+    limits = _one_per_phase(present, period, system.n, "state")
     allowed = _one_per_phase(inputs, period, system.m, "input")
     sets = list(limits)
     stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were computed
@@ -104,8 +101,6 @@ def invariant_set(
                 return InvariantSet((), k, sweep, np.nan, time.perf_counter() - started)
             sets[k], residual[k] = smaller, 0.0
             stale[k - 1] = True
-        if progress is not None:
-            progress(sweep, cut)
         if not stale.any():
             return InvariantSet(tuple(sets), None, sweep, float(residual.max()), time.perf_counter() - started)
     raise InputError(
@@ -117,7 +112,7 @@ def invariant_set(
 def broken_phases(
     system: PeriodicAffineSystem, parts: Sequence[Polytope | None], inputs: Sequence[Polytope]
 ) -> tuple[int, ...]:
-    """Phases k at which C_k ⊄ Pre_k(C_{k+1}): from some state no admissible input leads into the next part.
+    """Phases k at which C_k ⊄ Pre_k(C_{k+1}): from some state of C_k no admissible input leads into C_{k+1}.
 
     Args:
         system: x(k+1) = A_k x + B_k u + c_k of period N.

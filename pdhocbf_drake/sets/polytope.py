@@ -1,4 +1,4 @@
-"""Bounded convex polytopes, each kept by its vertices and by its facets; the geometry is Qhull's."""
+"""Bounded convex polytopes, each with its vertices and its facets; Qhull computes the one from the other."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from pdhocbf_drake.errors import InputError
 Array = NDArray[np.float64]
 
 THINNEST = 1e-7
-"""A polytope with no inscribed ball of this radius counts as empty [unit of x]."""
+"""A polytope without an inscribed ball of this radius is empty [unit of x]."""
 _SAME = 1e-10  # unit rows and vertices that differ by less are one
 _ROUNDED = "a polytope was lost to rounding: scale the states to similar sizes"
-_DEEP = 1e-3  # an inner point with this margin is as good as the best one
+_DEEP = 1e-3  # margin from which on an inner point is good enough [unit of x]
 
 
 @dataclass(frozen=True)
@@ -73,35 +73,24 @@ class Polytope:
             inner = inner_point(rows, bounds)
         if inner is None:
             return None
-        if rows.shape[1] == 1:
-            sides = bounds / rows[:, 0]
-            low, high = np.max(sides[rows[:, 0] < 0], initial=-np.inf), np.min(sides[rows[:, 0] > 0], initial=np.inf)
-            _check_bounded(bool(np.isfinite([low, high]).all()))
-            return cls.from_vertices([[low], [high]])
         corners = _corners(rows, bounds, inner)
         if corners is None and near is not None:
             inner = inner_point(rows, bounds)  # the deepest one is the best conditioned
             corners = None if inner is None else _corners(rows, bounds, inner)
         if corners is None:
             raise InputError(_ROUNDED)
-        _check_bounded(bool(np.isfinite(corners).all()))
+        if not np.isfinite(corners).all():
+            raise InputError("a polytope must be bounded: limit every state, if only loosely")
         return cls.from_vertices(_unique(corners))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Polytope:
-        """{x : lower ≤ x ≤ upper}.
-
-        Raises:
-            InputError: the limits are not finite, or leave no interior.
-        """
+        """{x : lower ≤ x ≤ upper}; raises `InputError` if the limits are not finite, or leave no interior."""
         low, high = np.atleast_1d(np.asarray(lower, dtype=float)), np.atleast_1d(np.asarray(upper, dtype=float))
         if low.shape != high.shape or not np.all(np.isfinite([low, high])) or np.any(high - low < 2 * THINNEST):
             raise InputError(f"a box needs finite limits with lower < upper, given {low.tolist()} and {high.tolist()}")
         eye = np.eye(len(low))
-        polytope = cls.from_rows(np.vstack([eye, -eye]), np.concatenate([high, -low]), 0.5 * (low + high))
-        if polytope is None:  # pragma: no cover: excluded above
-            raise InputError("the box is empty")
-        return polytope
+        return _body(cls.from_rows(np.vstack([eye, -eye]), np.concatenate([high, -low]), 0.5 * (low + high)))
 
     @property
     def dimension(self) -> int:
@@ -114,11 +103,11 @@ class Polytope:
         return np.asarray(self.vertices.mean(axis=0))
 
     def violation(self, points: ArrayLike) -> Array:
-        """By how much the worst row is broken at each point of shape (p, n); ≤ 0 inside [unit of x]."""
+        """max_i (A_i x − b_i) at each point, shape (p, n) → (p,); ≤ 0 inside [unit of x]."""
         return np.asarray((np.asarray(points) @ self.A.T - self.b).max(axis=-1))
 
     def volume(self) -> float:
-        """Length, area, volume, … [unit of x, to the n-th]."""
+        """Length, area, volume, … [unit of x to the power n]."""
         if self.dimension == 1:
             return float(np.ptp(self.vertices))
         return float(ConvexHull(self.vertices).volume)
@@ -139,58 +128,54 @@ class Polytope:
 
     def swept(self, directions: Sequence[Array] | Array) -> Polytope:
         """The Minkowski sum with the hull of some points, shape (d, n)."""
-        moved = np.concatenate([self.vertices + direction for direction in np.asarray(directions)])
-        polytope = Polytope.from_vertices(moved)
-        if polytope is None:  # pragma: no cover: it contains a shifted copy of this one
-            raise InputError(_ROUNDED)
-        return polytope
+        return _body(Polytope.from_vertices(np.concatenate([self.vertices + each for each in np.asarray(directions)])))
 
     def slice(self, values: ArrayLike) -> Polytope | None:
-        """{y : (y, values) ∈ P}: the last coordinates are fixed."""
+        """{y : (y, values) ∈ P}, with the last coordinates fixed; None where it has no interior."""
         fixed = np.atleast_1d(np.asarray(values, dtype=float))
         free = self.dimension - len(fixed)
         return Polytope.from_rows(self.A[:, :free], self.b - self.A[:, free:] @ fixed)
 
     def shadow(self, size: int) -> Polytope:
         """The projection onto the first `size` coordinates."""
-        polytope = Polytope.from_vertices(self.vertices[:, :size])
-        if polytope is None:  # pragma: no cover: a projection of a body has an interior
-            raise InputError(_ROUNDED)
-        return polytope
+        return _body(Polytope.from_vertices(self.vertices[:, :size]))
+
+
+def _body(polytope: Polytope | None) -> Polytope:
+    """A polytope that has an interior by its construction."""
+    if polytope is None:  # pragma: no cover
+        raise InputError(_ROUNDED)
+    return polytope
 
 
 def _corners(A: Array, b: Array, inner: Array) -> Array | None:
-    """The vertices of {x : A x ≤ b}, infinite ones where it is unbounded; None where Qhull gives up."""
+    """The vertices of {x : A x ≤ b}, infinite ones where it is unbounded; None where Qhull finds none."""
+    if A.shape[1] == 1:
+        sides, up = b / A[:, 0], A[:, 0] > 0
+        return np.array([[np.max(sides[~up], initial=-np.inf)], [np.min(sides[up], initial=np.inf)]])
     try:
         with np.errstate(divide="ignore", invalid="ignore"):  # unbounded
             return np.asarray(HalfspaceIntersection(np.column_stack([A, -b]), inner).intersections)
     except QhullError:
-        # With too few rows to close it, Qhull gives up as well.
+        # Qhull also fails with too few rows to bound it.
         return np.full((1, A.shape[1]), np.inf) if len(A) <= A.shape[1] else None
 
 
 def inner_point(A: Array, b: Array) -> Array | None:
     """The centre of the largest ball in {x : A x ≤ b}, rows of length 1; None if it is smaller than `THINNEST`."""
     n = A.shape[1]
-    cost = np.zeros(n + 1)
-    cost[-1] = -1.0
     rows = np.column_stack([A, np.ones(len(A))])
     bounds = [(None, None)] * n + [(None, 1e3)]
-    result = linprog(cost, A_ub=rows, b_ub=b, bounds=bounds, method="highs")
+    result = linprog(-np.eye(n + 1)[-1], A_ub=rows, b_ub=b, bounds=bounds, method="highs")
     if not result.success or result.x[-1] < THINNEST:
         return None
     return np.asarray(result.x[:-1])
 
 
 def _unique(rows: Array) -> Array:
-    """Rows without near repetitions, in a fixed order."""
+    """Rows in a fixed order without those that differ by less than `_SAME`."""
     order = np.lexsort(np.round(rows / _SAME).T)
     ordered = rows[order]
     new = np.ones(len(ordered), dtype=bool)
     new[1:] = np.abs(np.diff(ordered, axis=0)).max(axis=1) > _SAME
     return np.asarray(ordered[new])
-
-
-def _check_bounded(bounded: bool) -> None:
-    if not bounded:
-        raise InputError("a polytope must be bounded: limit every state, if only loosely")

@@ -58,7 +58,7 @@ class PolytopeConfig(Config):
 
 
 class LinearSystemConfig(Config):
-    """x(k+1) = A_k x(k) + B_k u(k) + c_k with x ∈ X_k and u ∈ U_k; each is one for all phases or a list over them.
+    """x(k+1) = A_k x(k) + B_k u(k) + c_k with x ∈ X_k and u ∈ U_k.
 
     Attributes:
         name: for messages and files.
@@ -75,7 +75,7 @@ class LinearSystemConfig(Config):
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], where: str) -> LinearSystemConfig:
-        """A system from plain YAML data; a part that is given once becomes a list of one. Raises `InputError`."""
+        """A system from YAML data, where a part that is given once becomes a list of one; raises `InputError`."""
         depth = {"A": 3, "B": 3, "c": 2}
         wrapped = {key: [data[key]] for key in depth if key in data and _depth(data[key]) == depth[key] - 1}
         wrapped |= {key: [data[key]] for key in ("states", "inputs") if isinstance(data.get(key), dict)}

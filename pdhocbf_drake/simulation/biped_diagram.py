@@ -1,18 +1,18 @@
-"""Diagram of the controller on the multibody robot, which stands on flat ground."""
+"""Diagram of the controller on the multibody robot on flat ground."""
 
 from __future__ import annotations
 
 import numpy as np
-from pydrake.geometry import Box, Meshcat, ProximityProperties, RoleAssign, SceneGraph
+from pydrake.geometry import Box, Meshcat, ProximityProperties, Role, RoleAssign, SceneGraph
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, ModelInstanceIndex, PdControllerGains
+from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.simulation.diagram import add_controller, connect_controller, start_of
+from pdhocbf_drake.simulation.diagram import add_controller, connect_controller
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -34,11 +34,11 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     config = walk.gait.config
     wiring = Wiring(config.tick)
     posture = initial_posture(walk, biped)
-    initial, feet = start_of(walk)
     plant = add_robot(wiring.builder, scenario, biped, posture)
     robot = model_instance(plant, biped)
     if meshcat is not None:
-        from pydrake.visualization import AddDefaultVisualization  # loads matplotlib, which a plain run can do without
+        # This loads matplotlib, which a run that is not shown does not need.
+        from pydrake.visualization import AddDefaultVisualization
 
         AddDefaultVisualization(wiring.builder, meshcat)
     wiring.offer("robot_state", plant.get_state_output_port())
@@ -50,7 +50,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
 
-    controller = add_controller(wiring, walk, initial, feet, LATENCY * plant.time_step())
+    controller = add_controller(wiring, walk, LATENCY * plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
     kinematics = wiring.add("inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick)))
     offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon, swing_lever(biped, posture)))
@@ -59,7 +59,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
     connect_controller(wiring, walk, controller)
     wiring.connect(controller, "zmp_offset")
-    wiring.connect_measured(controller, "foot_state")
+    wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan")
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step")
@@ -78,10 +78,9 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
-    """q (19,) at tick 0: CoM over the middle of the feet at its commanded height."""
-    _, feet = start_of(walk)
-    height = walk.gait.height(0)[0]
-    return upright_posture(biped, np.array([0.0, 0.0, height]), sole_pose(*feet[0]), sole_pose(*feet[1]))
+    """q (19,) at tick 0: the CoM over the middle of the feet at its commanded height."""
+    left, right = (sole_pose(*foot) for foot in walk.gait.feet_at_start)
+    return upright_posture(biped, np.array([0.0, 0.0, walk.gait.height(0)[0]]), left, right)
 
 
 def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray) -> MultibodyPlant:
@@ -104,11 +103,10 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
 def _set_friction(plant: MultibodyPlant, scene_graph: SceneGraph, friction: CoulombFriction) -> None:
     """Gives every geometry the same friction, since Drake takes the harmonic mean of the two in contact."""
     inspector = scene_graph.model_inspector()
-    for body in (plant.get_body(BodyIndex(i)) for i in range(plant.num_bodies())):
-        for geometry in plant.GetCollisionGeometriesForBody(body):
-            properties = ProximityProperties(inspector.GetProximityProperties(geometry))
-            properties.UpdateProperty("material", "coulomb_friction", friction)
-            scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
+    for geometry in inspector.GetAllGeometryIds(Role.kProximity):
+        properties = ProximityProperties(inspector.GetProximityProperties(geometry))
+        properties.UpdateProperty("material", "coulomb_friction", friction)
+        scene_graph.AssignRole(plant.get_source_id(), geometry, properties, RoleAssign.kReplace)
 
 
 def _set_gains(plant: MultibodyPlant, biped: Biped) -> None:
@@ -116,11 +114,11 @@ def _set_gains(plant: MultibodyPlant, biped: Biped) -> None:
 
     It is implicit, and so stable at any gain and step.
     """
-    gains = dict(zip(biped.joint_names, zip(biped.kp, biped.kd, strict=True), strict=True))
+    joints = zip(biped.joint_names, biped.kp, biped.kd, strict=True)
+    gains = {name: PdControllerGains(p=p, d=d) for name, p, d in joints}
     # A plant that is not finalized lists no actuators by model instance.
     for actuator in map(plant.get_joint_actuator, plant.GetJointActuatorIndices()):
-        p, d = gains[actuator.joint().name()]
-        actuator.set_controller_gains(PdControllerGains(p=p, d=d))
+        actuator.set_controller_gains(gains[actuator.joint().name()])
 
 
 def add_joint_sensors(wiring: Wiring, plant: MultibodyPlant, biped: Biped) -> None:

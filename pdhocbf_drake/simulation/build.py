@@ -1,4 +1,4 @@
-"""Builds the objects that a scenario describes: gait, template, barriers, compiled MPC."""
+"""The objects of a scenario's walk: gait, template, barriers, compiled MPC."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.quantities import Quantity
 from pdhocbf_drake.walking.vhip import Vhip
 
-AT_REST = np.zeros(3)  # [c, v, p] at tick 0: standing between the feet
+AT_REST = np.zeros((2, 3))  # [c, v, p] per axis at tick 0: standing between the feet
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ class Walk:
     """A walk before it starts.
 
     Attributes:
-        gait: the stance sequence. vhip: the template. mpc: problem (36), compiled.
-        quantities, barriers: what each barrier bounds, and the barrier itself, in the scenario's order.
+        gait: the footsteps. vhip: the template. mpc: problem (36), compiled.
+        quantities, barriers: the barriers in the scenario's order, and the quantity that each one bounds.
     """
 
     gait: Gait
@@ -60,11 +60,11 @@ class Walk:
 
 
 def build_walk(scenario: Scenario) -> Walk:
-    """Makes the walk of a scenario.
+    """The walk of a scenario.
 
     Raises:
-        InputError: a gait that can't be walked, a horizon against Lemma 2, a barrier with the wrong relative degree,
-            or one whose safe set does not hold the robot at rest.
+        InputError: a gait that can't be walked, a horizon against Lemma 2, a bound on the ZMP's velocity below that of
+            the nominal walk, a barrier with the wrong relative degree, or one whose safe set excludes the start.
     """
     gait = Gait(scenario.gait)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
@@ -76,7 +76,7 @@ def build_walk(scenario: Scenario) -> Walk:
         if config.bound.follows_orbit:
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
             if stride not in walks:
-                with _about(name):
+                with _naming(name):
                     gait_of(scenario, stride)
                 walks[stride] = nominal_walk_of(scenario, stride, cache)
             nominal = walks[stride]
@@ -94,9 +94,9 @@ def build_walk(scenario: Scenario) -> Walk:
 
 
 def _barrier(name: str, config: WalkBarrierConfig, vhip: Vhip, nominal: np.ndarray | None) -> AffineBarrier:
-    """One barrier; `nominal` is the nominal walk (2, 2N, 3) that its bound follows, if it follows one."""
+    """One barrier; `nominal` is the nominal walk (2, 2N, 3) that its bound follows, None for other bounds."""
     quantity = config.quantity
-    with _about(name):
+    with _naming(name):
         orbit = None if nominal is None else quantity.orbit(nominal, vhip)
         bound = make_bound(config.bound, quantity.period(vhip.period), orbit, config.side)
         farthest = max(bound.values, key=abs)
@@ -105,14 +105,14 @@ def _barrier(name: str, config: WalkBarrierConfig, vhip: Vhip, nominal: np.ndarr
     barrier = make_barrier(name, config, quantity.normals(vhip), bound)
     check_relative_degree(barrier, vhip.system)
     try:
-        check_in_safe_set(barrier, vhip.system, 0, AT_REST)
+        check_in_safe_set(barrier, vhip.system, 0, AT_REST[quantity.axis])
     except InputError as error:
-        raise InputError(f"{error}{_about_rest(config.side, bound)}") from None
+        raise InputError(f"{error}{_rest_hint(config.side, bound)}") from None
     return barrier
 
 
 @contextmanager
-def _about(name: str) -> Iterator[None]:
+def _naming(name: str) -> Iterator[None]:
     """Puts the name of the barrier before the message of an error inside."""
     try:
         yield
@@ -120,8 +120,8 @@ def _about(name: str) -> Iterator[None]:
         raise InputError(f'barrier "{name}": {error}') from None
 
 
-def _about_rest(side: str, bound: Bound) -> str:
-    """How to correct a bound that leaves out a quantity of 0, which is its value at rest."""
+def _rest_hint(side: str, bound: Bound) -> str:
+    """The correction of a bound that excludes 0, the quantity's value at rest."""
     if side == "upper" and min(bound.values) < 0:
         return "; a walk starts at rest, which an upper bound below 0 leaves out: for a backward walk use side: lower"
     if side == "lower" and max(bound.values) > 0:

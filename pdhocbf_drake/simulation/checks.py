@@ -1,8 +1,9 @@
-"""Checks of a scenario's values against each other, and the keys that its system does not use."""
+"""Checks of a scenario's values against each other; and the keys that its system does not use."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from operator import attrgetter
 from typing import Any, Final
 
 from pdhocbf_drake.errors import InputError
@@ -12,9 +13,9 @@ from pdhocbf_drake.walking.com_height import GRAVITY
 _LONGEST_STEP = 10.0  # [s]
 _LARGEST_GROWTH = 100.0  # of ω·H·δ; the tail covers five horizons, and e^709 is the largest double
 _MOST_STEPS = 1000  # of the plant in a tick
-_MOST_ENTRIES = 4e7  # of an H x H matrix for each phase, which takes fifty bytes an entry in all
+_MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an entry
 
-# Keys that a system does not read. "pushes.body" is that of each push.
+# Keys that a system does not read; "pushes.body" is that of each push.
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
     "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
@@ -25,11 +26,7 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
 
 
 def check_scenario(scenario: Scenario) -> None:
-    """Refuses values that are valid each by itself, but contradict each other.
-
-    Raises:
-        InputError: with the key, the value given and the allowed ones.
-    """
+    """Raises `InputError` for values that are valid each by itself, but contradict each other."""
     if scenario.duration < scenario.tick * (1.0 - 1e-9):
         _refuse("duration", f"must be at least a tick of {scenario.tick:g} s", scenario.duration)
     if scenario.system == "van_der_pol":
@@ -45,16 +42,13 @@ def check_scenario(scenario: Scenario) -> None:
 def unused_settings(scenario: Scenario) -> list[str]:
     """Keys with another value than their default that the scenario's system does not use."""
     default = Scenario(system=scenario.system)
-    return [key for key in _UNUSED[scenario.system] if list(_values(scenario, key)) != list(_values(default, key))]
+    return [key for key in _UNUSED[scenario.system] if _value(scenario, key) != _value(default, key)]
 
 
-def _values(scenario: Scenario, key: str) -> Iterator[Any]:
-    room, _, entry = key.partition(".")
-    if room == "pushes" and entry:
-        yield from (value for push in scenario.pushes if (value := getattr(push, entry)) is not None)
-    else:
-        value = getattr(scenario, room)
-        yield getattr(value, entry) if entry else value
+def _value(scenario: Scenario, key: str) -> Any:
+    if key == "pushes.body":
+        return [push.body for push in scenario.pushes if push.body is not None]
+    return attrgetter(key)(scenario)
 
 
 def _check_size(scenario: Scenario) -> None:
@@ -75,20 +69,17 @@ def _check_size(scenario: Scenario) -> None:
 
 def _check_lengths(scenario: Scenario) -> None:
     gait, mpc = scenario.gait, scenario.mpc
-    boxes = {"gait.zmp_box": gait.zmp_box}
-    if mpc.recovery is not None and mpc.recovery.zmp_box is not None:
-        boxes["mpc.recovery.zmp_box"] = mpc.recovery.zmp_box
-    for key, box in boxes.items():
-        if 2.0 * mpc.zmp_margin >= min(box):
+    recovery_box = None if mpc.recovery is None else mpc.recovery.zmp_box
+    for key, box in (("gait.zmp_box", gait.zmp_box), ("mpc.recovery.zmp_box", recovery_box)):
+        if box is not None and 2.0 * mpc.zmp_margin >= min(box):
             _refuse("mpc.zmp_margin", f"must be below half of {key}, {min(box) / 2.0:g} m", mpc.zmp_margin)
-    if gait.stance_width < mpc.stance_width_min:
-        _refuse("gait.stance_width", f"must be at least mpc.stance_width_min, {mpc.stance_width_min:g} m",
-                gait.stance_width)  # fmt: skip
-    if mpc.step_reach is not None:
-        for key, length, reach in zip(("stride", "stance_width"), (abs(gait.stride), gait.stance_width),
-                                      mpc.step_reach, strict=True):  # fmt: skip
-            if length > reach:
-                _refuse(f"gait.{key}", f"must be within mpc.step_reach, {reach:g} m", length)
+    width, least = gait.stance_width, mpc.stance_width_min
+    if width < least:
+        _refuse("gait.stance_width", f"must be at least mpc.stance_width_min, {least:g} m", width)
+    lengths = {"gait.stride": abs(gait.stride), "gait.stance_width": width}
+    for (key, length), reach in zip(lengths.items(), mpc.step_reach or (math.inf, math.inf), strict=True):
+        if length > reach:
+            _refuse(key, f"must be within mpc.step_reach, {reach:g} m", length)
 
 
 def _check_push(where: str, push: Push, scenario: Scenario) -> None:

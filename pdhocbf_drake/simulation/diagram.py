@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
 from pydrake.systems.framework import System
 
 from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
-from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.simulation.build import AT_REST, Walk
 from pdhocbf_drake.simulation.disturbance import add_measurement, timed_forces
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
@@ -23,9 +22,8 @@ from pdhocbf_drake.systems.vhip_plant import VhipPlant
 def vhip_diagram(scenario: Scenario, walk: Walk) -> LoggedDiagram:
     """clock, barriers -> MPC -> template -> MPC."""
     wiring = Wiring(walk.gait.config.tick)
-    initial, feet = start_of(walk)
-    controller = add_controller(wiring, walk, initial, feet)
-    plant = wiring.add("vhip", VhipPlant(walk.vhip, initial, scenario.vhip.mass))
+    controller = add_controller(wiring, walk)
+    plant = wiring.add("vhip", VhipPlant(walk.vhip, AT_REST, scenario.vhip.mass))
     wiring.connect(plant, "gait_phase", "zmp_reference")
     if scenario.pushes:
         wiring.add("push_schedule", PushSchedule(timed_forces(scenario), wiring.tick))
@@ -50,18 +48,16 @@ def oscillator_diagram(scenario: Scenario) -> LoggedDiagram:
     return wiring.build("van_der_pol")
 
 
-def start_of(walk: Walk) -> tuple[np.ndarray, np.ndarray]:
-    """[c, v, p] per axis (2, 3), at rest between the feet, and the feet's centres (2, 2)."""
-    return np.zeros((2, 3)), walk.gait.feet_at_start
+def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
+    """Adds clock, barriers and the MPC, whose plan is realised `latency` [s] late.
 
-
-def add_controller(wiring: Wiring, walk: Walk, initial: np.ndarray, feet: np.ndarray, latency: float = 0.0) -> System:
-    """Adds clock, barriers and MPC; `lip_state` must be offered before `connect_controller`."""
+    `lip_state` must be offered before `connect_controller`.
+    """
     wiring.add("gait_reference", unbundled(GaitReference(walk.gait)))
     if walk.barriers:
         schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait.period, walk.mpc.config.horizon)
         wiring.add("barrier_schedule", unbundled(schedule))
-    controller = MpcController(walk.mpc, initial, feet, walk.names, latency)
+    controller = MpcController(walk.mpc, AT_REST, walk.gait.feet_at_start, walk.names, latency)
     return wiring.add("mpc_controller", unbundled(controller))
 
 
@@ -69,7 +65,7 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     """Closes the loop from `lip_state` and logs the controller's signals."""
     wiring.connect(controller, "gait_phase")
     wiring.connect(wiring.port("gait_phase").get_system(), "last_step")
-    wiring.connect_measured(controller, "lip_state")
+    wiring.connect(controller, "lip_state", measured=True)
     if walk.barriers:
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")
         wiring.connect(controller, "barrier_bound")

@@ -1,6 +1,6 @@
 """Pushes, measurement errors and model errors of a scenario, made of Drake's own blocks.
 
-Parameters and seeds live in a context: `Wiring.adjust` takes the functions that set them.
+A context holds parameters and seeds, so the functions that set them go into `Wiring.adjust`.
 """
 
 from __future__ import annotations
@@ -14,8 +14,7 @@ from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, Ran
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, ModelErrorConfig
-from pdhocbf_drake.simulation.scenario import Push, Scenario
+from pdhocbf_drake.simulation.scenario import MeasurementConfig, ModelErrorConfig, Push, Scenario
 from pdhocbf_drake.simulation.wiring import Wiring
 from pdhocbf_drake.systems.push_schedule import TimedForce
 
@@ -47,18 +46,14 @@ def _pushed_point(push: Push, plant: MultibodyPlant, biped: Biped) -> tuple[Body
 
 
 def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names: str) -> None:
-    """Adds the delay of each named port, and the noise of `lip_state`; adds nothing for an exact measurement."""
-    if config == MeasurementConfig():
-        return
-    for name in names:
+    """Adds the delay of each named port, and the noise of `lip_state`; nothing for an exact measurement."""
+    for name in names if config.delay_ticks else ():
         port = wiring.port(name)
-        if config.delay_ticks:
-            # The delay is updated at the instant at which the controller reads it, which is a delay of one tick itself.
-            delay = DiscreteTimeDelay(wiring.tick, config.delay_ticks - 1, port.size())
-            wiring.builder.AddNamedSystem(f"{name}_delay", delay)
-            wiring.builder.Connect(port, delay.get_input_port())
-            port = delay.get_output_port()
-        wiring.offer_measured(name, port)
+        # The delay is updated at the instant at which the controller reads it, which is a delay of one tick itself.
+        delay = DiscreteTimeDelay(wiring.tick, config.delay_ticks - 1, port.size())
+        wiring.builder.AddNamedSystem(f"{name}_delay", delay)
+        wiring.builder.Connect(port, delay.get_input_port())
+        wiring.offer(name, delay.get_output_port(), measured=True)
     deviations = np.array(config.noise.deviations)
     if not deviations.any():
         return
@@ -67,9 +62,9 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names
     scale = wiring.builder.AddNamedSystem("lip_state_noise_scale", MatrixGain(np.diag(deviations)))
     noisy = wiring.builder.AddNamedSystem("lip_state_noisy", Adder(2, deviations.size))
     wiring.builder.Connect(source.get_output_port(), scale.get_input_port())
-    wiring.builder.Connect(wiring.measured_port("lip_state"), noisy.get_input_port(0))
+    wiring.builder.Connect(wiring.port("lip_state", measured=True), noisy.get_input_port(0))
     wiring.builder.Connect(scale.get_output_port(), noisy.get_input_port(1))
-    wiring.offer_measured("lip_state", noisy.get_output_port())
+    wiring.offer("lip_state", noisy.get_output_port(), measured=True)
 
     def seed_source(root: Context) -> None:
         source.SetRandomContext(source.GetMyMutableContextFromRoot(root), RandomGenerator(seed))
@@ -78,7 +73,7 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names
 
 
 def add_model_error(wiring: Wiring, config: ModelErrorConfig, plant: MultibodyPlant, biped: Biped) -> None:
-    """Scales the mass of the simulated torso; the controller's model keeps its own."""
+    """Scales the mass of the simulated torso; that of the controller's model stays."""
     if config == ModelErrorConfig():
         return
     body = plant.GetBodyByName(biped.config.torso_link or biped.config.base_link)

@@ -1,7 +1,7 @@
 """Drake's own configs inside a scenario: plain data, checked and completed by Drake's YAML reader.
 
-Drake's reader checks types only (a plant finds a wrong contact model, nothing finds NaN): here numbers must be finite,
-and each config is tried on a temporary object.
+Drake's reader checks types only. Here numbers must be finite too, and each config is tried on a temporary object, which
+refuses for example an unknown contact model.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
 T = TypeVar("T")
+_WORDS = {bool: "true or false", str: "a name"}  # allowed values of a key whose default is of that type; else a number
 
 
 def plant_config(data: dict[str, Any]) -> MultibodyPlantConfig:
@@ -49,14 +50,9 @@ def simulator_config(data: dict[str, Any]) -> SimulatorConfig:
     return config
 
 
-def complete_plant_config(data: dict[str, Any]) -> dict[str, Any]:
-    """The same data with Drake's defaults written out."""
-    return _dump(plant_config(data))
-
-
-def complete_simulator_config(data: dict[str, Any]) -> dict[str, Any]:
-    """The same data with Drake's defaults written out."""
-    return _dump(simulator_config(data))
+def completed(load: Callable[[dict[str, Any]], Any]) -> Callable[[dict[str, Any]], dict[str, Any]]:
+    """The function that returns the data of a config with Drake's defaults written out."""
+    return lambda data: _dump(load(data))
 
 
 def _load(schema: type[T], data: dict[str, Any], defaults: T) -> T:
@@ -64,24 +60,16 @@ def _load(schema: type[T], data: dict[str, Any], defaults: T) -> T:
     for key, value in data.items():
         if key not in known:
             raise ValueError(f"unknown key '{key}'; Drake's {schema.__name__} has: {', '.join(sorted(known))}")
-        if not _fits(value, known[key]):
-            raise ValueError(f"{key} must be a {_kind(known[key])}, given {value!r}")
+        kind = type(known[key])
+        number = isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+        if not (type(value) is kind if kind in _WORDS else number):
+            raise ValueError(f"{key} must be {_WORDS.get(kind, 'a finite number')}, given {value!r}")
     return yaml_load_typed(schema=schema, data=yaml.safe_dump(data), defaults=defaults)
 
 
 def _dump(config: Any) -> dict[str, Any]:
     data: dict[str, Any] = yaml.safe_load(yaml_dump_typed(config))
     return data
-
-
-def _fits(value: Any, default: Any) -> bool:
-    if isinstance(default, (bool, str)):
-        return type(value) is type(default)
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
-
-
-def _kind(default: Any) -> str:
-    return {bool: "true or false", str: "name"}.get(type(default), "finite number")
 
 
 def _try(build: Callable[[], Any], what: str) -> None:

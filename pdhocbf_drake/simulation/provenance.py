@@ -18,12 +18,12 @@ _PACKAGES = ("drake", "daqp", "numpy", "pydantic", "matplotlib")
 
 
 class Provenance(Config):
-    """Everything needed to repeat a run and to explain a difference.
+    """Versions, seed and machine of a run, for its repetition.
 
     Attributes:
         pdhocbf_drake: version of this package.
-        commit: commit of the checkout it ran from; null for an installed package.
-        modified: whether that checkout had uncommitted changes.
+        commit, modified: commit of the package's checkout, and whether it had uncommitted changes; null for an
+            installed package.
         python, packages: versions of Python and of the packages that determine the numbers.
         machine, processor, cores: the computer, on which wall times depend.
         seed: seed of all random numbers.
@@ -63,7 +63,7 @@ class Provenance(Config):
 
 
 def _commit(package: Path) -> tuple[str | None, bool | None]:
-    """The commit of this package's checkout, not of a repository that contains the environment it is installed in."""
+    """Commit and modified state of this package's checkout, not of a repository around its environment."""
     checkout = package.parent
     if not (checkout / ".git").exists() or not (checkout / "pyproject.toml").is_file():
         return None, None

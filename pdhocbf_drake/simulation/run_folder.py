@@ -1,4 +1,4 @@
-"""Run folders: written beside their place and moved there when they are complete."""
+"""Run folders and other results: written beside their place, and moved there when they are complete."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Run(NamedTuple):
 def new_run_folder(place: Path, entries: Collection[str] = _ENTRIES) -> Iterator[Path]:
     """A folder to fill; it is moved to `place` when the block ends without an exception, and deleted otherwise.
 
-    An older run in that place, which holds nothing but such entries, is replaced at that moment and not before.
+    Only then does it replace an older run in that place, which may hold such entries alone.
 
     Raises:
         RunFolderError: `place` cannot be written, holds something that is not a run, or is being written by another
@@ -76,10 +76,10 @@ def write_run(folder: Path, run: Run) -> None:
 
 
 def read_run(folder: Path) -> Run:
-    """Reads what `write_run` wrote; raises `RunFolderError`."""
+    """The run in a folder; raises `RunFolderError`."""
     if not folder.is_dir():
-        what = "it is a file" if folder.exists() else "there is no such folder"
-        raise RunFolderError(f"{folder} is not a run folder: {what}")
+        problem = "it is a file" if folder.exists() else "there is no such folder"
+        raise RunFolderError(f"{folder} is not a run folder: {problem}")
     missing = [name for name in (SCENARIO, PROVENANCE, LOG) if not (folder / name).is_file()]
     if missing:
         raise RunFolderError(f"{folder} is not a run folder: it has no {', '.join(missing)}")
@@ -93,15 +93,13 @@ def read_run(folder: Path) -> Run:
     if needed not in log:
         raise RunFolderError(f"{folder} is not a run folder: its log is of another scenario, since it has no {needed}")
     barriers = 4 if scenario.system == "van_der_pol" else len(scenario.barriers)
-    for signal, otherwise in (("h", 0), ("barrier_slack", barriers)):  # older logs have no slacks
-        columns = log[signal].shape[1] if signal in log else otherwise
-        if columns != barriers:
-            problem = f"the scenario has {barriers} barriers and the log's {signal} has {columns}"
+    constraints = len(constraints_of(scenario.mpc))
+    for signal in ("h", "barrier_slack", "unmet"):
+        columns = size(signal, barriers=barriers, constraints=constraints)
+        there = log[signal].shape[1] if signal in log else 0 if signal == "h" else columns  # older logs have h only
+        if there != columns:
+            problem = f"its log's {signal} has {there} columns, and its scenario needs {columns}"
             raise RunFolderError(f"{folder} is not a run folder: {problem}")
-    columns = size("unmet", constraints=len(constraints_of(scenario.mpc)))
-    if "unmet" in log and log["unmet"].shape[1] != columns:
-        problem = f"its log's unmet has {log['unmet'].shape[1]} columns, and its scenario needs {columns}"
-        raise RunFolderError(f"{folder} is not a run folder: {problem}")
     return Run(scenario, log, provenance)
 
 
@@ -120,7 +118,7 @@ def replaced_file(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def writing(place: Path) -> Iterator[None]:
-    """Turns an `OSError` about writing to `place` into a `RunFolderError` that names it."""
+    """Raises a `RunFolderError` that names `place` for an `OSError` inside."""
     try:
         yield
     except RunFolderError:
@@ -136,13 +134,13 @@ def writing(place: Path) -> Iterator[None]:
 
 
 def _staging(place: Path) -> Path:
-    """The temporary path beside `place`; a name near the file system's limit is replaced by its hash."""
+    """The temporary path beside `place`, with its name, or with the hash of a name near the file system's limit."""
     name = place.name if len(os.fsencode(place.name)) < 240 else hashlib.sha256(os.fsencode(place.name)).hexdigest()
     return place.with_name(f".{name}.part")
 
 
 def _locked(staging: Path, place: Path) -> int:
-    """Makes the staging folder, locked by this process, and deletes what a killed process left in it."""
+    """Makes the staging folder, locks it, and deletes entries of a killed process from it."""
     staging.mkdir(exist_ok=True)
     lock = os.open(staging, os.O_RDONLY)
     try:

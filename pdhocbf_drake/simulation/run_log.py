@@ -24,7 +24,7 @@ FAILED: Final = "failed"
 _ELEMENTS = {signal.name: signal.elements for signal in LOGGED}
 _SIZES = {signal.name: signal.size for signal in LOGGED}
 _RESERVED = ("time", "ending")
-_RENAMED = {"velocity_bound": "barrier_bound"}  # signals of older logs, by the name that they had
+_RENAMED = {"velocity_bound": "barrier_bound"}  # present names of signals in older logs
 
 
 class RunLog:
@@ -35,7 +35,10 @@ class RunLog:
     Attributes:
         time: (T,) times of the rows [s].
         signals: each (T, size) by its name in `systems.signals`, in the units given there.
-        ending: "finished", or why the run ended before its time: "fell", "interrupted", "failed: …".
+        ending: "finished", or the reason of an early end: "fell", "interrupted", "failed: …".
+
+    Raises:
+        InputError: the time is no vector, or a signal no table with a row for each of its elements.
     """
 
     def __init__(self, signals: Mapping[str, Array], time: Array, ending: str = FINISHED) -> None:
@@ -64,14 +67,13 @@ class RunLog:
         return name in self.signals
 
     def __getitem__(self, name: str) -> Array:
-        """A signal's (T, size) table."""
-        try:
-            return self.signals[name]
-        except KeyError:
-            raise InputError(f"the log has no signal '{name}'; it has {', '.join(sorted(self.signals))}") from None
+        """A signal's table, (T, size); raises `InputError` for one that is not in the log."""
+        if name not in self.signals:
+            raise InputError(f"the log has no signal '{name}'; it has {', '.join(sorted(self.signals))}")
+        return self.signals[name]
 
     def element(self, name: str, element: str) -> Array:
-        """One named column of a signal, (T,)."""
+        """One named column of a signal, (T,); raises `InputError` for a name that is not in `systems.signals`."""
         names = _ELEMENTS.get(name, ())
         if element not in names:
             exist = ", ".join(names) or "no named ones"
@@ -80,52 +82,50 @@ class RunLog:
 
     def after(self, time: float) -> RunLog:
         """The rows from `time` on (half a microsecond early, against rounding)."""
-        rows = self.time >= time - 5e-7
-        return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
+        return self._rows(self.time >= time - 5e-7)
 
     def finite(self) -> RunLog:
         """The rows before the first one with NaN or infinity."""
-        bad = np.zeros(len(self), dtype=bool)
-        for table in self.signals.values():
-            bad |= ~np.isfinite(table).all(axis=1)
-        rows = slice(int(bad.argmax()) if bad.any() else len(self))
+        finite = np.isfinite(np.hstack([np.zeros((len(self), 1)), *self.signals.values()])).all(axis=1)
+        return self._rows(np.logical_and.accumulate(finite))
+
+    def _rows(self, rows: NDArray[np.bool_]) -> RunLog:
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
     def save(self, path: Path) -> None:
         """Writes an `.npz` that numpy can read."""
-        columns = {**self.signals, "time": self.time, "ending": np.array(self.ending)}
-        np.savez_compressed(path, allow_pickle=False, **columns)
+        np.savez_compressed(path, allow_pickle=False, **self.signals, time=self.time, ending=np.array(self.ending))
 
     @classmethod
     def load(cls, path: Path) -> RunLog:
-        """Reads what `save` wrote, signals of older logs under their present names; raises `RunFolderError`."""
+        """The log in a file of `save`, signals of older logs under their present names; raises `RunFolderError`."""
+        problem = ""
         try:
             if not zipfile.is_zipfile(path):
                 path.open("rb").close()  # raises where the file is missing or unreadable
-                raise RunFolderError(f"{path} is not a run's log: it is no .npz file, or a damaged one")
+                raise InputError("it is no .npz file, or a damaged one")
             with np.load(path, allow_pickle=False) as data:
                 signals = {_RENAMED.get(name, name): data[name] for name in data.files if name not in _RESERVED}
                 if not all(table.dtype.kind in "fiub" for table in (*signals.values(), data["time"])):
-                    raise ValueError
+                    raise InputError("it is damaged")
                 log = cls(signals, data["time"], str(data["ending"]))
+            problem = log._problem()
         except FileNotFoundError:
             raise RunFolderError(f"{path} does not exist") from None
-        except InputError as error:
-            raise RunFolderError(f"{path} is not a run's log: {error}") from None
-        except RunFolderError:
-            raise
         except OSError as error:
             raise RunFolderError(f"{path} cannot be read: {error.strerror or 'it is damaged'}") from None
+        except InputError as error:
+            problem = str(error)
         except KeyError as error:
-            raise RunFolderError(f"{path} is not a run's log: it has no {error.args[0]}") from None
+            problem = f"it has no {error.args[0]}"
         except (ValueError, EOFError, zipfile.BadZipFile, zlib.error):
-            raise RunFolderError(f"{path} is not a run's log: it is damaged") from None
-        if problem := log._problem():
+            problem = "it is damaged"
+        if problem:
             raise RunFolderError(f"{path} is not a run's log: {problem}")
         return log
 
     def _problem(self) -> str:
-        """Why these can't be the signals of a run; empty if they can."""
+        """The reason why these can't be the signals of a run; empty if they can."""
         if not np.isfinite(self.time).all() or not (np.diff(self.time) > 0).all():
             return "its time does not grow from row to row"
         for name, table in self.signals.items():

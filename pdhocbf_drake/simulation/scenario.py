@@ -1,17 +1,15 @@
-"""What a user writes about a whole run: every room's config composed, nothing more."""
+"""The config of a whole run: system, duration, disturbances, and the configs of gait, controller and barriers."""
 
 from __future__ import annotations
 
-import json
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from pdhocbf_drake.config import Config, Name, parse_config, within
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
-from pdhocbf_drake.simulation.disturbance_config import MeasurementConfig, ModelErrorConfig
-from pdhocbf_drake.simulation.drake_config import complete_plant_config, complete_simulator_config
+from pdhocbf_drake.simulation.drake_config import completed, plant_config, simulator_config
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
@@ -21,14 +19,14 @@ _Force = Annotated[float, within(-1e6, 1e6, "N")]
 
 
 class Push(Config):
-    """A constant force on one body for a while.
+    """A constant force on one body for some time.
 
     Attributes:
         body: the body pushed at its centre of mass; null is the robot's torso.
-        time: when it starts [s]; null where `step` and `phase` say it.
+        time: its start [s]; null where `step` and `phase` give it.
         step: the step in which it starts; 0 is the first one that moves a foot.
         phase: tick of that step [ticks].
-        duration: how long it lasts [s].
+        duration: its length [s].
         force: in world axes [N].
     """
 
@@ -46,33 +44,74 @@ class Push(Config):
         return self
 
     def start(self, gait: GaitConfig) -> float:
-        """When the push starts [s]."""
+        """The start of the push [s]."""
         if self.time is not None:
             return self.time
         return ((gait.start_steps + (self.step or 0)) * gait.ticks_per_step + self.phase) * gait.tick
 
 
-class Scenario(Config):
-    """One run: what moves, for how long, under which gait, controller and barriers.
+class ModelErrorConfig(Config):
+    """Differences of the simulated robot from the controller's model of it.
 
     Attributes:
-        name: the name it was found under.
+        torso_mass: mass and inertia of the simulated torso over those of the controller's model [1].
+    """
+
+    torso_mass: float = Field(1.0, gt=0, le=100)
+
+
+class MeasurementNoise(Config):
+    """Standard deviations of white noise, drawn anew at every tick, the same in x and y.
+
+    Attributes:
+        com: of the CoM [m].
+        velocity: of the CoM velocity [m/s].
+        zmp: of the ZMP [m].
+    """
+
+    com: Annotated[float, within(0.0, 10.0, "m")] = 0.0
+    velocity: Annotated[float, within(0.0, 10.0, "m/s")] = 0.0
+    zmp: Annotated[float, within(0.0, 10.0, "m")] = 0.0
+
+    @property
+    def deviations(self) -> list[float]:
+        """One for each element of `lip_state`."""
+        return [self.com, self.velocity, self.zmp] * 2
+
+
+class MeasurementConfig(Config):
+    """Errors of the estimate that the controller gets.
+
+    Attributes:
+        noise: added to the CoM and ZMP.
+        delay_ticks: delay of CoM, ZMP and soles [ticks].
+    """
+
+    noise: MeasurementNoise = MeasurementNoise()
+    delay_ticks: int = Field(0, ge=0, le=1000)
+
+
+class Scenario(Config):
+    """One run.
+
+    Attributes:
+        name: that of the packaged scenario, of its entry in a file, or the stem of the file.
         description: one sentence for `pdhocbf list`.
         system: "biped" (multibody with contact), "vhip" (template alone, eqs. (22)-(24)) or
             "van_der_pol" (eqs. (15)-(18)).
         duration: simulated time [s].
-        seed: seed of everything random.
+        seed: seed of all random numbers.
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
         friction: Coulomb coefficient between soles and ground [1].
-        gait, mpc, vhip, van_der_pol: the configs of those rooms; a CoM height and a stance width that a file leaves
-            out are those of its robot.
+        gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
+            the robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
         pushes: forces on the robot, or on the template's mass.
-        model_error: how the simulated robot differs from the controller's model of it.
+        model_error: differences of the simulated robot from the controller's model of it.
         measurement: noise and delay of the measurements that the controller gets.
-        plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`; what is left out is
-            Drake's default, except that contact is solved by SAP on points, never softened for being near rigid.
+        plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`. The defaults are Drake's, except that
+            contact is solved by SAP on points, never softened for being near rigid.
     """
 
     name: Name = "scenario"
@@ -91,18 +130,8 @@ class Scenario(Config):
     measurement: MeasurementConfig = MeasurementConfig()
     vhip: VhipConfig = VhipConfig()
     van_der_pol: VanDerPolConfig = VanDerPolConfig()
-    plant: dict[str, Any] = Field({}, validate_default=True)
-    simulator: dict[str, Any] = Field({}, validate_default=True)
-
-    @field_validator("plant")
-    @classmethod
-    def _complete_plant(cls, plant: dict[str, Any]) -> dict[str, Any]:
-        return complete_plant_config(plant)
-
-    @field_validator("simulator")
-    @classmethod
-    def _complete_simulator(cls, simulator: dict[str, Any]) -> dict[str, Any]:
-        return complete_simulator_config(simulator)
+    plant: Annotated[dict[str, Any], AfterValidator(completed(plant_config))] = Field({}, validate_default=True)
+    simulator: Annotated[dict[str, Any], AfterValidator(completed(simulator_config))] = Field({}, validate_default=True)
 
     @property
     def tick(self) -> float:
@@ -118,6 +147,5 @@ class Scenario(Config):
         return parse_config(cls, data, where)
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain data with every default written out; `from_dict` makes this scenario of it again."""
-        data: dict[str, Any] = json.loads(self.model_dump_json())
-        return data
+        """Plain data with every default written out, from which `from_dict` makes an equal scenario."""
+        return self.model_dump(mode="json")

@@ -1,7 +1,7 @@
-"""Finds scenarios by name in the package, or in a user's file, and resolves `extends` and overrides.
+"""Scenarios from the package or a user's file, with `extends` and overrides resolved.
 
-A file holds one scenario, or several under their names (`FILE:NAME`). `extends: NAME` starts from another
-scenario, of the same file or of the package, and merges what follows into it in depth.
+A file holds one scenario, or several under their names (`FILE:NAME`). The keys after `extends: NAME` are merged in
+depth into another scenario, of the same file or of the package.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _PACKAGED = Path(__file__).resolve().parent.parent / "scenarios"
 
 
 def scenario_names() -> list[str]:
-    """The scenarios of the package."""
+    """Names of the package's scenarios."""
     return sorted(path.stem for path in _PACKAGED.glob("*.yaml"))
 
 
@@ -46,42 +46,33 @@ def load_scenario(scenario: str, text: str = "") -> Scenario:
 
 
 def _completed(data: dict[str, Any]) -> dict[str, Any]:
-    """The data with the robot's CoM height and stance width where a biped's scenario leaves them out."""
+    """The data, with the robot's CoM height and stance width where a biped's scenario omits them."""
     robot, gait = data.get("robot", DEFAULT_ROBOT), data.get("gait", {})
-    if data.get("system", "biped") != "biped" or not isinstance(robot, str) or not isinstance(gait, dict):
-        return data
-    if {"com_height", "stance_width"} <= set(gait):
+    walks = data.get("system", "biped") == "biped" and isinstance(robot, str) and isinstance(gait, dict)
+    if not walks or {"com_height", "stance_width"} <= set(gait):
         return data
     config = load_robot_config(robot)
     return {**data, "gait": {"com_height": config.com_height, "stance_width": config.stance_width, **gait}}
 
 
 def _find(scenario: str) -> tuple[dict[str, Any], str, Path]:
-    file, entry = _split(scenario)
-    if file is None:
+    """Data, name and folder of a packaged scenario, or of the one at FILE or FILE:NAME."""
+    head, _, entry = scenario.rpartition(":")
+    if _is_file(head):
+        siblings = _map(read_yaml(Path(head)), head)
+        if entry not in siblings:
+            raise InputError(f"{Path(head)} has no scenario {shown(entry)}; it has {_listed(siblings)}")
+        where = f"{Path(head)}:{entry}"
+        data = _extended(_map(siblings[entry], where), siblings, where, (entry,))
+        return data, as_name(entry), Path(head).resolve().parent
+    if not _is_file(scenario):
         return _packaged(scenario), scenario, _PACKAGED
-    content = read_yaml(file)
-    if entry is None:
-        data = _map(content, str(file))
-        if data and not set(data) & {*Scenario.model_fields, "extends"} and all(map(_is_map, data.values())):
-            raise InputError(f"{file} holds several scenarios; choose one as {file}:NAME from {_listed(data)}")
-        # A run folder's scenario.yaml holds the scenario's name; in any other file the name is the stem of the path.
-        return _extended(data, {}, str(file), ()), as_name(file.stem), file.resolve().parent
-    siblings = _map(content, str(file))
-    if entry not in siblings:
-        raise InputError(f"{file} has no scenario {shown(entry)}; it has {_listed(siblings)}")
-    where = f"{file}:{entry}"
-    return _extended(_map(siblings[entry], where), siblings, where, (entry,)), as_name(entry), file.resolve().parent
-
-
-def _split(scenario: str) -> tuple[Path | None, str | None]:
-    """(file, entry), or (None, None) for the name of a packaged scenario."""
-    head, colon, tail = scenario.rpartition(":")
-    if colon and _is_file(head):
-        return Path(head), tail
-    if _is_file(scenario):
-        return Path(scenario), None
-    return None, None
+    file = Path(scenario)
+    data = _map(read_yaml(file), str(file))
+    if data and not set(data) & {*Scenario.model_fields, "extends"} and all(isinstance(v, dict) for v in data.values()):
+        raise InputError(f"{file} holds several scenarios; choose one as {file}:NAME from {_listed(data)}")
+    # A run folder's scenario.yaml holds the scenario's name; in any other file the name is the stem of the path.
+    return _extended(data, {}, str(file), ()), as_name(file.stem), file.resolve().parent
 
 
 def _is_file(text: str) -> bool:
@@ -103,14 +94,12 @@ def _packaged(
 
 
 def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, extending: tuple[str, ...]) -> dict[str, Any]:
-    """`data` merged onto the scenario that it extends, and that one onto its own; `extending` is the chain so far."""
-    data = dict(data)
+    """`data` merged into the scenario that it extends, and that one into its own; `extending` is the chain so far."""
     if not data:
         raise InputError(f"{where} holds no scenario: at least `extends: NAME` or `system: NAME` is needed")
     if "extends" not in data:
-        _merged({}, data, where)
-        return data
-    base = data.pop("extends")
+        return _merged({}, data, where)
+    base = data["extends"]
     if not isinstance(base, str):
         raise InputError(f"{where}.extends must be the name of a scenario, given {shown(base)}")
     if base in extending:
@@ -122,11 +111,11 @@ def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, extend
         parent = _packaged(base, extending, siblings, where)
     # A scenario's own name and description are not inherited.
     inherited = {key: value for key, value in parent.items() if key not in ("name", "description")}
-    return _merged(inherited, data, where)
+    return _merged(inherited, {key: value for key, value in data.items() if key != "extends"}, where)
 
 
 def _merged(base: dict[str, Any], over: dict[str, Any], where: str) -> dict[str, Any]:
-    """`base` with the values of `over`; a null for a barrier that is not there is an error."""
+    """`base` with the values of `over`; raises `InputError` for a null in place of a barrier that is not in `base`."""
     here, changes = base.get("barriers"), over.get("barriers")
     names = [name for name, barrier in here.items() if barrier is not None] if isinstance(here, dict) else []
     for name, barrier in changes.items() if isinstance(changes, dict) else ():
@@ -137,24 +126,18 @@ def _merged(base: dict[str, Any], over: dict[str, Any], where: str) -> dict[str,
     return merged
 
 
-def _is_map(data: Any) -> bool:
-    return isinstance(data, dict)
-
-
 def _listed(names: Iterable[Any]) -> str:
     return ", ".join(sorted(map(str, names)))
 
 
 def _map(data: Any, where: str) -> dict[str, Any]:
-    if data is None:
-        return {}
-    if not isinstance(data, dict):
+    if not isinstance(data, dict | None):
         raise InputError(f"{where} must be a YAML map of scenario keys, given {shown(data)}")
-    return data
+    return data or {}
 
 
 def _anchored(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The data with the paths of a robot and a terminal set, which are relative to the scenario's file, absolute."""
+    """The data with the paths of a robot and a terminal set, which are relative to `folder`, absolute."""
     robot, mpc = data.get("robot"), data.get("mpc")
     if isinstance(robot, str) and _is_file(robot):
         data = {**data, "robot": str((folder / robot).resolve())}

@@ -24,13 +24,21 @@ Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 
+@contextmanager
+def _without_garbage_collection() -> Iterator[None]:
+    """Suspends the search for reference cycles, which takes long among the many objects of a diagram."""
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if collecting:
+            gc.enable()
+
+
+@_without_garbage_collection()
 def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
     """The scenario's diagram with its log, drawn in `meshcat`; raises `InputError` or `ModelError`."""
-    with collecting_no_garbage():
-        return _make_diagram(scenario, meshcat)
-
-
-def _make_diagram(scenario: Scenario, meshcat: Meshcat | None) -> LoggedDiagram:
     check_scenario(scenario)
     if meshcat is not None:
         check_watchable(scenario)
@@ -42,42 +50,23 @@ def _make_diagram(scenario: Scenario, meshcat: Meshcat | None) -> LoggedDiagram:
     config = scenario.gait
     heights = (config.com_height - config.com_height_amplitude, config.com_height + config.com_height_amplitude)
     check_walk(
-        biped,
-        stride=config.stride,
-        stance_width=config.stance_width,
-        com_heights=heights,
-        zmp_box=config.zmp_box,
+        biped, stride=config.stride, stance_width=config.stance_width, com_heights=heights, zmp_box=config.zmp_box
     )
     if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
         check_zmp_box(biped, scenario.mpc.recovery.zmp_box)
     return biped_diagram(scenario, build_walk(scenario), biped, meshcat)
 
 
-@contextmanager
-def collecting_no_garbage() -> Iterator[None]:
-    """Suspends the search for reference cycles, which takes long among the many objects of a diagram."""
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collecting:
-            gc.enable()
-
-
 def check_watchable(scenario: Scenario) -> None:
-    """Raises `InputError` for a scenario without a robot, which has no body to show."""
+    """Raises `InputError` for a scenario without a robot, which Meshcat can't show."""
     if scenario.system != "biped":
         raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Meshcat | None = None) -> RunLog:
-    """Runs a scenario until its duration is over, the robot falls, Drake fails, or Ctrl-C.
-
-    The log up to then is returned in each case; `RunLog.ending` is the reason.
+    """The log of a scenario up to its duration, a fall, a failure in Drake or Ctrl-C; `RunLog.ending` says which.
 
     Args:
-        scenario: the scenario.
         progress: called every 0.1 s of simulated time, with that time [s].
         meshcat: shows the robot while it walks, no faster than real time.
 
@@ -112,6 +101,6 @@ def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Mesh
 
 
 def _end(scenario: Scenario) -> float:
-    """The duration; where it is a whole number of ticks, not below the time that Drake gives the last one [s]."""
+    """The duration [s]; of a whole number of ticks, no less than that number times the tick, as Drake rounds it."""
     last = round(scenario.duration / scenario.tick) * scenario.tick
     return max(last, scenario.duration) if abs(last - scenario.duration) < 1e-9 else scenario.duration

@@ -1,4 +1,4 @@
-"""A diagram under construction, whose ports are connected and logged by name, and the finished diagram with its log."""
+"""A diagram under construction, whose ports are connected and logged by name; and the finished diagram with its log."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class LoggedDiagram:
 
     Attributes:
         sink: takes one sample a tick. Every sink costs 1 µs at each step of the plant, so there is one.
-        columns: where each signal stands in a sample.
+        columns: each signal's place in a sample.
         adjust: functions to apply to each new context of the diagram, which set seeds and parameters.
     """
 
@@ -46,8 +46,8 @@ class Wiring:
     """A diagram under construction.
 
     An output port is registered under its own name when its block is added, or by `offer`; input ports are connected
-    to the output port of the same name. Where a port is measured with an error, see `offer_measured`, the controller is
-    connected to the measured one.
+    to the output port of the same name. A port that is measured with an error has a second, measured one of its name,
+    to which the controller is connected.
 
     Attributes:
         tick: interval of the log [s].
@@ -68,31 +68,18 @@ class Wiring:
             self._ports.setdefault(port.get_name(), port)
         return system
 
-    def offer(self, name: str, port: OutputPort) -> None:
-        """Registers an output port under a name."""
-        self._ports[name] = port
+    def offer(self, name: str, port: OutputPort, measured: bool = False) -> None:
+        """Registers an output port under a name, or the late or noisy copy of the port of that name."""
+        self._ports[name + _MEASURED * measured] = port
 
-    def offer_measured(self, name: str, port: OutputPort) -> None:
-        """Registers the late or noisy copy of the port of that name."""
-        self._ports[name + _MEASURED] = port
+    def port(self, name: str, measured: bool = False) -> OutputPort:
+        """The output port of that name, or its measured copy if it has one."""
+        return self._ports.get(name + _MEASURED * measured, self._ports[name])
 
-    def port(self, name: str) -> OutputPort:
-        """The output port of that name."""
-        return self._ports[name]
-
-    def measured_port(self, name: str) -> OutputPort:
-        """The measured copy of the port of that name, or the port itself where its measurement is exact."""
-        return self._ports.get(name + _MEASURED, self._ports[name])
-
-    def connect(self, system: System, *names: str) -> None:
-        """Connects input ports to the output ports of the same names."""
+    def connect(self, system: System, *names: str, measured: bool = False) -> None:
+        """Connects input ports to the output ports of the same names, or to their measured copies."""
         for name in names:
-            self.builder.Connect(self.port(name), system.GetInputPort(name))
-
-    def connect_measured(self, system: System, *names: str) -> None:
-        """Connects input ports to the measured copies of the output ports of the same names."""
-        for name in names:
-            self.builder.Connect(self.measured_port(name), system.GetInputPort(name))
+            self.builder.Connect(self.port(name, measured), system.GetInputPort(name))
 
     def log(self, *names: str) -> None:
         """Logs output ports at every tick."""

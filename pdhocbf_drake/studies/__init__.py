@@ -1,1 +1,1 @@
-"""What the verbs of the command line measure: certificates, pushes, campaigns, the paper's results, speed."""
+"""The measurements of the command line's verbs: certificates, pushes, campaigns, the paper's results, speed."""

@@ -1,10 +1,23 @@
-"""The arithmetic of support region and swing foot in a tick, as machine code."""
+"""The arithmetic of template, support region and swing foot in a tick, as machine code."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from pdhocbf_drake.jit import compiled
+
+
+@compiled
+def write_following(
+    A: np.ndarray, B: np.ndarray, state: np.ndarray, zmp_velocity: np.ndarray, following: np.ndarray
+) -> None:
+    """Writes A s + B u of both axes: `Vhip.step_axes`."""
+    for axis in range(2):
+        for i in range(3):
+            total = B[i] * zmp_velocity[axis]
+            for j in range(3):
+                total += A[i, j] * state[axis, j]
+            following[axis, i] = total
 
 
 @compiled

@@ -9,7 +9,7 @@ import numpy as np
 from pdhocbf_drake.barriers.checks import finite_array, finite_number, shown
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.jit import compiled
+from pdhocbf_drake.walking.kernels import write_following
 
 Flow = Literal["euler", "exact"]
 
@@ -57,7 +57,7 @@ class Vhip:
     def step_axes(self, tick: int, state: np.ndarray, zmp_velocity: np.ndarray) -> np.ndarray:
         """s(k + 1) of both axes from s(k), shape (2, 3), under ZMP velocities (2,) [m/s]."""
         phase, following = tick % self.period, np.empty((2, 3))
-        _step_axes(self.A[phase], self.B[phase], state, zmp_velocity, following)
+        write_following(self.A[phase], self.B[phase], state, zmp_velocity, following)
         return following
 
     def prediction(self, tick: int, horizon: int) -> tuple[np.ndarray, np.ndarray]:
@@ -86,19 +86,6 @@ class Vhip:
         for part in (phi, gamma):
             part.flags.writeable = False  # every call returns views of these arrays
         return phi, gamma
-
-
-@compiled
-def _step_axes(
-    A: np.ndarray, B: np.ndarray, state: np.ndarray, zmp_velocity: np.ndarray, following: np.ndarray
-) -> None:
-    """Writes A s + B u of both axes."""
-    for axis in range(2):
-        for i in range(3):
-            total = B[i] * zmp_velocity[axis]
-            for j in range(3):
-                total += A[i, j] * state[axis, j]
-            following[axis, i] = total
 
 
 def _euler(eta: float, tick: float) -> tuple[np.ndarray, np.ndarray]:

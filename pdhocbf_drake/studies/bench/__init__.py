@@ -1,1 +1,1 @@
-"""Measures what a control tick costs, against other ways to solve the same problem: `pdhocbf bench`."""
+"""Measures the time of a control tick, beside other ways to solve the same problem: `pdhocbf bench`."""

@@ -24,12 +24,12 @@ def bare_plant(scenario: Scenario, walk: Walk, biped: Biped) -> Diagram:
 
 
 def replayed_plant(scenario: Scenario, walk: Walk, biped: Biped, log: RunLog) -> Diagram:
-    """The same, driven by the joint targets and torques of a recorded run, without a line of Python in the loop.
+    """The same, driven by the joint targets and torques of a recorded run, without Python in the loop.
 
-    It is given what it was given then, at the same step, and so it walks as it did then, bit for bit: what it costs is
-    the walking plant's own part of the closed loop.
+    With the same inputs at the same steps it repeats the recorded walk bit for bit: its time is the walking plant's
+    own part of the closed loop.
     """
-    # What is planned at tick k reaches the plant's first step after it: the targets change between these two steps.
+    # The plan of tick k reaches the plant in its first step after k: the targets change between these two steps.
     between = 0.5 * plant_config(scenario.plant).time_step
     changes = np.concatenate([[-scenario.tick], log.time[:-1] + between, [log.time[-1] + scenario.tick]])
     held = (np.vstack([log[name], log[name][-1:]]).T for name in ("desired_state", "feedforward"))

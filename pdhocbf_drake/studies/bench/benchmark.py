@@ -1,4 +1,4 @@
-"""The whole benchmark as one function: what is measured, in which order, and the numbers that come out."""
+"""The whole benchmark as one function: its measurements in their order, and the numbers that they give."""
 
 from __future__ import annotations
 
@@ -11,18 +11,16 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.qp import has_daqp
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.bench import accuracy, growth, loops, other_solvers, startup
-from pdhocbf_drake.studies.bench.parts import parts
-from pdhocbf_drake.studies.bench.recording import record
-from pdhocbf_drake.studies.bench.reference import Gap
-from pdhocbf_drake.studies.bench.routes import Core, Ours, Rebuilt, Route, Updated, sparse_qps
-from pdhocbf_drake.studies.bench.timing import time_routes, typical
+from pdhocbf_drake.studies.bench import accuracy, loops, other_solvers, own_tick, startup
+from pdhocbf_drake.studies.bench.recording import record, time_routes, typical
+from pdhocbf_drake.studies.bench.routes import Rebuilt, Route, Updated, core, ours, sparse_qps
 
-Tell = Callable[[float], None]
+Report = Callable[[float], None]
+"""Called with the share of the benchmark that is done."""
 
 
 class Effort(NamedTuple):
-    """How much is measured: `FULL` or `QUICK`."""
+    """The amount of work: `FULL` or `QUICK`."""
 
     ticks: int  # recorded of each run
     passes: int
@@ -45,7 +43,7 @@ FULL = Effort(
 QUICK = Effort(80, 3, False, 6, 400, 1.0, 2.0, (0.001, 0.005), 3.0, 1.5, ((80, 80), (80, 160)), 1)
 
 
-def measure(effort: Effort, tell: Tell) -> dict[str, Any]:
+def measure(effort: Effort, report: Report) -> dict[str, Any]:
     """All numbers of the benchmark, as JSON data.
 
     Raises:
@@ -58,64 +56,54 @@ def measure(effort: Effort, tell: Tell) -> dict[str, Any]:
     qps = sparse_qps(walk)
     drake = [Rebuilt(walk, qps), Updated(walk, qps)]
     others = [kind(walk, qps) for kind in other_solvers.installed()] if effort.other_solvers else []
-    _time_ticks(effort, walk, drake, others, results, tell)
-    _judge(effort, walk, drake, others, results, tell)
-    results["rest"] = parts(walk, record(walk, min(effort.ticks, 160), perturbed=True).ticks, effort.passes)
+    _time_ticks(effort, walk, drake, others, results, report)
+    _judge(effort, walk, drake, others, results, report)
+    recorded = record(walk, min(effort.ticks, 160), perturbed=True).ticks
+    results["rest"] = own_tick.parts(walk, recorded, effort.passes)
 
-    tell(0.5)
-    results["template"] = loops.template_loop(effort.template_seconds, effort.rounds)
-    tell(0.55)
-    results["robot"] = loops.robot_loop(effort.robot_seconds)
-    tell(0.65)
-    results["plant_steps"] = loops.plant_steps(list(effort.plant_steps), effort.steps_seconds)
-    tell(0.8)
-    results["growth"] = growth.grow(list(effort.gaits), effort.passes)
-    results["growth_exponent"] = growth.exponent(results["growth"], 80)
-    tell(0.9)
-    start = startup.start_up("walking", effort.rounds)
-    grown = startup.resident_growth(load_scenario("walking"), effort.memory_seconds, effort.memory_seconds / 3.0)
-    results["start_up"] = {
-        "import_drake_seconds": start.imported,
-        "ready_seconds": start.ready,
-        "prepared_seconds": start.prepared,
-    }
-    results["resident_growth_bytes"] = grown
-
-    same = [row for row in results["plant_steps"] if row["same_walk"]]
+    report(0.5)
+    template = results["template"] = loops.template_loop(effort.template_seconds, effort.rounds)
+    report(0.55)
+    robot = results["robot"] = loops.robot_loop(effort.robot_seconds)
+    report(0.65)
+    steps = results["plant_steps"] = loops.plant_steps(list(effort.plant_steps), effort.steps_seconds)
+    report(0.8)
+    results["growth"] = own_tick.grow(list(effort.gaits), effort.passes)
+    results["growth_exponent"] = own_tick.exponent(results["growth"], 80)
+    report(0.9)
+    start = results["start_up"] = startup.start_up("walking", effort.rounds)
+    memory = effort.memory_seconds
+    results["resident_growth_bytes"] = startup.resident_growth(load_scenario("walking"), memory, memory / 3.0)
     results["ratios"] |= {
-        "robot_over_bare_plant": results["robot"]["robot_over_bare_plant"],
-        "template_real_time_factor": results["template"]["real_time_factor"],
-        "robot_real_time_factor": max(row["real_time_factor"] for row in same),
-        "start_over_import": start.ready / start.imported,
+        "robot_over_bare_plant": robot["robot_over_bare_plant"],
+        "template_real_time_factor": template["real_time_factor"],
+        "robot_real_time_factor": max(row["real_time_factor"] for row in steps if row["same_walk"]),
+        "start_over_import": start["ready_seconds"] / start["import_drake_seconds"],
     }
     return results
 
 
 def _time_ticks(
-    effort: Effort, walk: Walk, drake: list[Route], others: Sequence[Route], results: dict[str, Any], tell: Tell
+    effort: Effort, walk: Walk, drake: Sequence[Route], others: Sequence[Route], results: dict[str, Any], report: Report
 ) -> None:
     """The routes on the same nominal and perturbed ticks."""
-    routes = [Ours(walk), Core(walk), *drake]
+    routes = {"ours": ours(walk), "solver core": core(walk), **{route.name: route.seconds for route in drake}}
     block = walk.gait.period
     results["ticks"], ratios = {}, results["ratios"]
-    for run, perturbed in (("nominal", False), ("perturbed", True)):
-        ticks = record(walk, effort.ticks, perturbed).ticks
-        started = 0.15 * perturbed
+    for run, begun in (("nominal", 0.0), ("perturbed", 0.15)):
+        ticks = record(walk, effort.ticks, run == "perturbed").ticks
 
-        def told(share: float, started: float = started) -> None:
-            tell(started + 0.15 * share)
+        def progress(share: float, begun: float = begun) -> None:
+            report(begun + 0.15 * share)
 
-        seconds = time_routes(routes, ticks, effort.passes, block, told)
-        if others:
-            seconds |= time_routes(others, ticks[:block], 1, block, told)
+        seconds = time_routes(routes, ticks, effort.passes, block, progress)
+        seconds |= time_routes({route.name: route.seconds for route in others}, ticks[:block], 1, block)
         results["ticks"][run] = {name: _summary(times) for name, times in seconds.items()}
-        ours = typical(seconds["ours"])
-        ratios[f"stock_over_ours_{run}"] = float(np.median(typical(seconds["Drake rebuilt"]) / ours))
-        if perturbed:
-            raw = seconds["ours"]
-            ratios["ours_over_core"] = float(np.median(ours / typical(seconds["solver core"])))
-            ratios["p99_over_median"] = float(np.quantile(ours, 0.99) / np.median(ours))
-            ratios["p99_over_median_every_pass"] = float(np.quantile(raw, 0.99) / np.median(raw))
+        own = typical(seconds["ours"])
+        ratios[f"stock_over_ours_{run}"] = float(np.median(typical(seconds["Drake rebuilt"]) / own))
+    ratios["ours_over_core"] = float(np.median(own / typical(seconds["solver core"])))
+    for name, times in (("p99_over_median", own), ("p99_over_median_every_pass", seconds["ours"])):
+        ratios[name] = float(np.quantile(times, 0.99) / np.median(times))
 
 
 def _summary(times: np.ndarray) -> dict[str, float]:
@@ -128,12 +116,12 @@ def _summary(times: np.ndarray) -> dict[str, float]:
 
 
 def _judge(
-    effort: Effort, walk: Walk, drake: list[Route], others: Sequence[Route], results: dict[str, Any], tell: Tell
+    effort: Effort, walk: Walk, drake: Sequence[Route], others: Sequence[Route], results: dict[str, Any], report: Report
 ) -> None:
-    """Accuracy of every route, and what a long perturbed walk does to the solver."""
-    found: dict[str, list[Gap]] = {}
+    """Accuracy of every route, and the exits of the solver in a long perturbed walk."""
+    found: dict[str, list[accuracy.Gap]] = {}
     for perturbed in (False, True):
-        tell(0.3 + 0.1 * perturbed)
+        report(0.3 + 0.1 * perturbed)
         ticks = record(walk, effort.ticks, perturbed, seed=1).ticks
         chosen = ticks[:: max(1, len(ticks) // effort.judged)]
         few = 10 if others else 0

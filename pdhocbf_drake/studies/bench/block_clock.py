@@ -1,4 +1,4 @@
-"""Where a tick's time goes: clocks around the Python of every block and around Drake's arithmetic on the robot."""
+"""Clocks around the Python of every block, for the part of each in a tick's time, and around Drake's arithmetic."""
 
 from __future__ import annotations
 
@@ -13,19 +13,14 @@ from pydrake.systems.framework import LeafSystem
 from pdhocbf_drake import systems
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.simulation import simulate as _every_block_is_loaded_by  # noqa: F401
-from pdhocbf_drake.studies.bench.clock import now
+from pdhocbf_drake.studies.bench.recording import now
 
-_CALLED_BY_DRAKE = (
-    ("context", "output"),
-    ("context", "values"),
-    ("context", "value"),
-    ("context",),
-    ("context", "state"),
-)
+_CALLED_BY_DRAKE = {("context", *rest) for rest in ((), ("output",), ("values",), ("value",), ("state",))}
+"""Names of the arguments of a block's functions that Drake calls."""
 
 
 class BlockClock:
-    """Seconds spent in each block's own code, without what other blocks did for it, since `clear`.
+    """Seconds spent since `clear` in each block's own code, without the blocks that it calls.
 
     Attributes:
         seconds: by the block's name; "PeriodicMpc" is the solve inside "MpcController".
@@ -36,6 +31,7 @@ class BlockClock:
         self._inner: list[float] = []
 
     def clear(self) -> None:
+        """Sets all to zero."""
         self.seconds.clear()
 
     def around(self, name: str, function: Callable[..., Any]) -> Callable[..., Any]:
@@ -60,9 +56,9 @@ def block_clock() -> Iterator[BlockClock]:
     """Diagrams that are built inside have their blocks timed; the classes are put back afterwards."""
     blocks = [
         (block, name, block.__name__)
-        for block in _python_blocks()
+        for block in LeafSystem.__subclasses__()
         for name, function in vars(block).items()
-        if callable(function) and _is_callback(function)
+        if block.__module__.startswith(systems.__name__) and _is_callback(function)
     ]
     with _clock_around([*blocks, (PeriodicMpc, "solve", "PeriodicMpc")]) as clock:
         yield clock
@@ -94,10 +90,6 @@ def _clock_around(functions: Sequence[tuple[type, str, str]]) -> Iterator[BlockC
             setattr(owner, name, function)
 
 
-def _python_blocks() -> list[type]:
-    return [block for block in LeafSystem.__subclasses__() if block.__module__.startswith(systems.__name__)]
-
-
-def _is_callback(function: Callable[..., Any]) -> bool:
+def _is_callback(function: Any) -> bool:
     code = getattr(function, "__code__", None)
     return code is not None and code.co_varnames[1 : code.co_argcount] in _CALLED_BY_DRAKE

@@ -11,19 +11,19 @@ from pdhocbf_drake.terminal import say, shown_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """How much to measure, and where the numbers go."""
+    """The verb's arguments."""
     parser.add_argument("--quick", action="store_true", help="a small version, half a minute")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the numbers, and the plots beside them")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Runs the benchmark; gives the exit code."""
+    """Runs the benchmark; returns the exit code."""
     place: Path | None = options.json
     if place is not None and not place.parent.is_dir():
         raise InputError(f"--json: the folder {place.parent} does not exist")
     if place is not None and not os.access(place.parent, os.W_OK):
         raise InputError(f"--json: nothing can be written in the folder {place.parent}")
-    # Loaded here, since they load Drake, which a wrong argument need not wait for.
+    # Imported here, since they import Drake: a wrong argument is refused without that delay.
     from pdhocbf_drake.simulation.run_folder import replaced_file
     from pdhocbf_drake.studies.bench.benchmark import FULL, QUICK, measure
     from pdhocbf_drake.studies.bench.report import draw, report

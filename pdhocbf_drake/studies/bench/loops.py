@@ -17,8 +17,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
 from pdhocbf_drake.studies.bench.bare_plant import bare_plant, replayed_plant
 from pdhocbf_drake.studies.bench.block_clock import block_clock, drake_clock
-from pdhocbf_drake.studies.bench.clock import now
-from pdhocbf_drake.studies.bench.recording import record
+from pdhocbf_drake.studies.bench.recording import now, record
 from pdhocbf_drake.systems.unbundled import leaf_of
 
 _CHUNK = 0.2  # [s] of simulated time between turns
@@ -31,11 +30,7 @@ def template_loop(duration: float, repeats: int) -> dict[str, float]:
     walk = build_walk(scenario)
     loops, plain = [], []
     for _ in range(repeats):
-        simulator = Simulator(make_diagram(scenario).diagram)
-        simulator.Initialize()
-        start = now()
-        simulator.AdvanceTo(duration)
-        loops.append(now() - start)
+        loops.append(_advanced(_started(make_diagram(scenario).diagram), duration))
         start = now()
         standing = (scenario.gait.start_steps + 2) * scenario.gait.ticks_per_step
         record(walk, round(duration / scenario.tick) - standing, perturbed=False)
@@ -52,12 +47,11 @@ def template_loop(duration: float, repeats: int) -> dict[str, float]:
 def robot_loop(duration: float) -> dict[str, Any]:
     """The walking robot, the same plant standing, and the same plant walking from a recording, in turns.
 
-    All at a plant step of 1 ms, and timed from the first step on. The last one holds no Python: less than it costs, no
-    controller can make the loop.
+    All at a plant step of 1 ms, and timed from the first step on. The last one holds no Python: its time is the least
+    that the loop can take with any controller.
     """
     scenario = load_scenario("walking", "plant: {time_step: 0.001}")
-    walk = build_walk(scenario)
-    robot = Biped.load(scenario.robot)
+    walk, robot = build_walk(scenario), Biped.load(scenario.robot)
     logged = make_diagram(scenario)
     recording = _started(logged.diagram)
     standing = scenario.gait.start_steps * scenario.gait.ticks_per_step * scenario.tick
@@ -67,15 +61,14 @@ def robot_loop(duration: float) -> dict[str, Any]:
     for simulator in three:
         simulator.AdvanceTo(standing)
     walls = np.array([[_advanced(simulator, _CHUNK) for simulator in three] for _ in range(round(duration / _CHUNK))])
-    ticks = _CHUNK / scenario.tick
-    loop, bare, replay = np.median(walls, axis=0)
+    per_tick = np.median(walls, axis=0) / (_CHUNK / scenario.tick)
     over_bare = np.median(walls / walls[:, 1:2], axis=0)
     return {
         "robot_over_bare_plant": float(over_bare[0]),
         "replayed_over_bare_plant": float(over_bare[2]),
-        "loop_seconds_per_tick": float(loop / ticks),
-        "bare_plant_seconds_per_tick": float(bare / ticks),
-        "replayed_plant_seconds_per_tick": float(replay / ticks),
+        "loop_seconds_per_tick": float(per_tick[0]),
+        "bare_plant_seconds_per_tick": float(per_tick[1]),
+        "replayed_plant_seconds_per_tick": float(per_tick[2]),
         **calls(scenario, min(duration, 2.0)),
         "blocks": blocks(scenario, min(duration, 4.0)),
     }
@@ -88,13 +81,14 @@ def _started(diagram: Diagram) -> Simulator:
 
 
 def _advanced(simulator: Simulator, by: float) -> float:
+    """The time that simulating `by` seconds takes [s]."""
     start = now()
     simulator.AdvanceTo(simulator.get_context().get_time() + by)
     return now() - start
 
 
 def _warm(scenario: Scenario) -> Simulator:
-    """A second after the start, with all compiled: what a tick costs, not what its first time costs."""
+    """A simulation one second after its start, with every program compiled, so that each tick costs the same."""
     diagram = make_diagram(scenario).diagram
     leaf_of(diagram.GetSubsystemByName("mpc_controller")).mpc.prepare()
     simulator = _started(diagram)
@@ -103,7 +97,7 @@ def _warm(scenario: Scenario) -> Simulator:
 
 
 def calls(scenario: Scenario, duration: float) -> dict[str, float]:
-    """What a tick calls from Python, and the time of it that is Drake's own arithmetic on the robot (kinematics, …).
+    """Calls from Python in a tick, and the time of Drake's own arithmetic on the robot in them (kinematics, …) [s].
 
     The calls are those that Python's profiler counts: with pybind11 (Drake before 1.52) those into Drake as well.
     """
@@ -121,7 +115,7 @@ def calls(scenario: Scenario, duration: float) -> dict[str, float]:
 
 
 def blocks(scenario: Scenario, duration: float) -> dict[str, float]:
-    """Seconds of a tick by block; "plant and framework" is what is left of the whole."""
+    """Seconds of a tick by block; "plant and framework" is the rest of the whole."""
     with block_clock() as clock:
         simulator = _warm(scenario)
         clock.clear()
@@ -133,38 +127,32 @@ def blocks(scenario: Scenario, duration: float) -> dict[str, float]:
 
 
 def plant_steps(steps: list[float], duration: float) -> list[dict[str, Any]]:
-    """The walk at several plant steps: does it stay the same walk as at the first one, and how fast is it?"""
+    """The walk at several plant steps: whether it is the same walk as at the first one, and its speed."""
     rows: list[dict[str, Any]] = []
     for step in steps:
         scenario = load_scenario("walking", f"{{duration: {duration}, plant: {{time_step: {step}}}}}")
         start = now()
         log = simulate(scenario)
-        whole = now() - start
-        metrics = compute_metrics(scenario, log, whole, None)
+        metrics = compute_metrics(scenario, log, now() - start, None)
         controller, tick = float("nan"), float("nan")
         if not metrics.fell:
             parts = blocks(scenario, min(duration - 1.0, 3.0))
             controller = sum(parts.values()) - parts["plant and framework"]
-            simulator = _warm(scenario)
-            tick = _advanced(simulator, duration - 1.0) / round((duration - 1.0) / scenario.tick)
-        rows.append(
-            {
-                "plant_step": step,
-                "fell": metrics.fell,
-                "mean_speed": metrics.mean_speed,
-                "h_min": min((b.h_min for b in metrics.barriers.values() if b.h_min is not None), default=None),
-                "zmp_outside_fraction": metrics.zmp_outside_fraction,
-                "com_rms_error": metrics.com_rms_error,
-                "controller_seconds_per_tick": controller,
-                "plant_seconds_per_tick": tick - controller,
-                "real_time_factor": scenario.tick / tick,
-            }
-        )
-        rows[-1]["same_walk"] = not metrics.fell and _same(rows[0], rows[-1])
+            tick = _advanced(_warm(scenario), duration - 1.0) / round((duration - 1.0) / scenario.tick)
+        row = {name: getattr(metrics, name) for name in ("fell", "mean_speed", "zmp_outside_fraction", "com_rms_error")}
+        row |= {
+            "plant_step": step,
+            "h_min": min((b.h_min for b in metrics.barriers.values() if b.h_min is not None), default=None),
+            "controller_seconds_per_tick": controller,
+            "plant_seconds_per_tick": tick - controller,
+            "real_time_factor": scenario.tick / tick,
+        }
+        rows.append(row)
+        row["same_walk"] = not metrics.fell and same_walk(rows[0], row)
     return rows
 
 
-def _same(first: dict[str, Any], other: dict[str, Any]) -> bool:
+def same_walk(first: dict[str, Any], other: dict[str, Any]) -> bool:
     """The same speed to 5 %; tracking, safety and ZMP not worse than by 5 mm, 5 mm/s and 2 % of the ticks."""
     speed = abs(other["mean_speed"] - first["mean_speed"]) <= _SAME * abs(first["mean_speed"])
     pairs = zip(first["com_rms_error"], other["com_rms_error"], strict=True)

@@ -9,46 +9,18 @@ import numpy as np
 
 from pdhocbf_drake.qp import ParametricQp
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.studies.bench.recording import Tick, theta
-from pdhocbf_drake.studies.bench.routes import AXES, Route, SparseQps
+from pdhocbf_drake.studies.bench.routes import Qps, Route
 
 ACCURACY = 1e-9
-"""What these solvers are asked for; DAQP and Clarabel are asked for at least that."""
+"""Tolerance of these solvers; DAQP and Clarabel have one that is at least as tight."""
 _FAR = 1e20  # stands for infinity
-
-
-class DirectRoute(Route):
-    """One workspace a phase, whose vectors are updated; subclasses know one solver's interface."""
-
-    sparse = True
-
-    def __init__(self, walk: Walk, qps: SparseQps) -> None:
-        super().__init__(walk)
-        self._qps = qps if self.sparse else self.mpc.qps
-        self._workspaces = [[self._set_up(qp) for qp in axis] for axis in self._qps]
-
-    def decide(self, given: Tick) -> tuple[np.ndarray, ...]:
-        answers = []
-        for axis in AXES:
-            phase = given.tick % len(self._qps[axis])
-            f, low, high = self._qps[axis][phase].vectors(theta(self.mpc, given, axis))
-            solved, decisions = self._run(self._workspaces[axis][phase], f, low, high)
-            self.failures += not solved
-            answers.append(decisions)
-        return tuple(answers)
-
-    def _set_up(self, qp: ParametricQp) -> Any:
-        raise NotImplementedError
-
-    def _run(self, workspace: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
-        raise NotImplementedError
 
 
 def _finite(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.maximum(low, -_FAR), np.minimum(high, _FAR)
 
 
-class Piqp(DirectRoute):
+class Piqp(Route):
     """PIQP's sparse interior-point method on the sparse program."""
 
     name = "PIQP"
@@ -62,22 +34,25 @@ class Piqp(DirectRoute):
         solver.settings.eps_abs = solver.settings.eps_rel = ACCURACY
         f = qp.linear.offset
         A, G = csc_matrix(qp.A[equal]), csc_matrix(qp.A[~equal])
-        # PIQP forgets a bound for good that is infinite at first.
+        # A bound that is infinite here is left out by PIQP for good.
         low, high = (bound.offset[~equal] for bound in (qp.lower, qp.upper))
         solver.setup(csc_matrix(qp.P), f, A, np.zeros(A.shape[0]), G, low, high)
-        return solver, equal, piqp.PIQP_SOLVED
+        return solver, equal
 
-    def _run(self, workspace: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
-        solver, equal, solved = workspace
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        solver, equal = ready
         solver.update(c=f, b=low[equal], h_l=low[~equal], h_u=high[~equal])
-        return solver.solve() == solved, np.array(solver.result.x)
+        solver.solve()
+        return np.array(solver.result.x)
 
 
-class ProxQp(DirectRoute):
+class ProxQp(Route):
     """ProxQP's dense augmented-Lagrangian method on our condensed program."""
 
     name = "ProxQP"
-    sparse = False
+
+    def __init__(self, walk: Walk, qps: Qps) -> None:
+        super().__init__(walk, walk.mpc.qps)
 
     def _set_up(self, qp: ParametricQp) -> Any:
         from proxsuite import proxqp
@@ -87,18 +62,18 @@ class ProxQp(DirectRoute):
         solver.settings.eps_abs, solver.settings.eps_rel = ACCURACY, 0.0
         low, high = _finite(qp.lower.offset[~equal], qp.upper.offset[~equal])
         solver.init(qp.P, qp.linear.offset, qp.A[equal], np.zeros(int(equal.sum())), qp.A[~equal], low, high)
-        return solver, equal, proxqp.QPSolverOutput.PROXQP_SOLVED
+        return solver, equal
 
-    def _run(self, workspace: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
-        solver, equal, solved = workspace
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        solver, equal = ready
         lower, upper = _finite(low[~equal], high[~equal])
         solver.update(H=None, g=f, A=None, b=low[equal], C=None, l=lower, u=upper)
         solver.solve()
-        return solver.results.info.status == solved, np.array(solver.results.x)
+        return np.array(solver.results.x)
 
 
-class Osqp(DirectRoute):
-    """OSQP on the sparse program, from the last solution of that phase; its default accuracy is far from enough."""
+class Osqp(Route):
+    """OSQP on the sparse program, from the last solution of that phase; its default accuracy is too low."""
 
     name = "OSQP"
 
@@ -114,20 +89,20 @@ class Osqp(DirectRoute):
         )  # fmt: skip
         return solver
 
-    def _run(self, workspace: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> tuple[bool, np.ndarray]:
+    def _solve(self, ready: Any, f: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
         lower, upper = _finite(low, high)
-        workspace.update(q=f, l=lower, u=upper)
-        result = workspace.solve(raise_error=False)
-        return result.info.status == "solved", np.array(result.x)
+        ready.update(q=f, l=lower, u=upper)
+        return np.array(ready.solve(raise_error=False).x)
 
 
 def _equalities(qp: ParametricQp) -> np.ndarray:
+    """Which rows have one value as lower and upper bound, whatever θ."""
     return np.array((qp.lower.offset == qp.upper.offset) & np.all(qp.lower.matrix == qp.upper.matrix, axis=1))
 
 
-def installed() -> list[type[DirectRoute]]:
+def installed() -> list[type[Route]]:
     """The routes whose solver is installed."""
     if find_spec("scipy") is None:
         return []
-    known: dict[str, type[DirectRoute]] = {"piqp": Piqp, "proxsuite": ProxQp, "osqp": Osqp}
+    known: dict[str, type[Route]] = {"piqp": Piqp, "proxsuite": ProxQp, "osqp": Osqp}
     return [route for module, route in known.items() if find_spec(module) is not None]

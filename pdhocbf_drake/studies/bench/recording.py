@@ -1,7 +1,10 @@
-"""The problems of closed-loop runs, recorded so that every route can be timed on the same ones."""
+"""Problems of closed-loop runs, recorded so that every route is timed on the same ones, and the clock for that."""
 
 from __future__ import annotations
 
+import gc
+import time
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +18,13 @@ from pdhocbf_drake.simulation.build import Walk
 NOISE = 0.004  # standard deviation of the change of the CoM velocity at every tick [m/s]
 KICK = 0.04  # a sudden change of the CoM velocity [m/s]
 KICK_EVERY = 97  # [ticks]: no multiple of a step, so that kicks meet all phases
+AXES = (0, 1)
+now = time.process_time
+"""Processor time of this process [s].
+
+On an idle machine it runs with the wall clock, since nothing here sleeps or uses a second thread. On a shared one it
+leaves out the time of other processes, though not their effect on the caches: hence turns, medians and ratios.
+"""
 
 
 class Tick(NamedTuple):
@@ -25,6 +35,10 @@ class Tick(NamedTuple):
     stance: np.ndarray
     bounds: dict[str, np.ndarray]
     last: Plan | None
+
+    def guess(self, axis: int) -> np.ndarray | None:
+        """Active rows of the last plan on one axis; None without one."""
+        return None if self.last is None else self.last.active[axis]
 
 
 class Recording(NamedTuple):
@@ -64,3 +78,42 @@ def theta(mpc: PeriodicMpc, given: Tick, axis: int) -> np.ndarray:
     """The parameters of one axis at that tick."""
     tick = mpc.given(given.tick, given.state, given.stance, given.bounds, None, given.last)
     return mpc.problems[axis].theta(tick)
+
+
+def time_routes(
+    routes: Mapping[str, Callable[[Tick], float]],
+    ticks: Sequence[Tick],
+    passes: int,
+    block: int,
+    progress: Callable[[float], None] = lambda share: None,
+) -> dict[str, np.ndarray]:
+    """Seconds of each tick in each pass, by the route's name, shape (passes, ticks).
+
+    The routes take turns after every `block` ticks (one step of the walk), each block once unclocked before the first
+    pass. The garbage collector runs between them, where it does not slow one route for the objects of another.
+
+    Args:
+        routes: by name, the seconds that a tick takes.
+        progress: called with the share that is done.
+    """
+    seconds = {name: np.empty((passes, len(ticks))) for name in routes}
+    for spent in routes.values():
+        for given in ticks[:block]:
+            spent(given)
+    for number in range(passes):
+        for start in range(0, len(ticks), block):
+            for name, spent in routes.items():
+                gc.collect(0)
+                gc.disable()
+                try:
+                    for i in range(start, min(start + block, len(ticks))):
+                        seconds[name][number, i] = spent(ticks[i])
+                finally:
+                    gc.enable()
+            progress((number * len(ticks) + start) / (passes * len(ticks)))
+    return seconds
+
+
+def typical(seconds: np.ndarray) -> np.ndarray:
+    """The median of each tick over the passes, which a preempted pass does not move, shape (ticks,)."""
+    return np.asarray(np.median(seconds, axis=0))

@@ -1,4 +1,4 @@
-"""The numbers of the benchmark as text, and its two plots: the time of a tick by route, and how that grows."""
+"""The numbers of the benchmark as text, and its two plots: the time of a tick by route, and its growth."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from pdhocbf_drake.analysis.drawing import styled
+from pdhocbf_drake.analysis.drawing import panels, styled
 from pdhocbf_drake.analysis.palette import LIMIT, RUNS
 from pdhocbf_drake.terminal import table
 
-_ASKED: dict[str, tuple[str, Callable[[float], bool]]] = {
+_WANTED: dict[str, tuple[str, Callable[[float], bool]]] = {
     "stock_over_ours_nominal": ("≥ 20", lambda x: x >= 20),
     "stock_over_ours_perturbed": ("≥ 14", lambda x: x >= 14),
     "ours_over_core": ("≤ 6", lambda x: x <= 6),
@@ -25,16 +25,16 @@ _ASKED: dict[str, tuple[str, Callable[[float], bool]]] = {
 
 def report(results: dict[str, Any]) -> str:
     """All tables, one below the other."""
-    sections = [
-        ("A tick of x and y, by route [µs]", _route_table(results)),
-        ("Accuracy against a reference of 1e-12", _accuracy(results)),
-        ("Where a tick of ours goes [µs]", _rest(results)),
-        ("Where a tick of the walking robot goes, plant step 1 ms [µs]", _blocks(results)),
-        ("The same walk at longer plant steps", _plant_steps(results)),
-        ("Growth", _growth_table(results)),
-        ("Ratios", _ratios(results)),
-    ]
-    return "\n\n".join(f"{title}\n{body}" for title, body in sections)
+    sections = {
+        "A tick of x and y, by route [µs]": _route_table,
+        "Accuracy against a reference of 1e-12": _accuracy,
+        "The parts of a tick of ours [µs]": _parts,
+        "The parts of a tick of the walking robot, plant step 1 ms [µs]": _blocks,
+        "The same walk at longer plant steps": _plant_steps,
+        "Growth": _growth_table,
+        "Ratios": _ratios,
+    }
+    return "\n\n".join(f"{title}\n{body(results)}" for title, body in sections.items())
 
 
 def _route_table(results: dict[str, Any]) -> str:
@@ -57,7 +57,7 @@ def _accuracy(results: dict[str, Any]) -> str:
     )
 
 
-def _rest(results: dict[str, Any]) -> str:
+def _parts(results: dict[str, Any]) -> str:
     whole = results["rest"]["whole"]
     rows = [[name, 1e6 * seconds, seconds / whole] for name, seconds in results["rest"].items()]
     return table(rows, ["part", "µs", "share"])
@@ -104,15 +104,15 @@ def _growth_table(results: dict[str, Any]) -> str:
 def _ratios(results: dict[str, Any]) -> str:
     rows = []
     for name, value in results["ratios"].items():
-        asked, met = _ASKED.get(name, ("", bool))
-        rows.append([name, value, asked, met(value) if asked else ""])
+        wanted, met = _WANTED.get(name, ("", bool))
+        rows.append([name, value, wanted, met(value) if wanted else ""])
     template = results["template"]
     share = f"of the template loop's time {100 * template['framework_share']:.0f} % is the framework's"
     floor = results["robot"]["replayed_over_bare_plant"]
     least = f"no controller at all, the plant walking from a recording: {floor:.3g} times the bare plant"
     started = results["start_up"]
     prepared = started["prepared_seconds"] / started["import_drake_seconds"]
-    late = f"start-up with what plans a disturbed walk compiled as well: {prepared:.3g} times the import"
+    late = f"start-up with the programs of a disturbed walk compiled as well: {prepared:.3g} times the import"
     return "\n".join([table(rows, ["ratio", "measured", "wanted", "met"]), share, least, late])
 
 
@@ -123,8 +123,7 @@ def draw(results: dict[str, Any]) -> dict[str, Figure]:
 
 
 def _routes(results: dict[str, Any]) -> Figure:
-    figure = Figure(figsize=(7.5, 3.6), layout="constrained")
-    axes = figure.subplots()
+    figure, (axes,) = panels(1, height=3.1, width=7.5)
     names = list(results["ticks"]["nominal"])
     for offset, (run, colour) in enumerate(zip(("nominal", "perturbed"), RUNS, strict=False)):
         times = [results["ticks"][run][name] for name in names]
@@ -142,19 +141,15 @@ def _routes(results: dict[str, Any]) -> Figure:
 
 
 def _growth(results: dict[str, Any]) -> Figure:
-    figure = Figure(figsize=(5.5, 3.6), layout="constrained")
-    axes = figure.subplots()
-    gaits = sorted({row["ticks_per_gait"] for row in results["growth"]})
-    for gait, colour in zip(gaits, RUNS, strict=False):
-        rows = sorted(
-            (row["horizon"], 1e6 * row["tick_seconds_median"])
-            for row in results["growth"]
-            if row["ticks_per_gait"] == gait
-        )
-        axes.plot(*zip(*rows, strict=True), "o-", color=colour, label=f"gait of {gait} ticks")
-    first = min((row["horizon"], 1e6 * row["tick_seconds_median"]) for row in results["growth"])
-    last = max(row["horizon"] for row in results["growth"])
-    axes.plot([first[0], last], [first[1], first[1] * (last / first[0]) ** 2], ":", color=LIMIT, label="H²")
+    figure, (axes,) = panels(1, height=3.1, width=5.5)
+    times: dict[int, list[tuple[int, float]]] = {}
+    for row in results["growth"]:
+        times.setdefault(row["ticks_per_gait"], []).append((row["horizon"], 1e6 * row["tick_seconds_median"]))
+    for gait, colour in zip(sorted(times), RUNS, strict=False):
+        axes.plot(*zip(*sorted(times[gait]), strict=True), "o-", color=colour, label=f"gait of {gait} ticks")
+    points = sorted(point for gait in times.values() for point in gait)
+    (first, least), (last, _) = points[0], points[-1]
+    axes.plot([first, last], [least, least * (last / first) ** 2], ":", color=LIMIT, label="H²")
     axes.set(xscale="log", yscale="log", xlabel="horizon H [ticks]", ylabel="time of a tick [µs]")
     axes.legend()
     return figure

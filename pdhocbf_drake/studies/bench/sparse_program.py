@@ -1,4 +1,4 @@
-"""The program of `mpc.axis_problem` as interior-point solvers like it: the states are variables, the rows are short."""
+"""The program of `mpc.axis_problem` in the form that suits interior-point solvers: states as variables, short rows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pdhocbf_drake.simulation.build import Walk
 def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
     """The compiled program of one axis and phase in [u, f, slacks, s_1 … s_H], with the same θ and the same optimum.
 
-    Where no barrier looks at the CoM, the states are the ZMP alone, and the stability row is the one in u. The first
+    Without a barrier on the CoM, the states are the ZMP alone, and the stability row is the one in u. The first
     decisions are those of `AxisProblem`, so that answers can be compared entry by entry.
     """
     mpc, gait, vhip = walk.mpc, walk.gait, walk.vhip
@@ -63,7 +63,7 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
     slacks = []
     for barrier in barriers:
         coefficients = barrier.sign * psi_coefficients(linear_rates(barrier))
-        # Rows at the start that no input shows in are left out, as our program does.
+        # Rows at the start that no input affects are left out, as in our program.
         first = int(np.argmax(affine_rows(barrier, vhip.system, phase, horizon).reachable))
         count = horizon + 2 - len(coefficients) - first
         slack = prog.NewContinuousVariables(count if soft else 0, "slack")

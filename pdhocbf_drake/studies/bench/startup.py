@@ -1,11 +1,10 @@
-"""What starting costs against importing Drake, and whether memory grows."""
+"""The cost of starting against that of importing Drake, and the growth of memory in a long walk."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.analysis import Simulator
@@ -13,43 +12,31 @@ from pydrake.systems.analysis import Simulator
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 
-_IMPORT = "import pydrake.all"
 _START = (
     "from pdhocbf_drake.simulation.scenario_file import load_scenario;"
-    "from pdhocbf_drake.simulation.simulate import make_diagram; make_diagram(load_scenario({name!r}))"
+    "from pdhocbf_drake.simulation.simulate import make_diagram;"
+    "diagram = make_diagram(load_scenario({name!r})).diagram"
 )
 _PREPARE = (
-    "from pdhocbf_drake.simulation.scenario_file import load_scenario;"
-    "from pdhocbf_drake.simulation.simulate import make_diagram; from pdhocbf_drake.systems.unbundled import leaf_of;"
-    "scenario = load_scenario({name!r});"
-    "diagram = make_diagram(scenario).diagram; leaf_of(diagram.GetSubsystemByName('mpc_controller')).mpc.prepare()"
+    "; from pdhocbf_drake.systems.unbundled import leaf_of;"
+    "leaf_of(diagram.GetSubsystemByName('mpc_controller')).mpc.prepare()"
 )
 
 
-class StartUp(NamedTuple):
-    """Processor times of fresh interpreters, medians [s].
+def start_up(scenario: str, rounds: int) -> dict[str, float]:
+    """Processor times of fresh interpreters, in turns, medians [s].
 
-    Attributes:
-        imported: importing Drake. ready: building a scenario's whole diagram.
-        prepared: the same, and compiling what plans a disturbed walk, which otherwise waits until it is needed.
+    "import_drake_seconds" imports Drake, "ready_seconds" builds a scenario's whole diagram, "prepared_seconds" also
+    compiles the programs of a disturbed walk, which are otherwise compiled when they are first needed.
     """
-
-    imported: float
-    ready: float
-    prepared: float
-
-
-def start_up(scenario: str, rounds: int) -> StartUp:
-    """Times starts, in turns."""
-    times = []
-    for _ in range(rounds):
-        ready, prepared = _spent(_START.format(name=scenario)), _spent(_PREPARE.format(name=scenario))
-        times.append([_spent(_IMPORT), ready, prepared])
-    return StartUp(*np.median(times, axis=0).tolist())
+    start = _START.format(name=scenario)
+    codes = {"ready_seconds": start, "prepared_seconds": start + _PREPARE, "import_drake_seconds": "import pydrake.all"}
+    times = [[_spent(code) for code in codes.values()] for _ in range(rounds)]
+    return dict(zip(codes, np.median(times, axis=0).tolist(), strict=True))
 
 
 def _spent(code: str) -> float:
-    """Processor time until the code is done; taking the interpreter down again is no part of a start."""
+    """Processor time of a fresh interpreter until the code is done, without the interpreter's end [s]."""
     timed = f"{code}; import time; print(time.process_time())"
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     done = subprocess.run([sys.executable, "-c", timed], check=True, env=environment, stdout=subprocess.PIPE, text=True)
@@ -66,10 +53,11 @@ def resident_growth(scenario: Scenario, duration: float, settle: float) -> float
         simulator.AdvanceTo(float(second))
         logged.forget(simulator.get_mutable_context())
         if second == max(1, round(settle)):
-            before = _resident()
-    return float(_resident() - before)
+            before = resident_bytes()
+    return float(resident_bytes() - before)
 
 
-def _resident() -> int:
+def resident_bytes() -> int:
+    """The resident set of this process [bytes]."""
     with open("/proc/self/statm") as file:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
-import shutil
 import signal
 import tempfile
 from collections.abc import Iterator
@@ -29,33 +28,30 @@ def cores() -> int:
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Client]:
     """Workers of this machine, each with one run at a time, that end with the block."""
-    scratch = tempfile.mkdtemp(prefix="pdhocbf-campaign-")
     settings = {
         # The death of a worker ends its run at once, and only one that it had begun.
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,
     }
-    try:
-        with dask.config.set(settings):
-            with _ctrl_c_later():
-                cluster = LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    memory_limit=None,  # of the worker, but the run is another process
-                    dashboard_address=None,
-                    local_directory=scratch,
-                    silence_logs=logging.CRITICAL,
-                )
-            with cluster, Client(cluster) as client:
-                yield client
-    finally:
-        shutil.rmtree(scratch, ignore_errors=True)
+    scratch = tempfile.TemporaryDirectory(prefix="pdhocbf-campaign-", ignore_cleanup_errors=True)
+    with scratch as folder, dask.config.set(settings):
+        with _ctrl_c_blocked():
+            cluster = LocalCluster(
+                n_workers=workers,
+                threads_per_worker=1,
+                processes=True,
+                memory_limit=None,  # it would limit the worker, but the run is another process
+                dashboard_address=None,
+                local_directory=folder,
+                silence_logs=logging.CRITICAL,
+            )
+        with cluster, Client(cluster) as client:
+            yield client
 
 
 @contextmanager
-def _ctrl_c_later() -> Iterator[None]:
-    """Blocks Ctrl-C for the threads and processes that start meanwhile, since a terminal sends it to all of them.
+def _ctrl_c_blocked() -> Iterator[None]:
+    """Blocks Ctrl-C for the threads and processes that start in the block, since a terminal sends it to all of them.
 
     Dask starts its workers, also those that replace a dead one, from a thread that begins here.
     """
@@ -69,11 +65,11 @@ def _ctrl_c_later() -> Iterator[None]:
 
 @contextmanager
 def existing_cluster(address: str) -> Iterator[Client]:
-    """The workers of the scheduler at `address`, which must have this very version of the package.
+    """The workers of the scheduler at `address`, which must have this version of the package.
 
     Raises:
-        ClusterError: no scheduler answers there, or it has no workers, or they lack this package.
-        InputError: the address is not one.
+        ClusterError: no scheduler answers there, or it has no workers, or they lack this version of the package.
+        InputError: it is not an address.
     """
     _silence()
     try:

@@ -13,7 +13,7 @@ from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.studies.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
 from pdhocbf_drake.studies.shared.results import write_json, write_text
-from pdhocbf_drake.terminal import Progress, say, shown_progress, table
+from pdhocbf_drake.terminal import say, shown_progress, table
 from pdhocbf_drake.yaml_text import write_yaml
 
 SUMMARY: Final = "campaign.json"
@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Runs the missing runs of a campaign; returns the exit code."""
-    try:
+    try:  # imports in functions of this module are for start-up time, and here since the packages are an extra
         from pdhocbf_drake.studies.campaign.store import FAILED, CampaignStore, locked
     except ModuleNotFoundError as error:
         raise InputError(
@@ -54,12 +54,17 @@ def run(options: argparse.Namespace) -> int:
             write_yaml(config.model_dump(mode="json"), staging)
         stopped = _run_missing(options, config, path.stem, planned, store)
         rows = [store.rows[number] for number in sorted(store.rows)]
+        from pdhocbf_drake.studies.campaign.report import campaign_report
+        from pdhocbf_drake.studies.campaign.survival import campaign_summary
+
+        summary = campaign_summary(len(planned), list(config.barriers), rows)
         try:
             store.consolidate()
-            _write_results(folder, path.stem, config, len(planned), rows)
+            write_json(folder / SUMMARY, summary, indent=2)
+            write_text(folder / REPORT, campaign_report(path.stem, config, len(planned), rows))
         except RunFolderError as error:
             stopped = stopped or str(error)
-    _print(config, len(planned), rows, folder)
+    _print(summary, folder)
     if stopped:
         again = "the same command goes on from there" if len(rows) < len(planned) else "the same command completes it"
         say(f"pdhocbf: {stopped}; {len(rows)} of {len(planned)} runs are kept, and {again}")
@@ -70,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
 def _run_missing(
     options: argparse.Namespace, config: CampaignConfig, name: str, planned: list[PlannedRun], store: Any
 ) -> str:
-    """Runs the runs without a row and writes each row; returns the reason of an early stop, or nothing."""
+    """Runs the runs without a row and writes each row; returns the reason of an early stop, otherwise ""."""
     from pdhocbf_drake.studies.campaign.cluster import cores, existing_cluster, local_cluster
     from pdhocbf_drake.studies.campaign.dispatch import dispatch
 
@@ -86,7 +91,9 @@ def _run_missing(
                     return "interrupted"
                 if outcome is not None:
                     store.add(outcome)
-                    _report(progress, store.rows)
+                    counts = Counter(row["status"] for row in store.rows.values())
+                    words = (f"{count} {status}" for status, count in sorted(counts.items(), reverse=True))
+                    progress(len(store.rows), ", ".join(words))
     except KeyboardInterrupt:
         return "interrupted"
     except PdhocbfError as error:
@@ -96,24 +103,7 @@ def _run_missing(
     return ""
 
 
-def _report(progress: Progress, rows: dict[int, dict[str, Any]]) -> None:
-    counts = Counter(row["status"] for row in rows.values())
-    progress(len(rows), ", ".join(f"{count} {status}" for status, count in sorted(counts.items(), reverse=True)))
-
-
-def _write_results(folder: Path, name: str, config: CampaignConfig, runs: int, rows: list[dict[str, Any]]) -> None:
-    from pdhocbf_drake.studies.campaign.report import campaign_report
-    from pdhocbf_drake.studies.campaign.survival import campaign_summary
-
-    summary = campaign_summary(runs, list(config.barriers), rows)
-    write_json(folder / SUMMARY, summary, indent=2)
-    write_text(folder / REPORT, campaign_report(name, config, runs, rows))
-
-
-def _print(config: CampaignConfig, runs: int, rows: list[dict[str, Any]], folder: Path) -> None:
-    from pdhocbf_drake.studies.campaign.survival import campaign_summary
-
-    summary = campaign_summary(runs, list(config.barriers), rows)
+def _print(summary: dict[str, Any], folder: Path) -> None:
     cells = [
         (name, f"{100 * rate['rate']:.1f} %", f"{100 * rate['low']:.1f} to {100 * rate['high']:.1f} % of {rate['n']}")
         if rate["n"]

@@ -1,9 +1,13 @@
-"""The configuration of a campaign: its scenario, the fields that vary and how, and the barriers that are compared."""
+"""The configuration of a campaign: its scenario, the factors that vary and their sample, the barriers to compare."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+import itertools
+import math
+from collections.abc import Iterator
+from typing import Any, Literal, NamedTuple
 
+import numpy as np
 from pydantic import Field, model_validator
 
 from pdhocbf_drake.config import Config
@@ -13,9 +17,9 @@ class FactorConfig(Config):
     """How one field of the scenario varies: over given values, or between two ends.
 
     Attributes:
-        values: values of the field, in its unit; any YAML that a scenario takes there.
+        values: values of the field, in its unit; any YAML that a scenario accepts there.
         low, high: the ends, both included, in the field's unit.
-        points: on a grid, how many values from low to high.
+        points: on a grid, the number of values from low to high.
         integer: whole numbers only.
         scale: "log" spaces (or draws) evenly in the logarithm.
         unit: written on the axes of the report.
@@ -46,6 +50,36 @@ class FactorConfig(Config):
             raise ValueError(f"whole numbers need whole ends, given {self.low:g} and {self.high:g}")
         return self
 
+    def drawn(self, generator: np.random.Generator) -> Any:
+        """A random value."""
+        if self.values is not None:
+            return self.values[int(generator.integers(len(self.values)))]
+        low, high = self._ends()
+        if self.scale == "log":
+            value = math.exp(generator.uniform(math.log(low), math.log(high)))
+            return round(value) if self.integer else value
+        return int(generator.integers(int(low), int(high) + 1)) if self.integer else float(generator.uniform(low, high))
+
+    def spaced(self) -> list[Any]:
+        """The values of a grid."""
+        if self.values is not None:
+            return list(self.values)
+        make = np.geomspace if self.scale == "log" else np.linspace
+        values = [float(value) for value in make(*self._ends(), self.points or 2)]
+        return list(dict.fromkeys(round(value) for value in values)) if self.integer else values
+
+    def _ends(self) -> tuple[float, float]:
+        if self.low is None or self.high is None:
+            raise ValueError("a factor has either values, or low and high")
+        return self.low, self.high
+
+
+class Point(NamedTuple):
+    """A value for each factor, and the seed of the runs there."""
+
+    values: dict[str, Any]
+    seed: int
+
 
 class CampaignConfig(Config):
     """A grid or a random sample over fields of a scenario.
@@ -59,11 +93,11 @@ class CampaignConfig(Config):
         overrides: merged into the scenario.
         barriers: the cases to compare by name, each merged into the scenario after the overrides.
         sample: "random" draws points, "grid" takes all combinations.
-        runs: number of runs in a random sample, all barriers together; a grid has as many as it has points.
+        runs: number of runs in a random sample, all barriers together; a grid runs each of its points.
         repeats: on a grid, the runs of each point, each from another seed.
         seed: of the sample, and of each run's own seed.
         factors: how each field varies, by its dotted path in the scenario ("gait.stride", "pushes.0.force.1").
-        maps: pairs of factors to draw survival over; null draws the first three numbers against each other.
+        maps: pairs of factors to draw survival over; null draws the first three numeric ones against each other.
         run_seconds: wall time after which a run is given up [s].
     """
 
@@ -102,3 +136,16 @@ class CampaignConfig(Config):
         if unknown:
             raise ValueError(f"maps: '{unknown[0]}' is not a factor; there are {', '.join(self.factors)}")
         return self
+
+    def points(self) -> Iterator[Point]:
+        """The sample's points in order: a grid, or draws that do not depend on their number, so a sample can grow."""
+        if self.sample == "random":
+            for draw in range(math.ceil((self.runs or 0) / len(self.barriers))):
+                generator = np.random.default_rng([self.seed, draw])
+                seed = int(generator.integers(2**31))
+                yield Point({path: factor.drawn(generator) for path, factor in self.factors.items()}, seed)
+            return
+        axes = [factor.spaced() for factor in self.factors.values()]
+        for index, (_, *values) in enumerate(itertools.product(range(self.repeats), *axes)):
+            seed = int(np.random.default_rng([self.seed, index]).integers(2**31))
+            yield Point(dict(zip(self.factors, values, strict=True)), seed)

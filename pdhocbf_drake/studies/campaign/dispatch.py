@@ -22,8 +22,7 @@ from pdhocbf_drake.studies.campaign.plan import PlannedRun
 from pdhocbf_drake.studies.campaign.task import DIED, perform
 
 ATTEMPTS: Final = 2
-# A worker may die while a run waits there that it has not begun; up to this number the run is not at fault.
-_SUBMISSIONS: Final = 5
+_SUBMISSIONS: Final = 5  # a worker may also die before it begins a run that waits there
 _POLL = 0.5  # [s]
 _GONE = "the Dask scheduler went away"
 _FETCH = 10.0  # [s] for a row to arrive
@@ -51,7 +50,7 @@ class Outcome(NamedTuple):
 
 
 def dispatch(client: Client, runs: Sequence[PlannedRun], seconds: float) -> Iterator[Outcome | None]:
-    """Runs them all; yields None every half second while nothing ends, so that the caller may stop.
+    """Performs all runs; yields None every half second in which none ends, so that the caller may stop.
 
     Raises:
         ClusterError: the scheduler went away.
@@ -113,14 +112,14 @@ class _Dispatcher:
         return done or [future for future, planned in self._running.items() if self._times_begun(planned) > ATTEMPTS]
 
     def _outcome(self, future: Future, planned: PlannedRun) -> Outcome | None:
-        """The result of the run, or None if it is to be begun again."""
+        """The result of the run; None if it is to be begun again."""
         begun = self._times_begun(planned)
         cause, worker = "its worker died", None
         if future.status == "finished":
             try:
                 answer: dict[str, Any] = future.result(timeout=_FETCH)
             except (asyncio.TimeoutError, CancelledError, KilledWorker, OSError):
-                answer = {DIED: cause, "worker": None}  # after its end and before the fetch
+                answer = {DIED: cause, "worker": None}  # the worker died after its run, before the result was fetched
             if DIED not in answer:
                 status, metrics, error = (answer.get(key) for key in ("status", "metrics", "error"))
                 return Outcome(planned, status, metrics, error, max(begun, 1), answer["worker"])
@@ -139,7 +138,7 @@ class _Dispatcher:
             return self._begun[planned.run]
 
     def _count(self, event: tuple[float, Any]) -> None:
-        # Called by Dask in a thread of its own.
+        # Dask calls this in another thread.
         message = event[1]
         if isinstance(message, dict) and "run" in message:
             with self._lock:

@@ -18,10 +18,10 @@ from pdhocbf_drake.studies.campaign.store import FAILED
 from pdhocbf_drake.studies.campaign.survival import Row, survival_rate
 from pdhocbf_drake.studies.shared.endings import SURVIVED
 
-_BINS = 6  # a curve's or a map's, on each axis, where values are drawn
-_MOST_VALUES = 12  # up to which each given value has a bin of its own
-_MOST_FACTORS = 3  # drawn against each other unless a campaign asks for more
-_NO_RUNS = "#E4E4E4"  # the colour of a cell that no run is in
+_BINS = 6  # bins on each axis of a curve or map where values are drawn at random
+_MOST_VALUES = 12  # up to this number each given value has its own bin
+_MOST_FACTORS = 3  # number of factors that are drawn against each other unless a campaign names the maps
+_NO_RUNS = "#E4E4E4"  # the colour of a cell without runs
 _RATES = LinearSegmentedColormap.from_list("survival", [UNSAFE, "#F5EBC0", SAFE])
 
 
@@ -44,12 +44,8 @@ def make_figures(config: CampaignConfig, rows: Sequence[Row]) -> list[Drawn]:
 
 def numeric_factors(config: CampaignConfig, rows: Sequence[Row]) -> list[str]:
     """Factors that are numbers and take more than one value."""
-    found = []
-    for path in config.factors:
-        values = {row[path] for row in rows if row.get(path) is not None}
-        if len(values) > 1 and all(isinstance(value, float) for value in values):
-            found.append(path)
-    return found
+    taken = {path: {row[path] for row in rows if row.get(path) is not None} for path in config.factors}
+    return [path for path, values in taken.items() if len(values) > 1 and all(isinstance(v, float) for v in values)]
 
 
 def _intervals(config: CampaignConfig, rows: Sequence[Row]) -> Figure:
@@ -123,13 +119,12 @@ def _marks(axes: Axes, rows: Sequence[Row], first: str, second: str) -> None:
 
 
 def _rates(rows: Sequence[Row], first: str, second: str, edges: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Share of survivors in each cell; NaN where no run is."""
+    """Share of survivors in each cell, shape (n_first, n_second); NaN in a cell without runs."""
     cells = _cells(rows, first, edges[0]), _cells(rows, second, edges[1])
     total = np.zeros((len(edges[0]) - 1, len(edges[1]) - 1))
     survived = np.zeros_like(total)
-    for i, j, row in zip(*cells, rows, strict=True):
-        total[i, j] += 1
-        survived[i, j] += row["status"] == SURVIVED
+    np.add.at(total, cells, 1)
+    np.add.at(survived, cells, [row["status"] == SURVIVED for row in rows])
     return np.divide(survived, total, out=np.full_like(total, np.nan), where=total > 0)
 
 
@@ -143,12 +138,11 @@ def _edges(config: CampaignConfig, rows: Sequence[Row], path: str) -> np.ndarray
         return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
     low = values[0] if factor.low is None else factor.low
     high = values[-1] if factor.high is None else factor.high
-    if factor.scale == "log":
-        return np.geomspace(low, high, _BINS + 1)
-    return np.linspace(low, high, _BINS + 1)
+    return (np.geomspace if factor.scale == "log" else np.linspace)(low, high, _BINS + 1)
 
 
 def _cells(rows: Sequence[Row], path: str, edges: np.ndarray) -> np.ndarray:
+    """The index of each row's bin; values beyond the ends are in the first and the last one."""
     values = np.array([row[path] for row in rows], dtype=float)
     return np.clip(np.searchsorted(edges, values, side="right") - 1, 0, len(edges) - 2)
 

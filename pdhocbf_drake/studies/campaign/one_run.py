@@ -1,7 +1,7 @@
 """The process of one run: reads a scenario from its standard input, writes the result, and ends.
 
-There is one process a run, because Drake never frees systems written in Python, and because a run that crashes then
-crashes alone. It also ends when its standard input closes, which means that its worker is gone.
+There is one process a run, because Drake never frees systems written in Python, and so that a crash ends one run only.
+The process also ends when its standard input closes, since its worker is then gone.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from pdhocbf_drake.errors import PdhocbfError
 
 def run_one(scenario_data: dict[str, Any]) -> dict[str, Any]:
     """Simulates a scenario; returns `{"status": …, "metrics": …}`, see `ending_of`, or `{"error": one sentence}`."""
+    # Here for start-up time, so that the process ends soon if its worker has died.
     from pdhocbf_drake.analysis.metrics import compute_metrics
     from pdhocbf_drake.analysis.robot_limits import robot_limits
     from pdhocbf_drake.simulation.scenario import Scenario
@@ -41,7 +42,7 @@ def run_one(scenario_data: dict[str, Any]) -> dict[str, Any]:
 
 
 def main() -> None:
-    """The process."""
+    """Runs the scenario on standard input and writes its result to standard output."""
     scenario = json.loads(sys.stdin.buffer.readline())
     threading.Thread(target=_end_with_parent, daemon=True).start()
     # Libraries may write to standard output; the result goes through a copy of it.

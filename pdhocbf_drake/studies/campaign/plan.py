@@ -1,4 +1,4 @@
-"""The runs of a campaign as scenarios, all of them checked before the first one starts."""
+"""The runs of a campaign as scenarios, all checked before the first one starts, and fields by their dotted paths."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
-from pdhocbf_drake.studies.campaign.factors import has_field, points, set_field
 from pdhocbf_drake.yaml_text import merge, read_yaml
 
 _PACKAGED = Path(__file__).resolve().parents[2] / "campaigns"
@@ -29,7 +28,7 @@ class PlannedRun(NamedTuple):
         barrier: the barrier's name.
         factors: each factor's value; None where the barrier has no such field.
         scenario: the whole scenario as plain data.
-        fingerprint: of the scenario; a stored result with the same one is of this run.
+        fingerprint: hash of the scenario; a stored result belongs to this run if it has the same one.
     """
 
     run: int
@@ -55,8 +54,8 @@ def load_campaign(campaign: str) -> tuple[CampaignConfig, Path]:
     if "/" not in campaign and path.suffix not in (".yaml", ".yml"):
         path = _PACKAGED / f"{campaign}.yaml"
         if not path.is_file():
-            known = ", ".join(campaign_names())
-            raise InputError(f"unknown campaign '{campaign}'; there are {known}, or give a YAML file")
+            names = ", ".join(campaign_names())
+            raise InputError(f"unknown campaign '{campaign}'; there are {names}, or give a YAML file")
     data = read_yaml(path)
     if not isinstance(data, dict):
         raise InputError(f"{path} must be a YAML map with scenario and factors, given {data!r}")
@@ -75,7 +74,7 @@ def plan_runs(config: CampaignConfig, folder: Path) -> list[PlannedRun]:
     """
     bases = _bases(config, folder)
     planned: list[PlannedRun] = []
-    for number, point in enumerate(points(config)):
+    for number, point in enumerate(config.points()):
         for barrier, base in bases.items():
             data, factors = {**base, "seed": point.seed}, dict(point.values)
             for path, value in point.values.items():
@@ -92,12 +91,12 @@ def plan_runs(config: CampaignConfig, folder: Path) -> list[PlannedRun]:
 def check_buildable(planned: Sequence[PlannedRun]) -> None:
     """Refuses a campaign none of whose barriers can be built at the sample's first point.
 
-    At other points a factor may lead beyond what can be built; such runs fail one by one.
+    Runs at other points fail one by one where a factor has a value that can't be built.
 
     Raises:
         InputError, ModelError: the first barrier's scenario can't be built, nor that of any other one.
     """
-    first_error: PdhocbfError | None = None
+    errors = []
     for run in planned:
         if run.point != planned[0].point:
             break
@@ -105,9 +104,9 @@ def check_buildable(planned: Sequence[PlannedRun]) -> None:
             make_diagram(Scenario.from_dict(run.scenario, f"run {run.run}"))
             return
         except PdhocbfError as error:
-            first_error = first_error or error
-    if first_error is not None:
-        raise first_error
+            errors.append(error)
+    if errors:
+        raise errors[0]
 
 
 def _bases(config: CampaignConfig, folder: Path) -> dict[str, dict[str, Any]]:
@@ -131,3 +130,41 @@ def _bases(config: CampaignConfig, folder: Path) -> dict[str, dict[str, Any]]:
 
 def _fingerprint(scenario: dict[str, Any]) -> str:
     return hashlib.sha256(json.dumps(scenario, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def has_field(data: Any, path: str) -> bool:
+    """Whether the field with that dotted path exists, such as "gait.stride", "pushes.0.force.1"."""
+    try:
+        set_field(data, path, None)
+    except InputError:
+        return False
+    return True
+
+
+def set_field(data: Any, path: str, value: Any) -> Any:
+    """A copy of plain `data` with the field at a dotted path replaced.
+
+    Raises:
+        InputError: there is no such field; the message lists those that exist.
+    """
+    return _replaced(data, path.split("."), value, path, "")
+
+
+def _replaced(data: Any, rest: list[str], value: Any, path: str, done: str) -> Any:
+    if not rest:
+        return value
+    here, *below = rest
+    where, inside = (f"{done}.{here}", f" in '{done}'") if done else (here, "")
+    if isinstance(data, dict):
+        if here not in data:
+            raise InputError(
+                f"factor '{path}': no field '{here}'{inside}; there are {', '.join(map(str, data)) or 'none'}"
+            )
+        return {**data, here: _replaced(data[here], below, value, path, where)}
+    if isinstance(data, list):
+        if not here.isdecimal() or int(here) >= len(data):
+            there = f"numbers 0 to {len(data) - 1}" if data else "none, since the list is empty"
+            raise InputError(f"factor '{path}': no entry '{here}'{inside}; there are {there}")
+        index = int(here)
+        return [*data[:index], _replaced(data[index], below, value, path, where), *data[index + 1 :]]
+    raise InputError(f"factor '{path}': '{done}' is a plain value ({data!r}) with no field '{here}'")

@@ -1,10 +1,9 @@
-"""The page of a campaign: survival rates, comparisons of barriers on the same points, maps, and failed runs."""
+"""The report of a campaign: survival rates, comparisons of barriers on the same points, maps, and failed runs."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import yaml
@@ -17,7 +16,7 @@ from pdhocbf_drake.studies.campaign.survival import Row, paired, survival_rate
 
 
 def campaign_report(title: str, config: CampaignConfig, runs: int, rows: Sequence[Row]) -> str:
-    """The page, which loads nothing."""
+    """The report as an HTML page without external resources."""
     return page(
         "studies.campaign",
         title=title,
@@ -25,7 +24,7 @@ def campaign_report(title: str, config: CampaignConfig, runs: int, rows: Sequenc
         runs=runs,
         missing=runs - len(rows),
         rates=[_rates(name, rows) for name in config.barriers],
-        pairs=[_pair(rows, first, second) for first, second in combinations(config.barriers, 2)],
+        pairs=[(*pair, *paired(rows, *pair)) for pair in combinations(config.barriers, 2)],
         figures=[(drawn.caption, data_url(png(drawn.figure))) for drawn in make_figures(config, rows)],
         failed=[row for row in rows if row["status"] == FAILED],
         campaign=yaml.safe_dump(config.model_dump(mode="json"), sort_keys=False, allow_unicode=True, width=100),
@@ -45,11 +44,6 @@ def _rates(name: str, rows: Sequence[Row]) -> dict[str, str]:
         "slack": _median(mine, "metrics.mpc.slack_max"),
         "seconds": _median(mine, "metrics.wall_seconds"),
     }
-
-
-def _pair(rows: Sequence[Row], first: str, second: str) -> dict[str, Any]:
-    points, only_first, only_second = paired(rows, first, second)
-    return {"first": first, "second": second, "points": points, "only_first": only_first, "only_second": only_second}
 
 
 def _percent(rate: float | None) -> str:

@@ -1,7 +1,7 @@
 """The folder of a campaign: one small Parquet file a run as runs end, one table of all of them at the end.
 
-Each file is written beside its place and moved there, so that it is complete or not there. The rows of a killed
-campaign are read back when it is started again, and runs with a result are not run again.
+Each file is complete or not there. The rows of a killed campaign are read back when it is started again, and runs with
+a result are not run again.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +19,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pdhocbf_drake.errors import RunFolderError
+from pdhocbf_drake.simulation.run_folder import replaced_file, writing
 from pdhocbf_drake.studies.campaign.dispatch import Outcome
 from pdhocbf_drake.studies.campaign.plan import PlannedRun
 
@@ -36,7 +38,7 @@ class CampaignStore:
     """Results of a campaign in a folder.
 
     Attributes:
-        folder: the folder, made if need be.
+        folder: the folder, made if it does not exist.
         rows: the row of each run with a result, by its number.
 
     Raises:
@@ -45,17 +47,18 @@ class CampaignStore:
 
     def __init__(self, folder: Path, planned: Sequence[PlannedRun]) -> None:
         self.folder = folder
-        with _writable(folder):
-            _parts(folder).mkdir(parents=True, exist_ok=True)
-            probe = _parts(folder) / ".probe"
+        self._parts = folder / PARTS
+        with writing(folder):
+            self._parts.mkdir(parents=True, exist_ok=True)
+            probe = self._parts / ".probe"
             probe.write_bytes(b"0" * 4096)
             probe.unlink()
         self.rows: dict[int, dict[str, Any]] = {}
         for table in self._tables():
             self.rows |= {row["run"]: row for row in table.to_pylist()}
-        known = {run.run: run.fingerprint for run in planned}
+        fingerprints = {run.run: run.fingerprint for run in planned}
         for run, row in self.rows.items():
-            if known.get(run) != row.get("fingerprint"):
+            if fingerprints.get(run) != row.get("fingerprint"):
                 raise RunFolderError(
                     f"{folder} holds results of another campaign, since its run {run} is not a run of this one; "
                     "choose another --out"
@@ -68,22 +71,18 @@ class CampaignStore:
 
     def add(self, outcome: Outcome) -> None:
         """Writes the result of a run; raises `RunFolderError`."""
+        run = outcome.planned.run
         row = _row(outcome)
-        name = f"run-{outcome.planned.run:06d}.parquet"
-        with _writable(self.folder):
-            _write(_table([row]), _parts(self.folder) / name)
-        self.rows[outcome.planned.run] = row
+        _write(_table(row), self._parts / f"run-{run:06d}.parquet")
+        self.rows[run] = row
 
     def consolidate(self) -> None:
         """Writes one table of all rows, then removes the parts; raises `RunFolderError`."""
-        rows = [self.rows[run] for run in sorted(self.rows)]
-        with _writable(self.folder):
-            if rows:
-                tables = [_table([row]) for row in rows]
-                _write(_typed(pa.concat_tables(tables, promote_options="permissive")), self.folder / TABLE)
-            for part in _parts(self.folder).iterdir():
-                part.unlink()
-            _parts(self.folder).rmdir()
+        if self.rows:
+            tables = [_table(self.rows[run]) for run in sorted(self.rows)]
+            _write(_typed(pa.concat_tables(tables, promote_options="permissive")), self.folder / TABLE)
+        with writing(self.folder):
+            shutil.rmtree(self._parts)
 
     def _tables(self) -> Iterator[pa.Table]:
         """The table, then the parts, which are newer."""
@@ -92,8 +91,9 @@ class CampaignStore:
             try:
                 yield pq.read_table(whole)
             except (OSError, pa.ArrowInvalid) as error:
-                raise RunFolderError(f"{whole} cannot be read: {_first(error)}") from None
-        for part in sorted(_parts(self.folder).glob("run-*.parquet")):
+                first = (str(error).splitlines() or [type(error).__name__])[0]
+                raise RunFolderError(f"{whole} cannot be read: {first}") from None
+        for part in sorted(self._parts.glob("run-*.parquet")):
             try:
                 yield pq.read_table(part)
             except (OSError, pa.ArrowInvalid):
@@ -103,7 +103,7 @@ class CampaignStore:
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
     """Keeps a second command from writing into the same folder; raises `RunFolderError`."""
-    with _writable(folder):
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
         lock = (folder / ".lock").open("w")
     with lock:
@@ -146,8 +146,8 @@ def _plain(value: Any) -> Any:
     return value if value is None or isinstance(value, (str, bool)) else json.dumps(value)
 
 
-def _table(rows: list[dict[str, Any]]) -> pa.Table:
-    table = pa.Table.from_pylist(rows)
+def _table(row: dict[str, Any]) -> pa.Table:
+    table = pa.Table.from_pylist([row])
     for name, kind in _CORE:
         table = table.set_column(table.schema.get_field_index(name), name, table[name].cast(kind))
     return table
@@ -162,29 +162,8 @@ def _typed(table: pa.Table) -> pa.Table:
 
 
 def _write(table: pa.Table, place: Path) -> None:
-    staging = place.with_name(f".{place.name}.part")
-    try:
-        with staging.open("wb") as stream:
-            pq.write_table(table, stream)
-            stream.flush()
-            os.fsync(stream.fileno())
-        staging.replace(place)
-    except BaseException:
-        staging.unlink(missing_ok=True)
-        raise
-
-
-@contextmanager
-def _writable(folder: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        raise RunFolderError(f"{folder} cannot be written: {error.strerror or _first(error)}") from None
-
-
-def _parts(folder: Path) -> Path:
-    return folder / PARTS
-
-
-def _first(error: BaseException) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
+    """Writes a file that is complete or not there, also after a crash of the machine; raises `RunFolderError`."""
+    with replaced_file(place) as staging, staging.open("wb") as stream:
+        pq.write_table(table, stream)
+        stream.flush()
+        os.fsync(stream.fileno())

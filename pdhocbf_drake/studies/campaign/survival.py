@@ -24,7 +24,7 @@ Row = Mapping[str, Any]
 
 
 def survival_rate(rows: Iterable[Row]) -> Rate:
-    """The rate over the runs with a result; failed runs are left out."""
+    """The rate over the runs that did not fail."""
     survived = [row["status"] == SURVIVED for row in rows if row["status"] != FAILED]
     if not survived:
         return Rate(None, None, None, 0)
@@ -33,7 +33,7 @@ def survival_rate(rows: Iterable[Row]) -> Rate:
 
 
 def campaign_summary(runs: int, barriers: Sequence[str], rows: Sequence[Row]) -> dict[str, Any]:
-    """The contents of campaign.json; `runs` is the number of planned runs, of which some may be missing."""
+    """The contents of campaign.json; `runs` is the number of planned runs, some of which may not have a row."""
     failed = sum(row["status"] == FAILED for row in rows)
     rates = {name: survival_rate(row for row in rows if row["barrier"] == name) for name in barriers}
     return {
@@ -45,7 +45,7 @@ def campaign_summary(runs: int, barriers: Sequence[str], rows: Sequence[Row]) ->
 
 
 def paired(rows: Sequence[Row], first: str, second: str) -> tuple[int, int, int]:
-    """Points of the sample that both barriers ran, of which only the first survived, and only the second."""
+    """The number of points run with both barriers, and of those that only the first (only the second) survived."""
     ended = {(row["point"], row["barrier"]): row["status"] == SURVIVED for row in rows if row["status"] != FAILED}
     points = sorted({point for point, _ in ended})
     both = [(ended[p, first], ended[p, second]) for p in points if (p, first) in ended and (p, second) in ended]

@@ -14,15 +14,14 @@ from typing import Any, Final
 
 from distributed import get_worker
 
-# There is one run a core: libraries must not start threads of their own.
+# Each core has one run, so libraries must not start further threads.
 _ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
 
 DIED: Final = "died"
-ERROR: Final = "error"
 
 
 def perform(run: int, scenario: dict[str, Any], seconds: float, topic: str) -> dict[str, Any]:
-    """Runs a scenario in a process of its own.
+    """Runs a scenario in a new process.
 
     Returns:
         `{"status": …, "metrics": …}`, or `{"error": …}` for a run that failed, or `{"died": …}` for a process that
@@ -51,7 +50,7 @@ def run_process(run: int, scenario: dict[str, Any], seconds: float) -> dict[str,
             lifeline.write(json.dumps(scenario).encode() + b"\n")
             answer, complaint = process.communicate(timeout=seconds)
         except subprocess.TimeoutExpired:
-            return {ERROR: f"gave no answer in {seconds:g} s"}
+            return {"error": f"gave no answer in {seconds:g} s"}
         except BrokenPipeError:
             answer, complaint = process.communicate()
         finally:

@@ -1,1 +1,1 @@
-"""Certified sets of the walking template: what can be kept for ever, what a bound costs, what a push may do."""
+"""Certified sets of the walking template: enforceable bounds, their cost, and the largest admissible pushes."""

@@ -1,18 +1,29 @@
-"""The certificate of one axis: its invariant sets without a bound, under each bound, and under all of them."""
+"""Certificates: the invariant sets of one axis of a walk, without and with its bounds, and those of a scenario."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.orbit import nominal_walk
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.robot.reach import longest_stride
 from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases, invariant_set
 from pdhocbf_drake.sets.polytope import Polytope
+from pdhocbf_drake.simulation.build import Walk, build_walk
+from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.certify.psi_rows import psi_system
-from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
+from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate, stepping_template
+from pdhocbf_drake.walking import Gait
+
+STAGES = 3
+"""Stages of `certify_scenario`: the walk, then the sets along x and y."""
+_TEMPLATE_REACH = 0.23  # of the CoM from the stance foot where a scenario has no robot: that of the packaged biped [m]
 
 
 @dataclass(frozen=True)
@@ -21,12 +32,12 @@ class BoundCertificate:
 
     Attributes:
         barrier: the barrier.
-        kept: the states from which h ≥ 0 can be kept for ever. Where there are some, the bound is enforceable.
+        kept: the states from which h ≥ 0 can be kept for ever. The bound is enforceable if there are any.
         rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if it was not
-            computed or can't be (see `psi_system`, or a gamma so small that the sets are flat).
-        failing: phases at which h ≥ 0 alone is *not* a barrier: some state that could walk on for ever, with h ≥ 0
-            now, must break h ≥ 0 or fall at the next tick, whatever its ZMP. There `kept` is smaller than the part
-            of the unbounded set with h ≥ 0.
+            computed or can't be (see `psi_system`; or gamma is so small that the sets are flat).
+        failing: phases at which h ≥ 0 alone is *not* a barrier: from some state that has h ≥ 0 and could walk on for
+            ever, every ZMP leads to h < 0 or to a fall at the next tick. There `kept` is smaller than the part of the
+            unbounded set with h ≥ 0.
     """
 
     barrier: AffineBarrier
@@ -41,7 +52,7 @@ class AxisCertificate:
 
     Attributes:
         template: the dynamics and limits.
-        unbounded: the set without barriers: from it one can walk on for ever.
+        unbounded: the set without barriers, from which one can walk on for ever.
         kept: the set under all barriers of this axis together.
         bounds: each barrier by itself.
     """
@@ -52,8 +63,39 @@ class AxisCertificate:
     bounds: tuple[BoundCertificate, ...]
 
     def section(self, phase: int, sets: InvariantSet | None = None) -> Polytope | None:
-        """The set in (c, v) at a phase, by default under all barriers; see `section`."""
-        return section(self.template, self.kept if sets is None else sets, phase)
+        """The set in (c, v) at a phase, by default under all barriers; see `SteppingTemplate.section`."""
+        return self.template.section(self.kept if sets is None else sets, phase)
+
+
+@dataclass(frozen=True)
+class ScenarioCertificate:
+    """The certified sets of a scenario's walk.
+
+    Attributes:
+        scenario: the scenario, without a terminal set.
+        walk: its gait, barriers and controller.
+        reach: how far the CoM may be from the stance foot, along either axis [m].
+        mass: of the robot or the template [kg]; an impulse is this times a change of velocity.
+        orbit: c, v, p of the nominal walk without barriers, c and p from the stance foot, shape (2, 2N, 3).
+        axes: the certificates along x and y.
+    """
+
+    scenario: Scenario
+    walk: Walk
+    reach: float
+    mass: float
+    orbit: np.ndarray
+    axes: tuple[AxisCertificate, AxisCertificate]
+
+    @property
+    def main_axis(self) -> int:
+        """The axis with the barriers; x where there are none."""
+        return min(self.walk.axes, default=0)
+
+
+def area(part: Polytope | None) -> float:
+    """The area of a section, 0 for an empty one [m²/s]."""
+    return 0.0 if part is None else part.volume()
 
 
 def certify_axis(
@@ -70,47 +112,26 @@ def certify_axis(
         InputError: a barrier that can't be certified here, or sets that don't converge.
     """
     unbounded = invariant_set(template.system, template.states, template.inputs)
-    bounds = []
-    for barrier in barriers:
-        kept = _kept(template, [barrier])
-        rows = _psi_set(template, barrier) if with_rows else None
-        bounds.append(BoundCertificate(barrier, kept, rows, _failing(template, unbounded, barrier)))
-    if not barriers:
-        return AxisCertificate(template, unbounded, unbounded, ())
-    kept = bounds[0].kept if len(barriers) == 1 else _kept(template, barriers)
-    return AxisCertificate(template, unbounded, kept, tuple(bounds))
-
-
-def section(template: SteppingTemplate, sets: InvariantSet, phase: int) -> Polytope | None:
-    """The set in (c, v) at a phase: where the step is chosen already, for the commanded one. None if empty."""
-    if not sets.enforceable:
-        return None
-    part = sets.sets[phase % template.period]
-    if not template.chooses_steps:
-        return part
-    return part.slice(template.held[phase % template.period])
-
-
-def area(part: Polytope | None) -> float:
-    """[m²/s]."""
-    return 0.0 if part is None else part.volume()
-
-
-def _kept(template: SteppingTemplate, barriers: Sequence[AffineBarrier]) -> InvariantSet:
-    limited = template.with_barriers(barriers)
-    if isinstance(limited, int):
-        return InvariantSet((), limited, 0, np.nan, 0.0)
-    return invariant_set(template.system, limited, template.inputs)
+    bounds = tuple(
+        BoundCertificate(
+            barrier,
+            invariant_set(template.system, template.with_barriers([barrier]), template.inputs),
+            _psi_set(template, barrier) if with_rows else None,
+            _failing(template, unbounded, barrier),
+        )
+        for barrier in barriers
+    )
+    if len(barriers) < 2:
+        kept = bounds[0].kept if bounds else unbounded
+    else:
+        kept = invariant_set(template.system, template.with_barriers(barriers), template.inputs)
+    return AxisCertificate(template, unbounded, kept, bounds)
 
 
 def _psi_set(template: SteppingTemplate, barrier: AffineBarrier) -> InvariantSet | None:
-    problem = psi_system(template, barrier)
-    if problem is None:
-        return None
-    if isinstance(problem, int):
-        return InvariantSet((), problem, 0, np.nan, 0.0)
     try:
-        return invariant_set(*problem)
+        problem = psi_system(template, barrier)
+        return None if problem is None else invariant_set(*problem)
     except InputError:  # too flat for the geometry: a very small gamma
         return None
 
@@ -119,10 +140,53 @@ def _failing(template: SteppingTemplate, unbounded: InvariantSet, barrier: Affin
     """Phases at which the set {h ≥ 0} within the unbounded one does not lead into itself."""
     if not unbounded.enforceable:
         return tuple(range(template.period))
-    parts = []
-    for phase, part in enumerate(unbounded.sets):
-        normal = np.zeros(template.system.n)
-        normal[:2] = barrier.sign * barrier.normals(phase, 1)[0, :2]
-        limit = barrier.sign * barrier.bound(phase)
-        parts.append(Polytope.from_rows(np.vstack([part.A, normal]), np.append(part.b, limit)))
-    return broken_phases(template.system, parts, template.inputs)
+    return broken_phases(template.system, template.with_barriers([barrier], unbounded.sets), template.inputs)
+
+
+def certify_scenario(
+    scenario: Scenario,
+    reach: float | None = None,
+    with_rows: bool = True,
+    report: Callable[[int, str], None] = lambda done, stage: None,
+) -> ScenarioCertificate:
+    """Certifies both axes of a scenario's walk.
+
+    Args:
+        scenario: a walk, on the robot or on the template.
+        reach: of the CoM from the stance foot [m]; by default half the longest stride of the robot.
+        with_rows: certify the ψ rows as well.
+        report: called with the number of stages that are done, of `STAGES`, and the name of the next one.
+
+    Raises:
+        InputError: the scenario is no walk, or can't be built or certified. ModelError: nor its robot.
+    """
+    if scenario.system == "van_der_pol":
+        raise InputError(
+            f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"
+        )
+    if scenario.mpc.terminal_set is not None:  # certifying makes a new one
+        mpc = scenario.mpc.model_copy(update={"terminal_set": None})
+        scenario = scenario.model_copy(update={"mpc": mpc})
+    report(0, "walk and nominal orbit")
+    walk = build_walk(scenario)
+    mass = scenario.vhip.mass
+    if scenario.system == "biped":
+        biped = Biped.load(scenario.robot)
+        mass = biped.mass
+        if reach is None:
+            height = scenario.gait.com_height + scenario.gait.com_height_amplitude
+            reach = longest_stride(biped, scenario.gait.stance_width, height) / 2.0
+    reach = _TEMPLATE_REACH if reach is None else reach
+    axes = []
+    for axis in (0, 1):
+        template = stepping_template(scenario.gait, scenario.mpc, axis, reach)
+        report(1 + axis, f"sets along {'xy'[axis]}")
+        axes.append(certify_axis(template, walk.mpc.barriers[axis], with_rows))
+    return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(scenario), (axes[0], axes[1]))
+
+
+def _free_orbit(scenario: Scenario) -> np.ndarray:
+    """c, v, p of the nominal walk without barriers and without an end, shape (2, 2N, 3); see `nominal_walk`."""
+    gait = Gait(scenario.gait.model_copy(update={"walk_steps": None}))
+    walk = build_walk(scenario.model_copy(update={"barriers": {}}))
+    return nominal_walk(gait, PeriodicMpc(gait, walk.vhip, scenario.mpc, ([], [])))

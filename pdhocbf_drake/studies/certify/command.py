@@ -1,4 +1,4 @@
-"""`pdhocbf certify`: whether bounds can be kept for ever, at which phase not, their cost, and the largest push."""
+"""`pdhocbf certify`: whether bounds can be kept for ever, at which phase they fail, their cost, the largest push."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.certify.certificate import STAGES, certify_scenario
 from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines, system_data
-from pdhocbf_drake.studies.certify.scenario_certificate import STAGES, ScenarioCertificate, certify_scenario
 from pdhocbf_drake.studies.certify.terminal import terminal_sets
-from pdhocbf_drake.studies.certify.trial import Trial, try_sets
+from pdhocbf_drake.studies.certify.trial import try_sets
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.terminal import shown_progress, table
 from pdhocbf_drake.yaml_text import read_yaml, write_yaml
@@ -25,7 +25,7 @@ _ENTRIES = {CERTIFICATE, TERMINAL, SCENARIO, FIGURES}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """A scenario or system, the reach, the trial, and the folder of the results."""
     parser.add_argument(
         "scenario", metavar="SCENARIO",
         help="as for run; or a YAML file of another periodic linear system with A, B, states and inputs",
@@ -44,7 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Certifies, writes and prints; gives the exit code. A bound that is not enforceable is an answer, not an error."""
+    """Certifies, writes and prints; returns the exit code, 0 for a bound that is not enforceable too."""
     if options.reach is not None and not 0.0 < options.reach < 10.0:
         raise InputError(f"--reach must be a length above 0 [m], given {options.reach}")
     if options.starts < 0:
@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _linear_system(scenario: str) -> LinearSystemConfig | None:
-    """The linear system in a file, if it holds one instead of a scenario."""
+    """The linear system in a file; None if the file holds a scenario."""
     path = Path(scenario)
     if path.suffix not in (".yaml", ".yml"):
         return None
@@ -82,7 +82,7 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
 
 
 def _certify_walk(options: argparse.Namespace) -> int:
-    from pdhocbf_drake.studies.certify.figures import write_certificate_figures
+    from pdhocbf_drake.studies.certify.figures import write_certificate_figures  # here for start-up time
 
     started = time.perf_counter()
     scenario = load_scenario(options.scenario, options.text)
@@ -91,8 +91,15 @@ def _certify_walk(options: argparse.Namespace) -> int:
         found = certify_scenario(scenario, options.reach, not options.no_rows, progress)
         seconds = time.perf_counter() - started
         progress(STAGES, "pushes")
-        sets, problem = _terminal(found)
-        trial = _trial(found, options.starts) if options.starts and sets else None
+        sets: dict[int, TerminalSet] = {}
+        try:
+            sets, problem = terminal_sets(found), ""
+        except InputError as error:
+            problem = str(error)
+        trial = None
+        if options.starts and sets:
+            with shown_progress("trial", 2 * options.starts, "starts") as done:
+                trial = try_sets(found, options.starts, scenario.seed, done)
         data = certificate_data(found, seconds, trial)
         progress(STAGES + 1)
         write_json(folder / CERTIFICATE, data)
@@ -106,30 +113,8 @@ def _certify_walk(options: argparse.Namespace) -> int:
             lines.append(("terminal set", f"none: {problem}"))
         write_certificate_figures(found, data, folder / FIGURES)
     if trial is not None:
-        lines += _trial_lines(trial)
+        walks = f"{trial.inside} starts of {trial.ticks} ticks: {trial.infeasible_ticks} infeasible ticks"
+        lost = f"{trial.unsavable} of {trial.outside} starts proved lost by an independent program"
+        lines += [("trial, inside", f"{walks}, largest slack {trial.slack_max:.2g} m/s"), ("trial, outside", lost)]
     print(table([*lines, ("certificate", place / CERTIFICATE), ("figures", place / FIGURES)]))
     return 0
-
-
-def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str]:
-    """The terminal sets, or none and the reason."""
-    try:
-        return terminal_sets(found), ""
-    except InputError as error:
-        return {}, str(error)
-
-
-def _trial(found: ScenarioCertificate, count: int) -> Trial:
-    with shown_progress("trial", 2 * count, "starts") as progress:
-        return try_sets(found, count, found.scenario.seed, progress)
-
-
-def _trial_lines(trial: Trial) -> list[tuple[str, str]]:
-    ticks = f"{trial.inside} starts of {trial.ticks} ticks"
-    return [
-        (
-            "trial, inside",
-            f"{ticks}: {trial.infeasible_ticks} infeasible ticks, largest slack {trial.slack_max:.2g} m/s",
-        ),
-        ("trial, outside", f"{trial.unsavable} of {trial.outside} starts proved lost by an independent program"),
-    ]

@@ -1,4 +1,4 @@
-"""A periodic bound V̄(k) designed from a recorded walk: what it reached at each phase, plus a margin."""
+"""A periodic bound V̄(k) designed from a recorded walk: the extreme at each phase, plus a margin."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pdhocbf_drake.barriers.config import Side
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.sets.polytope import Array
 from pdhocbf_drake.simulation.run_folder import Run
-from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
+from pdhocbf_drake.walking.barrier_config import WalkBoundConfig
 from pdhocbf_drake.walking.quantities import Quantity
 
 Kind = Literal["tabulated", "harmonic"]
 
 _DIGITS = 1e5  # bounds are rounded outwards to 1e-5 of the quantity's unit
-_FEWEST = 3  # periods; fewer say nothing about variability
+_FEWEST = 3  # periods from which a variability can be read
 
 
 class Envelope(NamedTuple):
@@ -29,7 +29,7 @@ class Envelope(NamedTuple):
         mean: shape (period,) [its unit].
         outer: the largest value for an upper bound, the smallest for a lower one, shape (period,) [its unit].
         spread: the largest distance of outer from mean [its unit].
-        periods: the least number of samples of a phase.
+        periods: number of samples of each phase, at least.
     """
 
     quantity: Quantity
@@ -85,19 +85,8 @@ def design_bound(envelope: Envelope, margin: float, kind: Kind, side: Side) -> W
     shapes = np.column_stack([np.ones(len(wanted)), np.cos(angle), np.sin(angle)])
     found = linprog(shapes.mean(axis=0), A_ub=-shapes, b_ub=-wanted, bounds=[(None, None)] * 3, method="highs")
     mean, cosine, sine = np.round(found.x * _DIGITS) / _DIGITS
-    mean += float(_up(np.max(wanted - shapes @ [mean, cosine, sine])))
-    mean = round(float(mean), 5)
+    mean = round(float(mean + _up(np.max(wanted - shapes @ [mean, cosine, sine]))), 5)
     return WalkBoundConfig(kind="harmonic", mean=sign * mean, cosine=sign * float(cosine), sine=sign * float(sine))
-
-
-def designed_barrier(
-    run: Run, quantity: Quantity, side: Side, kind: Kind, margin: float, gamma: tuple[float, ...], from_time: float
-) -> tuple[WalkBarrierConfig, Envelope]:
-    """A barrier with a designed bound, and the envelope of that design; raises `InputError`."""
-    envelope = measured_envelope(run, quantity, side, from_time)
-    bound = design_bound(envelope, margin, kind, side)
-    axis: Literal["x", "y"] = "x" if quantity.axis == 0 else "y"
-    return WalkBarrierConfig(axis=axis, side=side, bound=bound, gamma=gamma), envelope
 
 
 def _up(values: Array | np.floating) -> Array:

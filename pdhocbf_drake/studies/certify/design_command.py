@@ -14,15 +14,15 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import Run, read_run, replaced_file
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
-from pdhocbf_drake.studies.certify.design import Envelope, designed_barrier
+from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate, certify_scenario
+from pdhocbf_drake.studies.certify.design import Envelope, design_bound, measured_envelope
 from pdhocbf_drake.studies.certify.report import share
-from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate, certify_scenario
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.quantities import SPEEDS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The verb's arguments."""
+    """A run, the bound's quantity, kind and margin, and the file."""
     parser.add_argument("run", type=Path, metavar="RUN", help="the run folder of a walk")
     parser.add_argument("--margin", type=float, required=True, metavar="M", help="above all that was measured [m/s]")
     parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="otherwise tabulated")
@@ -30,17 +30,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="otherwise upper")
     parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="otherwise 0.5 0.5")
     parser.add_argument("--name", default="forward_speed", help="the barrier's name; otherwise forward_speed")
-    parser.add_argument(
-        "--from-time",
-        type=float,
-        metavar="S",
-        help="use the walk from this time on [s]; otherwise from the scenario's from_time",
-    )
+    from_time = "use the walk from this time on [s]; otherwise from the scenario's from_time"
+    parser.add_argument("--from-time", type=float, metavar="S", help=from_time)
     parser.add_argument("--out", type=Path, metavar="FILE", help="the file; otherwise ./bound-NAME.yaml")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Designs, certifies, writes and reports; gives the exit code."""
+    """Designs, certifies, writes and reports; returns the exit code."""
     for rate in options.gamma:
         Linear(rate)  # refuses a rate outside (0, 1]
     if as_name(options.name) != options.name:
@@ -49,17 +45,17 @@ def run(options: argparse.Namespace) -> int:
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time
     quantity = SPEEDS["xy".index(options.axis)]
-    barrier, envelope = designed_barrier(
-        recorded, quantity, options.side, options.kind, options.margin, tuple(options.gamma), from_time
-    )
+    envelope = measured_envelope(recorded, quantity, options.side, from_time)
+    bound = design_bound(envelope, options.margin, options.kind, options.side)
+    barrier = WalkBarrierConfig(axis=options.axis, side=options.side, bound=bound, gamma=tuple(options.gamma))
     found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}))
     verdict = _checked(found, options.name, options.margin)
     place = options.out or Path(f"bound-{options.name}.yaml")
     text = _yaml(recorded, options, barrier, envelope, verdict)
     with replaced_file(place) as path:
         path.write_text(text, encoding="utf-8")
-    spread = f"{1000 * envelope.spread:.2f} m{quantity.unit} above the mean at most"
-    spread = spread if options.side == "upper" else "as measured"
+    above = f"{1000 * envelope.spread:.2f} m{quantity.unit} above the mean at most"
+    spread = above if options.side == "upper" else "as measured"
     print(f"measured  {envelope.periods} times at every phase; {spread}")
     print(f"certified {verdict}")
     print(place)
@@ -75,11 +71,9 @@ def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
             f"barrier {name}: with a margin of {margin:g} {bound.barrier.unit} it can't be kept for ever (no state is "
             f"left at phase {bound.kept.first_failing_phase}); a larger margin is needed"
         )
-    rows = ""
-    if bound.rows is not None:
-        if not bound.rows.enforceable:
-            raise InputError(f"barrier {name}: h >= 0 can be kept for ever, but not with these gamma; take larger ones")
-        rows = ", its psi rows too"
+    if bound.rows is not None and not bound.rows.enforceable:
+        raise InputError(f"barrier {name}: h >= 0 can be kept for ever, but not with these gamma; take larger ones")
+    rows = "" if bound.rows is None else ", its psi rows too"
     left = share(certificate, bound.kept)
     return f"enforceable{rows}; {100 * (left or 0.0):.1f} % of the states that can walk on for ever can also keep it"
 
@@ -93,9 +87,7 @@ def _yaml(
         f"# run of {scenario.name} ({envelope.periods} times at every phase, {recorded.provenance.started}).",
         f"# Certified for that scenario's template: {verdict}.",
     ]
-    data: dict[str, Any] = {}
-    if _is_packaged(scenario):
-        data["extends"] = scenario.name
+    data: dict[str, Any] = {"extends": scenario.name} if _is_packaged(scenario) else {}
     kept = barrier.model_dump(mode="json", exclude_none=True)
     data["barriers"] = {options.name: {key: kept[key] for key in ("axis", "side", "bound", "gamma")}}
     body = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=110, default_flow_style=None)

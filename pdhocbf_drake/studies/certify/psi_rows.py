@@ -10,21 +10,20 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.studies.certify.stepping_template import FASTEST, SteppingTemplate
 
-Problem = tuple[PeriodicAffineSystem, tuple[Polytope, ...], tuple[Polytope, ...]]
+Problem = tuple[PeriodicAffineSystem, list[Polytope | None], list[Polytope]]
 
 
-def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | int | None:
+def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | None:
     """The template with y(k) = ψ_1(k) in place of the ZMP, so that the rows are plain limits on state and input.
 
     With h(k+1) = y + (1 − γ_1) h(k) the velocity follows from y alone, v(k+1) = V̄(k+1) ∓ h(k+1), and the ZMP box is
-    a limit on the state [c, v, y, s]. ψ_1 ≥ 0 is y ≥ 0; for order 2, y(k+1) = (1 − γ_2) y(k) + ψ_2(k), whose input
-    ψ_2 ≥ 0 is what the controller's rows demand; for order 1, y(k+1) is free. So the set holds the states from
-    which, and the ZMPs with which, the rows can be kept for ever: it shows what γ costs.
+    a limit on the state [c, v, y, s]. ψ_1 ≥ 0 is y ≥ 0; for order 2, y(k+1) = (1 − γ_2) y(k) + ψ_2(k) with the input
+    ψ_2 ≥ 0, as the controller's rows demand; for order 1, y(k+1) is free. So the set holds the states from which, and
+    the ZMPs with which, the rows can be kept for ever: it shows the cost of γ.
 
     Returns:
-        Dynamics, state limits and input limits for `invariant_set`; the first phase at which no state is within the
-        limits; or None for a barrier whose normal is not a constant multiple of the velocity's, whose order is above 2,
-        or whose class-K functions are not linear.
+        Dynamics, state limits and input limits for `invariant_set`; None for a barrier whose normal is not a constant
+        multiple of the velocity's, whose order is above 2, or whose class-K functions are not linear.
     """
     try:
         rates = linear_rates(barrier)
@@ -36,42 +35,38 @@ def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | 
     period, n, sign, scale = template.period, template.system.n, float(barrier.sign), float(barrier.normal[1])
     A, c = np.zeros((period, n + 1, n + 1)), np.zeros((period, n + 1))
     B = np.zeros((period, n + 1, template.system.m))
-    states, inputs = [], []
+    states: list[Polytope | None] = []
+    inputs = []
     largest = _largest_psi(template, barrier, rates[0])
-    old = [0, 1, 3][:n]  # where c, v (and s) are in the new state
+    old = [0, 1, 3][:n]  # indices of c, v (and s) in the new state
     for k in range(period):
         here, there = barrier.bound(k) / scale, barrier.bound(k + 1) / scale
-        known, push, offset = template.system.A(k), template.system.B(k), template.system.c(k)
-        A[k][np.ix_(old, old)] = known
+        free, on_input, offset = template.system.A(k), template.system.B(k), template.system.c(k)
+        A[k][np.ix_(old, old)] = free
         c[k, old] = offset
-        B[k, old, 1:] = push[:, 1:]
+        B[k, old, 1:] = on_input[:, 1:]
         # v⁺ = V̄⁺ − (1 − γ_1)(V̄ − v) − s y/scale
         A[k, 1] = 0.0
         A[k, 1, 1], A[k, 1, 2], c[k, 1] = keep, -sign / scale, there - keep * here
         A[k, 2, 2], B[k, 2, 0] = following, 1.0
-        # The ZMP that this takes: d = (v⁺ − known·x − offset)/b within ± half.
+        # This takes the ZMP d = (v⁺ − A_k[v]·x − c_k[v])/B_k[v, d], which must lie within ± half.
         zmp = A[k, 1].copy()
-        zmp[old] -= known[1]
-        zmp /= push[1, 0]
-        shift = (c[k, 1] - offset[1]) / push[1, 0]
+        zmp[old] -= free[1]
+        zmp /= on_input[1, 0]
+        shift = (c[k, 1] - offset[1]) / on_input[1, 0]
         h = np.zeros(n + 1)
         h[1] = sign * scale
         positive = np.eye(n + 1)[2]
         limits = template.states[k]
         rows = np.zeros((len(limits.A), n + 1))
         rows[:, old] = limits.A
-        left = Polytope.from_rows(
-            np.vstack([rows, h, -positive, positive, zmp, -zmp]),
-            np.concatenate([
-                limits.b, [sign * barrier.bound(k), 0.0, largest, template.half - shift, template.half + shift]
-            ]),
-        )  # fmt: skip
-        if left is None:
-            return k
-        states.append(left)
+        new = [sign * barrier.bound(k), 0.0, largest, template.half - shift, template.half + shift]
+        states.append(
+            Polytope.from_rows(np.vstack([rows, h, -positive, positive, zmp, -zmp]), np.concatenate([limits.b, new]))
+        )
         low, high = template.inputs[k].vertices.min(axis=0), template.inputs[k].vertices.max(axis=0)
         inputs.append(Polytope.box([0.0, *low[1:]], [largest, *high[1:]]))
-    return PeriodicAffineSystem(A, B, c), tuple(states), tuple(inputs)
+    return PeriodicAffineSystem(A, B, c), states, inputs
 
 
 def zmp_of_psi(template: SteppingTemplate, barrier: AffineBarrier, phase: int, state: Array) -> float:

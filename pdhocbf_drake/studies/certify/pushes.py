@@ -9,12 +9,11 @@ from scipy.optimize import linprog
 
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.polytope import Array
-from pdhocbf_drake.studies.certify.certificate import section
 from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
 
 
 class PushRange(NamedTuple):
-    """Admissible changes between the most negative and the most positive one; NaN where the orbit is outside.
+    """Admissible changes between the most negative and the most positive one; NaN where the state is outside.
 
     Attributes:
         low, high: velocity change [m/s]; times the mass it is the impulse [N s].
@@ -26,7 +25,7 @@ class PushRange(NamedTuple):
 
 def kick_range(template: SteppingTemplate, sets: InvariantSet, phase: int, state: Array) -> PushRange:
     """Sudden changes of velocity at [c, v] that stay within the set."""
-    part = section(template, sets, phase)
+    part = template.section(sets, phase)
     if part is None:
         return PushRange(np.nan, np.nan)
     slack, along = part.b - part.A @ state[:2], part.A[:, 1]
@@ -38,7 +37,7 @@ def kick_range(template: SteppingTemplate, sets: InvariantSet, phase: int, state
 
 
 def push_range(template: SteppingTemplate, sets: InvariantSet, phase: int, state: Array, ticks: int) -> PushRange:
-    """Total velocity changes by a constant force over some ticks, from [c, v] on, with the best response.
+    """Total velocity changes by a constant force over some ticks, from [c, v] on, under the best response.
 
     The response may depend on the whole push and moves ZMP and foothold from its first tick on; the state must be in
     the set at every tick. So no controller does better, and one that must first measure the push does worse.
@@ -66,11 +65,6 @@ def push_range(template: SteppingTemplate, sets: InvariantSet, phase: int, state
         row_blocks.append(target.A @ on)
         bound_blocks.append(target.b - target.A @ rest)
     rows, bounds = np.vstack(row_blocks), np.concatenate(bound_blocks)
-    return PushRange(*(ticks * _extreme(rows, bounds, sign) for sign in (-1, 1)))
-
-
-def _extreme(rows: Array, bounds: Array, sign: int) -> float:
-    cost = np.zeros(rows.shape[1])
-    cost[-1] = -sign
-    result = linprog(cost, A_ub=rows, b_ub=bounds, bounds=[(None, None)] * len(cost), method="highs")
-    return float(result.x[-1]) if result.success else float("nan")
+    cost = np.eye(1, size, size - 1)[0]
+    programs = [linprog(way * cost, A_ub=rows, b_ub=bounds, bounds=(None, None), method="highs") for way in (1, -1)]
+    return PushRange(*(ticks * float(found.x[-1]) if found.success else np.nan for found in programs))

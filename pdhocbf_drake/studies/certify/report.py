@@ -1,4 +1,4 @@
-"""A certificate as plain data for `certify.json` and as lines for the terminal."""
+"""A certificate as data for `certify.json` and as lines for the terminal."""
 
 from __future__ import annotations
 
@@ -9,16 +9,15 @@ import numpy as np
 
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
-from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, area, section
+from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, ScenarioCertificate, area
 from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
-from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.trial import Trial
 
 PUSH_SECONDS = 0.1  # as in `pdhocbf push`
 
 
 def certificate_data(found: ScenarioCertificate, seconds: float, trial: Trial | None = None) -> dict[str, Any]:
-    """The contents of `certify.json`: the main axis on top, both axes under `axes`."""
+    """The contents of `certify.json`: the main axis at the top level, both axes under `axes`."""
     axes = {name: _axis(found, axis) for axis, name in enumerate("xy")}
     main = axes["xy"[found.main_axis]]
     failing = [(name, data["first_failing_phase"]) for name, data in axes.items() if not data["enforceable"]]
@@ -33,7 +32,6 @@ def certificate_data(found: ScenarioCertificate, seconds: float, trial: Trial | 
         **main,
         "enforceable": not failing,
         "first_failing_phase": failing[0][1] if failing else None,
-        "sweeps": main["sweeps"],
         "seconds": seconds,
         "axes": axes,
         "trial": None if trial is None else trial._asdict(),
@@ -45,27 +43,33 @@ def _axis(found: ScenarioCertificate, axis: int) -> dict[str, Any]:
     phases = _phases(found, axis, certificate.kept)
     same = certificate.kept is certificate.unbounded
     return {
-        "enforceable": certificate.kept.enforceable,
-        "first_failing_phase": certificate.kept.first_failing_phase,
+        **_result(certificate.kept),
         "orbit_inside": _orbit_inside(found, axis),
         "area_share": share(certificate, certificate.kept),
         "phases": phases,
-        "sweeps": certificate.kept.sweeps,
         "residual": _number(certificate.kept.residual),
-        "seconds": certificate.kept.seconds,
         "barriers": {bound.barrier.name: _bound(certificate, bound) for bound in certificate.bounds},
         "without_barriers": {
-            "enforceable": certificate.unbounded.enforceable,
-            "first_failing_phase": certificate.unbounded.first_failing_phase,
+            **_result(certificate.unbounded),
             "phases": phases if same else _phases(found, axis, certificate.unbounded),
-            "sweeps": certificate.unbounded.sweeps,
-            "seconds": certificate.unbounded.seconds,
         },
     }
 
 
+def _result(sets: InvariantSet) -> dict[str, Any]:
+    return {
+        "enforceable": sets.enforceable,
+        "first_failing_phase": sets.first_failing_phase,
+        "sweeps": sets.sweeps,
+        "seconds": sets.seconds,
+    }
+
+
 def share(certificate: AxisCertificate, sets: InvariantSet) -> float | None:
-    """Area of `sets` over that of the set without barriers, mean over the phases; None where the latter is empty."""
+    """Area of `sets` over that of the set without barriers, mean over the phases; None where the latter is empty.
+
+    A state counts as kept by the ψ rows if it is in their set with some ψ_1, that is some ZMP.
+    """
     phases = range(certificate.template.period)
     whole = [area(certificate.section(phase, certificate.unbounded)) for phase in phases]
     left = [area(certificate.section(phase, sets)) for phase in phases]
@@ -73,39 +77,17 @@ def share(certificate: AxisCertificate, sets: InvariantSet) -> float | None:
 
 
 def _bound(certificate: AxisCertificate, bound: BoundCertificate) -> dict[str, Any]:
-    rows = bound.rows
+    psi_rows = None
+    if bound.rows is not None:
+        gamma = [getattr(alpha, "gamma", None) for alpha in bound.barrier.class_k]
+        psi_rows = {"gamma": gamma, **_result(bound.rows), "area_share": share(certificate, bound.rows)}
     return {
-        "enforceable": bound.kept.enforceable,
-        "first_failing_phase": bound.kept.first_failing_phase,
+        **_result(bound.kept),
         "is_barrier": not bound.failing,
         "failing_phases": list(bound.failing),
         "area_share": share(certificate, bound.kept),
-        "sweeps": bound.kept.sweeps,
-        "seconds": bound.kept.seconds,
-        "psi_rows": None
-        if rows is None
-        else {
-            "gamma": [getattr(alpha, "gamma", None) for alpha in bound.barrier.class_k],
-            "enforceable": rows.enforceable,
-            "first_failing_phase": rows.first_failing_phase,
-            "area_share": rows_share(certificate, rows),
-            "sweeps": rows.sweeps,
-            "seconds": rows.seconds,
-        },
+        "psi_rows": psi_rows,
     }
-
-
-def rows_share(certificate: AxisCertificate, rows: InvariantSet) -> float | None:
-    """As `share`, for sets in [c, v, ψ_1, s]: a state counts if some ψ_1, that is some ZMP, is in the set."""
-    if not rows.enforceable:
-        return 0.0
-    template, shares = certificate.template, []
-    for phase in range(template.period):
-        part = rows.sets[phase]
-        cut = part.slice(template.held[phase]) if template.chooses_steps else part
-        whole = area(certificate.section(phase, certificate.unbounded))
-        shares.append(0.0 if cut is None else cut.shadow(2).volume() / whole)
-    return float(np.mean(shares))
 
 
 def _phases(found: ScenarioCertificate, axis: int, sets: InvariantSet) -> list[dict[str, Any]]:
@@ -113,7 +95,7 @@ def _phases(found: ScenarioCertificate, axis: int, sets: InvariantSet) -> list[d
     ticks = max(1, round(PUSH_SECONDS / template.tick))
     listed = []
     for phase in range(template.period):
-        part, state = section(template, sets, phase), found.orbit[axis, phase]
+        part, state = template.section(sets, phase), found.orbit[axis, phase]
         push, kick = push_range(template, sets, phase, state, ticks), kick_range(template, sets, phase, state)
         listed.append({
             "phase": phase,
@@ -128,11 +110,10 @@ def _phases(found: ScenarioCertificate, axis: int, sets: InvariantSet) -> list[d
 
 
 def _orbit_inside(found: ScenarioCertificate, axis: int) -> bool:
-    certificate = found.axes[axis]
-    parts = [certificate.section(phase) for phase in range(certificate.template.period)]
-    return all(
-        part is not None and part.violation(found.orbit[axis, phase, :2]) <= 0.0 for phase, part in enumerate(parts)
-    )
+    template, kept = found.axes[axis].template, found.axes[axis].kept
+    parts = (template.section(kept, phase) for phase in range(template.period))
+    pairs = zip(parts, found.orbit[axis, :, :2], strict=False)  # the orbit has two steps
+    return all(part is not None and part.violation(state) <= 0.0 for part, state in pairs)
 
 
 def _number(value: float) -> float | None:
@@ -140,28 +121,21 @@ def _number(value: float) -> float | None:
 
 
 def system_data(config: LinearSystemConfig, found: InvariantSet, seconds: float) -> dict[str, Any]:
-    """The content of `certify.json` for a user's own system; pushes are for walks only, and null here."""
-    return {
-        "schema": 1,
-        "scenario": config.name,
-        "enforceable": found.enforceable,
-        "first_failing_phase": found.first_failing_phase,
-        "phases": [
-            {
-                "phase": phase,
-                "area": part.volume(),
-                "vertices": part.vertices.tolist(),
-                "rows": part.A.tolist(),
-                "bounds": part.b.tolist(),
-                "push_max": None,
-                "push_min": None,
-            }
-            for phase, part in enumerate(found.sets)
-        ],
-        "sweeps": found.sweeps,
-        "residual": found.residual if found.enforceable else None,
-        "seconds": seconds,
-    }
+    """The contents of `certify.json` for a user's own system; pushes are for walks only, and null here."""
+    phases = [
+        {
+            "phase": phase,
+            "area": part.volume(),
+            "vertices": part.vertices.tolist(),
+            "rows": part.A.tolist(),
+            "bounds": part.b.tolist(),
+            "push_max": None,
+            "push_min": None,
+        }
+        for phase, part in enumerate(found.sets)
+    ]
+    head = {"schema": 1, "scenario": config.name}
+    return {**head, **_result(found), "phases": phases, "residual": _number(found.residual), "seconds": seconds}
 
 
 def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:

@@ -1,4 +1,4 @@
-"""An independent test of savability: a linear program over a long future, which does not use the sets."""
+"""A proof that a state is lost, independent of the sets: a linear program over a long future."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from pdhocbf_drake.sets.polytope import Array
 from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
 
 SAVED = 1e-6
-"""An excess below this is the solver's tolerance [m, m/s]."""
+"""A larger excess proves that a state is lost; a smaller one may be the solver's tolerance [m, m/s]."""
 
 
 class Rescue:
-    """By how much must some limit be exceeded within T ticks from a state, whatever ZMP and footholds are chosen?
+    """The least excess t over the limits within T ticks from a state, over all choices of ZMP and footholds.
 
-    Unknown are the CoM c_i in the world, its velocity v_i, the ZMP p_i and the footholds f_j of the coming steps:
+    The variables are the CoM c_i in the world, its velocity v_i, the ZMP p_i and the footholds f_j of the coming steps:
 
         c_{i+1} = c_i + δ v_i,   v_{i+1} = v_i + δ eta_i (c_i − p_i),   |c_i − f| ≤ reach,   h_i ≥ 0,
         |p_i − ((1 − w_i) f₋ + w_i f)| ≤ half,   shortest ≤ f − f₋ ≤ longest,
 
-    all of these limits relaxed by one t ≥ 0, which is minimised. t > 0 proves that the state can't be saved. The
-    program is derived from the walk, in world coordinates, and not from the matrices from which the sets are computed.
-    (t = 0 proves the opposite only for T ticks: a state may be lost later.)
+    with all of these inequalities relaxed by one t ≥ 0, which is minimised. t > 0 proves that the state is lost; t = 0
+    proves that it can be saved for T ticks. The program is derived from the walk, in world coordinates, and not from
+    the matrices from which the sets are computed.
     """
 
     def __init__(
@@ -76,16 +76,16 @@ class Rescue:
         self._feet = feet
 
     def excess(self, state: Array) -> float:
-        """t from [c, v] or [c, v, s], c from the stance foot and s the step that was chosen last [m, m/s].
+        """t from [c, v] or [c, v, s], c from the stance foot and s the step chosen last, else the commanded one.
 
-        Without s that step is the commanded one.
+        t is in m for a position, in m/s for a velocity; raises `PdhocbfError` if the program can't be solved.
         """
         size = self._equal.shape[1]
         limits: list[tuple[float | None, float | None]] = [(None, None)] * size
         limits[-1] = (0.0, None)
         step = float(state[2]) if len(state) == 3 else self._held
         fixed = {self._given[0]: float(state[0]), self._given[1]: float(state[1]), int(self._feet[1]): 0.0}
-        # Where the coming step is chosen already, the last one no longer shows.
+        # Where the coming step is chosen already, the last one has no effect.
         fixed[int(self._feet[0])] = 0.0 if self._coming else -step
         if self._coming and len(self._feet) > 2:
             fixed[int(self._feet[2])] = step

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -28,9 +29,13 @@ def inside_starts(sets: InvariantSet, count: int, random: np.random.Generator, p
 
 
 def outside_starts(
-    limits: tuple[Polytope, ...], sets: InvariantSet, count: int, random: np.random.Generator, margin: float = 1e-4
+    limits: Sequence[Polytope | None],
+    sets: InvariantSet,
+    count: int,
+    random: np.random.Generator,
+    margin: float = 1e-4,
 ) -> list[Start]:
-    """States within all limits but outside of the sets, by at least a margin [m].
+    """States within all limits and outside of the (nonempty) sets by at least a margin [m].
 
     They are spread over twice the sets' extent, so that many lie close to the boundary of the sets.
     """
@@ -40,7 +45,7 @@ def outside_starts(
         part, limit = sets.sets[phase], limits[phase]
         low, high = part.vertices.min(axis=0), part.vertices.max(axis=0)
         state = random.uniform(low - 0.5 * (high - low), high + 0.5 * (high - low))
-        if limit.violation(state) <= 0.0 and part.violation(state) > margin:
+        if limit is not None and limit.violation(state) <= 0.0 and part.violation(state) > margin:
             starts.append(Start(phase, state))
     return starts
 
@@ -48,7 +53,7 @@ def outside_starts(
 def zmp_range(template: SteppingTemplate, sets: InvariantSet, start: Start) -> tuple[float, float]:
     """The ZMPs from the stance foot that lead from a start into the set of the next tick [m].
 
-    Where the coming step is chosen at this tick, the range is over all choices.
+    Where the coming step is chosen at this tick, the range is that over all choices.
     """
     k, target = start.phase, sets.sets[(start.phase + 1) % template.period]
     base = template.system.A(k) @ start.state + template.system.c(k)

@@ -12,13 +12,14 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.step_limits import step_ranges
+from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.quantities import SPEEDS
 from pdhocbf_drake.walking.vhip import Vhip
 
 FASTEST = 5.0
-"""A speed at which no state within the CoM's reach can be saved; it only makes the polytopes bounded [m/s]."""
+"""Bound on the CoM's speed, which makes the polytopes bounded; no state this fast can be saved [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,18 @@ class SteppingTemplate:
         q = phase % self.period
         return bool(self.chooses_steps and (self.coming[q] or self.weights[q] < 1.0))
 
-    def with_barriers(self, barriers: Sequence[AffineBarrier]) -> tuple[Polytope, ...] | int:
-        """X_q with h ≥ 0 of each barrier, or the first phase at which nothing is left.
+    def section(self, sets: InvariantSet, phase: int) -> Polytope | None:
+        """A set in (c, v) at a phase, for the commanded s and any ψ_1 that its states may have; None if it is empty."""
+        if not sets.enforceable:
+            return None
+        q = phase % self.period
+        part = sets.sets[q].slice(self.held[q]) if self.chooses_steps else sets.sets[q]
+        return part.shadow(2) if part is not None and part.dimension > 2 else part
+
+    def with_barriers(
+        self, barriers: Sequence[AffineBarrier], states: Sequence[Polytope] | None = None
+    ) -> tuple[Polytope | None, ...]:
+        """X_q, or the given sets of states, cut by h ≥ 0 of each barrier; None at a phase at which no state is left.
 
         Raises:
             InputError: the normal of a barrier has a part on the ZMP, which is an input here.
@@ -83,15 +94,12 @@ class SteppingTemplate:
         if wrong := [b.name for b in barriers if np.any(b.normals(0, b.normal_period)[:, 2:])]:
             raise InputError(f'barrier "{wrong[0]}": only bounds on CoM position and velocity can be certified')
         limited = []
-        for phase, states in enumerate(self.states):
+        for phase, part in enumerate(self.states if states is None else states):
             rows = np.zeros((len(barriers), self.system.n))
             for row, barrier in zip(rows, barriers, strict=True):
                 row[:2] = barrier.sign * barrier.normals(phase, 1)[0, :2]
             bounds = [barrier.sign * barrier.bound(phase) for barrier in barriers]
-            left = Polytope.from_rows(np.vstack([states.A, rows]), np.concatenate([states.b, bounds]))
-            if left is None:
-                return phase
-            limited.append(left)
+            limited.append(Polytope.from_rows(np.vstack([part.A, rows]), np.concatenate([part.b, bounds])))
         return tuple(limited)
 
     def state(self, phase: int, com: float, velocity: float, step: float | None = None) -> Array:
@@ -104,8 +112,8 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     """One axis of a walk's template.
 
     Args:
-        gait_config: the walk; its start and end are ignored.
-        mpc: footholds' range, margin and the ticks for which a foothold is frozen.
+        gait_config: the walk, whose start and end play no part.
+        mpc: the range of footholds, the ZMP margin, and the ticks for which a foothold is frozen.
         axis: 0 (x) or 1 (y).
         reach: how far the CoM may be from the stance foot along this axis [m].
 

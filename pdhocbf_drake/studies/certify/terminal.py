@@ -11,8 +11,7 @@ from pdhocbf_drake.barriers.recursion import linear_rates
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.sets.invariant_set import InvariantSet
-from pdhocbf_drake.studies.certify.certificate import BoundCertificate
-from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
+from pdhocbf_drake.studies.certify.certificate import BoundCertificate, ScenarioCertificate
 from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
 
 _NONE = 1e-9
@@ -22,7 +21,7 @@ def terminal_sets(found: ScenarioCertificate) -> dict[int, TerminalSet]:
     """The terminal set of each axis for a scenario's MPC; under a hard barrier that of the barrier's ψ rows.
 
     Raises:
-        InputError: there is no such set.
+        InputError: there is no such set, or it can't be computed; see `terminal_set` and `psi_terminal_set`.
     """
     hard = found.scenario.mpc.barrier == "hard"
     return {
@@ -34,8 +33,8 @@ def terminal_sets(found: ScenarioCertificate) -> dict[int, TerminalSet]:
 def terminal_set(template: SteppingTemplate, sets: InvariantSet) -> TerminalSet:
     """The rows com·(c − f) + velocity·v + step·(f − f₋) ≤ bound of each phase.
 
-    Where the coming step is chosen already, any choice will do for a plan that ends there: the old plan's own
-    footholds are the choice. Where the box still moves away from the last foot, f₋ is one of the plan's footholds.
+    Where the coming step is chosen already, the choice is that of the plan which ends there, so the set is projected
+    onto (c, v). Where the box still moves away from the last foot, f₋ is one of the plan's footholds.
 
     Raises:
         InputError: there is no set.
@@ -43,9 +42,8 @@ def terminal_set(template: SteppingTemplate, sets: InvariantSet) -> TerminalSet:
     _check_enforceable(sets)
     rows, bounds = [], []
     for phase, part in enumerate(sets.sets):
-        shape = part
-        if template.chooses_steps and not (template.depends_on_step(phase) and not template.coming[phase]):
-            shape = part.shadow(2)
+        needs_step = template.depends_on_step(phase) and not template.coming[phase]
+        shape = part.shadow(2) if template.chooses_steps and not needs_step else part
         full = np.zeros((len(shape.A), 4))
         full[:, : shape.dimension] = shape.A
         keep = np.any(np.abs(full[:, :2]) > _NONE, axis=1)  # the rest are the limits of a step, which the MPC has
@@ -57,8 +55,8 @@ def terminal_set(template: SteppingTemplate, sets: InvariantSet) -> TerminalSet:
 def psi_terminal_set(template: SteppingTemplate, bounds: Sequence[BoundCertificate]) -> TerminalSet:
     """The set of a hard barrier's rows, written with v(k) and v(k+1) in place of ψ_1(k).
 
-    ψ_1 = h(k+1) − (1 − γ_1) h(k) with h = ± (V̄ − n v), so the set holds one tick before the plan ends. A plan that
-    ends with a step has chosen that step; where a later one is chosen already, any choice will do.
+    ψ_1 = h(k+1) − (1 − γ_1) h(k) with h = ± (V̄ − n v), so the set applies one tick before the plan ends. A plan that
+    ends with a step has chosen that step; where a later one is chosen already, the set is projected onto (c, v, ψ_1).
 
     Raises:
         InputError: there is not exactly one barrier, or its rows were not certified, or they can't be kept.
@@ -77,20 +75,20 @@ def psi_terminal_set(template: SteppingTemplate, bounds: Sequence[BoundCertifica
         on_psi = shape.A[:, 2]
         rows[:, 1] += on_psi * scale * keep
         rows[:, 3] = -on_psi * scale
-        known = barrier.sign * (barrier.bound(phase + 1) - keep * barrier.bound(phase))
+        of_bound = barrier.sign * (barrier.bound(phase + 1) - keep * barrier.bound(phase))
         used = np.any(np.abs(rows[:, [0, 1, 3]]) > _NONE, axis=1)
         all_rows.append(rows[used])
-        all_bounds.append((shape.b - on_psi * known)[used])
+        all_bounds.append((shape.b - on_psi * of_bound)[used])
     return TerminalSet(template.axis, tuple(all_rows), tuple(all_bounds), early=1)
 
 
 def hard_rows(bounds: Sequence[BoundCertificate]) -> tuple[AffineBarrier, InvariantSet]:
     """The barrier of an axis with a hard one, and the set of its ψ rows; raises as `psi_terminal_set` does."""
     if len(bounds) != 1:
-        raise InputError(f"a terminal set is known for one hard barrier an axis, not for {len(bounds)} together")
+        raise InputError(f"a terminal set is made for one hard barrier an axis, not for {len(bounds)} together")
     barrier, sets = bounds[0].barrier, bounds[0].rows
     if sets is None:
-        raise InputError(f'a hard barrier needs the set of its psi rows, and that of "{barrier.name}" is not known')
+        raise InputError(f'a hard barrier needs the set of its psi rows, and there is none for "{barrier.name}"')
     _check_enforceable(sets)
     return barrier, sets
 

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.sets.polytope import Array
+from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.psi_rows import zmp_of_psi
 from pdhocbf_drake.studies.certify.rescue import SAVED, Rescue
-from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.starts import Start, inside_starts, outside_starts, zmp_range
 from pdhocbf_drake.studies.certify.terminal import hard_rows, terminal_sets
 
@@ -28,13 +28,12 @@ class Trial(NamedTuple):
 
     Attributes:
         inside: starts inside, drawn for both axes at a common phase.
-        ticks: of closed loop from each of them.
-        infeasible_ticks: ticks without a plan that meets the scenario's constraints, over all of them.
-        h_min: least h on the way [m/s]; None without barriers.
-        slack_max: largest slack of a barrier row on the way [m/s].
-        outside: starts outside, along the main axis, that meet all limits now.
-        unsavable: of these, how many the rescue program proves lost.
-        excess_min: the least by which one of these must exceed a limit [m, m/s].
+        ticks: length of the walk from each of them.
+        infeasible_ticks: ticks of these walks without a plan that meets the scenario's constraints.
+        h_min: least h of these walks [m/s]; None without barriers.
+        slack_max: largest slack of a barrier row in these walks [m/s].
+        outside: starts outside, along the main axis, that meet all limits at first.
+        unsavable: number of these that the rescue program proves lost.
     """
 
     inside: int
@@ -44,76 +43,62 @@ class Trial(NamedTuple):
     slack_max: float
     outside: int
     unsavable: int
-    excess_min: float
 
 
 def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, report: Done = lambda done: None) -> Trial:
-    """Tries sets from `count` starts inside and as many outside.
-
-    Raises:
-        InputError: a set is empty.
-    """
+    """Tries sets from `count` starts inside and as many outside; raises `InputError` if a set is empty."""
     random = np.random.default_rng(seed)
     walk = found.walk
     mpc = PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, walk.mpc.barriers, terminal_sets(found))
     infeasible, h_min, slack = 0, np.inf, 0.0
     for index in range(count):
-        starts, zmps = _drawn(found, random)
-        walked = walk_from(mpc, starts, zmps, TICKS)
+        in_y, zmp_y = _drawn(found, 1, random, None)  # y has the longer period
+        in_x, zmp_x = _drawn(found, 0, random, in_y.phase % found.axes[0].template.period)
+        walked = walk_from(mpc, [in_x, in_y], [zmp_x, zmp_y], TICKS)
         infeasible += walked.infeasible_ticks
         h_min, slack = min(h_min, walked.h_min), max(slack, walked.slack)
         report(index + 1)
-    excesses = _outside(found, count, random, lambda index: report(count + index))
-    return Trial(
-        count, TICKS, infeasible, float(h_min) if np.isfinite(h_min) else None, slack,
-        count, int(np.sum(excesses > SAVED)), float(excesses.min()),
-    )  # fmt: skip
+    lost = _lost(found, count, random, lambda index: report(count + index))
+    return Trial(count, TICKS, infeasible, float(h_min) if np.isfinite(h_min) else None, slack, count, lost)
 
 
-def _drawn(found: ScenarioCertificate, random: np.random.Generator) -> tuple[list[Start], list[float]]:
-    """Starts of both axes at a common phase of the gait, and ZMPs that lead on into the sets."""
-    long, zmp = _drawn_on(found, 1, random, None)
-    short, first = _drawn_on(found, 0, random, long.phase % found.axes[0].template.period)
-    return [short, long], [first, zmp]
-
-
-def _drawn_on(
+def _drawn(
     found: ScenarioCertificate, axis: int, random: np.random.Generator, phase: int | None
 ) -> tuple[Start, float]:
-    """A start on one axis and its ZMP; under a hard barrier from the set of its ψ rows, where ψ_1 gives the ZMP."""
+    """A start on one axis and a ZMP that leads on into the set.
+
+    Under a hard barrier the start is from the set of its ψ rows, and its ψ_1 determines the ZMP.
+    """
     certificate = found.axes[axis]
     if found.scenario.mpc.barrier == "hard" and certificate.bounds:
         barrier, rows = hard_rows(certificate.bounds)
         start = inside_starts(rows, 1, random, phase)[0]
         zmp = zmp_of_psi(certificate.template, barrier, start.phase, start.state)
-        without_psi: Array = np.delete(start.state, 2)
-        return Start(start.phase, without_psi), zmp
+        return Start(start.phase, np.delete(start.state, 2)), zmp
     start = inside_starts(certificate.kept, 1, random, phase)[0]
     low, high = zmp_range(certificate.template, certificate.kept, start)
     return start, float(random.uniform(low, high))
 
 
-def _outside(found: ScenarioCertificate, count: int, random: np.random.Generator, report: Done) -> np.ndarray:
+def _lost(found: ScenarioCertificate, count: int, random: np.random.Generator, report: Done) -> int:
+    """The number of starts outside, of `count`, that the rescue program proves lost."""
     certificate = found.axes[found.main_axis]
     barriers = [bound.barrier for bound in certificate.bounds]
-    limits = certificate.template.with_barriers(barriers)
-    if isinstance(limits, int):
-        raise InputError(f"no state meets the limits at phase {limits}")
-    starts = sorted(outside_starts(limits, certificate.kept, count, random), key=lambda start: start.phase)
-    excesses = np.empty(count)
-    program, phase = None, -1
-    for index, start in enumerate(starts):
-        if program is None or start.phase != phase:
-            phase = start.phase
-            program = Rescue(certificate.template, barriers, found.reach, phase)
-        excesses[index] = program.excess(start.state)
-        report(index + 1)
-    return excesses
+    starts = outside_starts(certificate.template.with_barriers(barriers), certificate.kept, count, random)
+    done = lost = 0
+    for phase, group in groupby(sorted(starts, key=lambda start: start.phase), lambda start: start.phase):
+        program = Rescue(certificate.template, barriers, found.reach, phase)
+        for start in group:
+            lost += program.excess(start.state) > SAVED
+            done += 1
+            report(done)
+    return lost
 
 
-# Plans that meet the scenario's constraints: with a soft barrier slacks are part of the problem.
+# Reasons of plans that meet the scenario's constraints; under a soft barrier slacks are part of the problem.
 _PLANNED = {"soft": (Reason.SOLVED, Reason.SOFTENED, Reason.CROSS_SOLVED), "hard": (Reason.SOLVED, Reason.CROSS_SOLVED)}
 _SIDES = {1: 0, -1: 1}  # rows of Memory.feet
+_FALLEN = 100.0  # c and p from the stance foot or v beyond this: the walk has fallen [m, m/s]
 
 
 class Walked(NamedTuple):
@@ -135,9 +120,9 @@ def walk_from(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float], 
 
     Args:
         mpc: the controller.
-        starts: for x and y, at the same phase of a gait; c and s as the stepping template has them.
+        starts: for x and y, at the same phase of a gait; c and s in the coordinates of the stepping template.
         zmps: the ZMP at the start from the stance foot, for x and y [m].
-        ticks: how long.
+        ticks: length of the walk.
     """
     first, memory = _start(mpc, starts, zmps)
     infeasible, h_min, slack = 0, np.inf, 0.0
@@ -146,8 +131,8 @@ def walk_from(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float], 
             h_min = min([h_min, *(float(barrier.h(row.tick, state)) for barrier in group)])
         infeasible += row.plan.reason not in _PLANNED[mpc.config.barrier]
         slack = max(slack, row.plan.slack)
-        if not np.all(np.abs(row.memory.state - row.memory.stance[:, 1:] * [1.0, 0.0, 1.0]) < 1e2):
-            infeasible += first + ticks - row.tick - 1  # fallen: no later tick counts as a walk
+        if not np.all(np.abs(row.memory.state - row.memory.stance[:, 1:] * [1.0, 0.0, 1.0]) < _FALLEN):
+            infeasible += first + ticks - row.tick - 1  # all later ticks count as infeasible
             break
     return Walked(infeasible, h_min, slack)
 
@@ -175,7 +160,7 @@ def _start(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float]) -> 
         moves = mpc.commanded.steps(step).moves.copy()
         moves[:, 0] = np.where(np.isnan(chosen), moves[:, 0], chosen)
         footholds = here[:, None] + np.cumsum(moves, axis=1)
-        nothing = (np.zeros(mpc.rows[0]), np.zeros(mpc.rows[1]))
+        active = (np.zeros(mpc.rows[0]), np.zeros(mpc.rows[1]))
         inputs = np.zeros((2, mpc.config.horizon))
-        memory.plan = Plan(tick - 1, inputs, footholds, nothing, np.zeros(0), np.nan, Reason.SOLVED, 0)
+        memory.plan = Plan(tick - 1, inputs, footholds, active, np.zeros(0), np.nan, Reason.SOLVED, 0)
     return tick, memory

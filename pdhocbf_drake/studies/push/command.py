@@ -9,9 +9,8 @@ from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.run_folder import replaced_file
-from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.push.results import Impulse, document, draw_phases, draw_polar, table
+from pdhocbf_drake.studies.push.results import document, draw_phases, draw_polar, table
 from pdhocbf_drake.studies.push.search import Settings, search_all
 from pdhocbf_drake.studies.shared.cases import CASES, lent_barriers
 from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
@@ -25,12 +24,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the pushes to try, and the folder of the results."""
     parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
     add_overrides(parser)
-    parser.add_argument(
-        "--directions",
-        default="+x,-x,+y,-y",
-        metavar="LIST",
-        help="such as +x,+y or forward,left; one that begins with a minus as --directions=-x,+y",
-    )
+    directions = "such as +x,+y or forward,left; one that begins with a minus as --directions=-x,+y"
+    parser.add_argument("--directions", default="+x,-x,+y,-y", metavar="LIST", help=directions)
     phases = "how many, evenly spread over the gait, or a list of its ticks such as 0,10,20 (or '0,' for one)"
     parser.add_argument("--phases", default="8", metavar="N|LIST", help=phases)
     parser.add_argument("--barriers", default=",".join(CASES), metavar="LIST", help="which of " + ", ".join(CASES))
@@ -63,7 +58,12 @@ def run(options: argparse.Namespace) -> int:
     with shown_progress("push", total, "searches") as progress:
         impulses = search_all(scenario, barriers, directions, phases, settings, options.workers, mass, progress)
     print(table(impulses), flush=True)  # before the files, since a full disk must not cost the result
-    _write(folder, scenario, impulses)
+    with replaced_file(folder / "push.png") as staging:
+        draw_polar(impulses, staging)
+    with replaced_file(folder / "push_phases.png") as staging:
+        draw_phases(impulses, staging, gait.ticks_per_step)
+    write_text(folder / "push.txt", table(impulses))
+    write_json(folder / RESULT, document(impulses))
     print(f"wrote {folder / RESULT} and two figures beside it")
     return 0
 
@@ -75,13 +75,3 @@ def _settings(options: argparse.Namespace, gait: float) -> Settings:
         if not least <= value < 1e3:
             raise InputError(f"--{name} must be at least {least:g} (given: {value:g})")
     return Settings(options.tolerance, options.duration, options.watch)
-
-
-def _write(folder: Path, scenario: Scenario, impulses: list[Impulse]) -> None:
-    """Each file is complete or not there."""
-    with replaced_file(folder / "push.png") as staging:
-        draw_polar(impulses, staging)
-    with replaced_file(folder / "push_phases.png") as staging:
-        draw_phases(impulses, staging, scenario.gait.ticks_per_step)
-    write_text(folder / "push.txt", table(impulses))
-    write_json(folder / RESULT, document(impulses))

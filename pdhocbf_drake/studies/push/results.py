@@ -55,7 +55,7 @@ def table(impulses: Sequence[Impulse]) -> str:
 
 
 def draw_polar(impulses: Sequence[Impulse], path: Path) -> None:
-    """Median over the phases (line) and each phase (dots) per direction, seen from above, ahead pointing up."""
+    """Draws the median over the phases (line) and each phase (dots) per direction, in the view from above."""
     with styled():
         figure = Figure(figsize=(6.0, 6.0))
         axes = figure.add_subplot(projection="polar")
@@ -68,7 +68,7 @@ def draw_polar(impulses: Sequence[Impulse], path: Path) -> None:
             angles = np.radians([DIRECTIONS[way] for way in ring])
             axes.plot(angles, [by_way[way] for way in ring], color=colour, label=barrier)
             dots = [(np.radians(DIRECTIONS[i.direction]), i.survived) for i in impulses if i.barrier == barrier]
-            # Side by side, so that equal results of different barriers can be seen.
+            # Side by side, so that equal results of different barriers don't hide each other.
             shift = 0.035 * (number - (len(middle) - 1) / 2)
             axes.plot([a + shift for a, _ in dots], [s for _, s in dots], ".", color=colour, alpha=0.5)
         axes.set_xticks(np.radians(list(DIRECTIONS.values())), ["ahead +x", "left +y", "back -x", "right -y"])
@@ -78,7 +78,7 @@ def draw_polar(impulses: Sequence[Impulse], path: Path) -> None:
 
 
 def draw_phases(impulses: Sequence[Impulse], path: Path, ticks_per_step: int) -> None:
-    """Survived impulse against the tick of the gait at which the push begins, one panel a direction."""
+    """Draws the survived impulse over the tick of the gait at which the push begins, one panel a direction."""
     ways = list(dict.fromkeys(impulse.direction for impulse in impulses))
     with styled():
         figure = Figure(figsize=(8.5, 1.9 * len(ways) + 0.8))

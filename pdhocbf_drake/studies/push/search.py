@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
+from itertools import product
 from typing import NamedTuple
 
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -14,7 +15,7 @@ from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.pushing import PushedWalk
 
 _LIMIT = 60.0  # [N s]
-# Impulses that a robot of this mass is likely to survive, from which the search begins [N s], [kg].
+# Impulses that a robot of this mass is likely to survive, at which the search begins [N s], [kg].
 _LIKELY, _LIKELY_MASS = {"+x": 16.0, "-x": 16.0, "+y": 8.0, "-y": 8.0}, 29.0
 
 
@@ -27,7 +28,7 @@ class Settings(NamedTuple):
 
 
 class Search(NamedTuple):
-    """The searches in all directions at one phase, each begun from a guess [N s]: one piece of work."""
+    """The searches in all directions at one phase, each from a guess [N s]: one piece of work for a process."""
 
     scenario: str
     barrier: str
@@ -41,15 +42,15 @@ def search_all(
     scenario: Scenario, barriers: Sequence[str], directions: Sequence[str], phases: Sequence[int],
     settings: Settings, workers: int, mass: float = _LIKELY_MASS, report: Callable[[int], None] | None = None,
 ) -> list[Impulse]:  # fmt: skip
-    """Every barrier, direction and phase, sorted in the order given.
+    """The largest survived impulse for every barrier, direction and phase, sorted in the order given.
 
-    The searches with a barrier begin from what is survived without one.
+    The searches with a barrier begin from the impulse that is survived without one.
 
     Args:
         scenario: the scenario. barriers: some of `CASES`.
         directions: some of `DIRECTIONS`. phases: ticks of the gait.
         settings: shared by all searches.
-        workers: processes.
+        workers: number of processes.
         mass: of the robot, from which the first guesses are scaled [kg].
         report: called with the number of impulses found so far.
 
@@ -58,39 +59,34 @@ def search_all(
     """
     text = scenario.model_dump_json()
     found: dict[tuple[str, str, int], float] = {}
-    likely = {direction: _LIKELY[direction] * mass / _LIKELY_MASS for direction in directions}
     for wave in ([b for b in barriers if b == NONE], [b for b in barriers if b != NONE]):
         work = []
-        for barrier in wave:
-            for phase in phases:
-                guesses = {way: found.get((NONE, way, phase), likely[way]) for way in directions}
-                work.append(Search(text, barrier, tuple(phases), phase, guesses, settings))
+        for barrier, phase in product(wave, phases):
+            guesses = {d: found.get((NONE, d, phase), _LIKELY[d] * mass / _LIKELY_MASS) for d in directions}
+            work.append(Search(text, barrier, tuple(phases), phase, guesses, settings))
         for impulses in in_processes(search, work, workers):
             found.update({impulse[:3]: impulse.survived for impulse in impulses})
             if report is not None:
                 report(len(found))
-    order = [(b, d, p) for b in barriers for d in directions for p in phases]
-    return [Impulse(*key, found[key]) for key in order]
+    return [Impulse(*key, found[key]) for key in product(barriers, directions, phases)]
 
 
 def search(work: Search) -> list[Impulse]:
     """The largest survived impulse in each direction at one phase."""
     walk, settings = _walk(work.scenario, work.barrier, work.phases), work.settings
 
-    def in_direction(direction: str) -> Callable[[float], bool]:
-        def survives(impulse: float) -> bool:
-            pushed = force(direction, impulse, settings.duration)
-            return walk.trial(work.phase, pushed, settings.duration, settings.watch).survived
+    def survives(direction: str, impulse: float) -> bool:
+        pushed = force(direction, impulse, settings.duration)
+        return walk.trial(work.phase, pushed, settings.duration, settings.watch).survived
 
-        return survives
-
-    return [
-        Impulse(work.barrier, way, work.phase, largest_survived(in_direction(way), guess, settings.tolerance, _LIMIT))
-        for way, guess in work.guesses.items()
-    ]
+    found = {
+        direction: largest_survived(partial(survives, direction), guess, settings.tolerance, _LIMIT)
+        for direction, guess in work.guesses.items()
+    }
+    return [Impulse(work.barrier, direction, work.phase, impulse) for direction, impulse in found.items()]
 
 
-@lru_cache(maxsize=1)  # by value: a worker gets the same walk again for its next phase
+@lru_cache(maxsize=1)  # keyed by value: a worker gets the same walk again for its next phase
 def _walk(scenario: str, barrier: str, phases: tuple[int, ...]) -> PushedWalk:
     return PushedWalk(in_case(Scenario.model_validate_json(scenario), barrier), phases)
 
@@ -98,13 +94,13 @@ def _walk(scenario: str, barrier: str, phases: tuple[int, ...]) -> PushedWalk:
 def largest_survived(survives: Callable[[float], bool], guess: float, tolerance: float, limit: float) -> float:
     """A multiple of `tolerance` that is survived while the next one is not, at most `limit` [N s].
 
-    Grows from a guess until a survived and a deadly impulse enclose the answer, then halves what lies between. What a
-    robot survives need not be an interval: a push that happens to meet a favourable step may be survived above one
-    that is not. The search then gives one of the edges, the one next to the guess as a rule.
+    Grows from a guess until a survived and a deadly impulse enclose the answer, then bisects. The survived impulses
+    need not be an interval, since a larger push may meet a more favourable step; the search then returns one of the
+    edges, as a rule the one next to the guess.
 
     Args:
         survives: whether an impulse is survived; zero is taken to be.
-        guess: where to begin [N s].
+        guess: the first impulse to try [N s].
         tolerance: distance between neighbouring impulses [N s].
         limit: no impulse above it is tried [N s].
     """

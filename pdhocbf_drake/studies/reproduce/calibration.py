@@ -1,6 +1,6 @@
-"""A calibration of what the paper leaves out to its eq. (38); the script prints what was fitted.
+"""The calibration of the parameters that the paper does not report to its eq. (38); the script prints the fit.
 
-The paper prints two margins and their ratio, and neither stride, Δ_z, ε nor the bounds. Fixed by choice: a stride of
+The paper prints two margins and their ratio, and neither stride, Δ_z, ε nor the bounds. Chosen: a stride of
 0.15 m, ε = 1e4 1/s² a foothold, the literal gait (no double support, no standing start), α₁ = 1, and one rule for
 both bounds: each clears the nominal velocity by the same margin where it comes closest. Then two numbers are fitted to
 two numbers: Δ_z, which sets the ripple of the velocity, and the margin.
@@ -52,7 +52,7 @@ class Calibration(NamedTuple):
 
 
 def free_walk(gait: dict[str, Any], mpc: dict[str, Any], ticks: int = _SETTLED) -> NDArray[np.float64]:
-    """Forward CoM velocity of the template without barriers, (ticks,) [m/s]."""
+    """Forward CoM velocity of the template without barriers from a stand on, (ticks,) [m/s]."""
     walk = build_walk(Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc}, "calibration"))
     return forward_speed(walk.mpc, ticks)
 
@@ -82,7 +82,7 @@ def calibrate(low: float = 0.015, high: float = 0.022) -> Calibration:
     """Solves both margins of (38) for Δ_z (by the secant rule) and the margin.
 
     Raises:
-        InputError: it does not settle in 20 walks.
+        InputError: it does not converge in 20 walks.
     """
     # h̄_P = margin + offset and h̄_DCBF = margin + ripple on the window.
     wanted = PAPER_DCBF - PAPER_PERIODIC
@@ -95,7 +95,7 @@ def calibrate(low: float = 0.015, high: float = 0.022) -> Calibration:
         error.append(ripple - offset - wanted)
         if abs(error[-1]) < _TOLERANCE:
             return Calibration(points[-1], PAPER_PERIODIC - offset, ripple, walks)
-    raise InputError(f"the calibration did not settle: {error[-1]:.2e} m/s are left after {len(points)} walks")
+    raise InputError(f"the calibration did not converge: {error[-1]:.2e} m/s are left after {len(points)} walks")
 
 
 def statement(fit: Calibration) -> str:

@@ -31,7 +31,7 @@ _UNSAFE = tuple(request for requests in EVENTS.values() for request in requests.
 
 
 class Part(NamedTuple):
-    """The function that makes a section, and its runs of the robot, which a worker process makes ahead."""
+    """The function that makes a section, and the runs of the robot that it needs, simulated ahead by a worker."""
 
     make: Callable[[Runs], Section]
     needs: tuple[Request, ...] = ()
@@ -52,9 +52,6 @@ PARTS: dict[str, Part] = {
     "literal": Part(literal_against_corrected, (_ROBOT[1], NO_DOUBLE_SUPPORT, MEASURED_ZMP)),
 }
 
-# Made last and in this order, so that the worker's runs of the robot are ready by then.
-_LATE = ("fig4", "margins", "fig5", "fig6", "literal", "fig7robot")
-
 
 def chosen(only: str | None) -> list[str]:
     """The keys of `--only` ("fig1,fig4"), in the report's order; all without it.
@@ -64,18 +61,15 @@ def chosen(only: str | None) -> list[str]:
     """
     if only is None:
         return list(PARTS)
-    asked = [key.strip() for key in only.split(",") if key.strip()]
-    asked = ["fig2" if key == "fig3" else key for key in asked]  # one section draws both
+    asked = ["fig2" if key == "fig3" else key for key in map(str.strip, only.split(",")) if key]  # drawn together
     unknown = [key for key in asked if key not in PARTS]
     if unknown or not asked:
-        what = unknown[0] if unknown else only
-        raise InputError(f"--only: there is no part '{what}'; there are {', '.join(PARTS)} (fig3 comes with fig2)")
+        wrong = unknown[0] if unknown else only
+        raise InputError(f"--only: there is no part '{wrong}'; there are {', '.join(PARTS)} (fig3 comes with fig2)")
     return [key for key in PARTS if key in asked]
 
 
-def make_sections(
-    keys: Sequence[str], runs: Runs, report: Progress = lambda done, words="": None
-) -> dict[str, Section]:
+def make_sections(keys: Sequence[str], runs: Runs, report: Progress) -> dict[str, Section]:
     """The sections with these keys, in that order.
 
     Args:
@@ -83,12 +77,16 @@ def make_sections(
         runs: shared by the parts.
         report: called with the number of finished sections, and the name of the next step.
     """
-    runs.prepare(dict.fromkeys(request for key in _LATE if key in keys for request in PARTS[key].needs))
+    # Those that need most runs of the robot are made last, so that the worker has simulated them by then.
+    order = sorted(keys, key=lambda key: len(PARTS[key].needs))
+    runs.prepare(request for key in order for request in PARTS[key].needs)
     made: dict[str, Section] = {}
     runs.report = lambda words: report(len(made), words)
-    for key in sorted(keys, key=lambda key: key in _LATE and 1 + _LATE.index(key)):
+    for key in order:
         runs.report(f"making {key}")
-        made[key] = PARTS[key].make(runs)
+        section = made[key] = PARTS[key].make(runs)
+        own = f"pdhocbf reproduce --only {key}"
+        section.numbers = [number._replace(command=number.command or own) for number in section.numbers]
     report(len(made))
     return {key: made[key] for key in keys}
 

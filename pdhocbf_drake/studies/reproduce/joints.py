@@ -25,8 +25,8 @@ _LEG = [joint.removeprefix("left_").replace("_", " ") for joint in JOINTS[:6]]
 
 
 def figure_6(runs: Runs) -> Section:
-    """Angles, velocities, torques, and how much of each limit they use."""
-    run = runs.run(*ROBOT[PERIODIC])
+    """Angles, velocities and torques, and the part of each limit that they use."""
+    run = runs.run(ROBOT[PERIODIC])
     limits = robot_limits(run.scenario)
     if limits is None:
         raise RuntimeError("Fig. 6 needs a robot")
@@ -43,21 +43,18 @@ def figure_6(runs: Runs) -> Section:
     rows = []
     for i, joint in enumerate(JOINTS):
         low, high = np.degrees(limits.position[i])
-        rows.append(
-            (
-                joint.replace("_", " "),
-                f"{angle[:, i].min():.1f} … {angle[:, i].max():.1f}",
-                f"{low:.0f} … {high:.0f}",
-                f"{np.abs(speed[:, i]).max():.1f}",
-                f"{limits.speed[i]:.0f}",
-                f"{np.abs(torque[:, i]).max():.0f}",
-                f"{limits.effort[i]:.0f}",
-            )
-        )
+        rows.append({
+            "joint": joint.replace("_", " "),
+            "angle [deg]": f"{angle[:, i].min():.1f} … {angle[:, i].max():.1f}",
+            "limits [deg]": f"{low:.0f} … {high:.0f}",
+            "largest speed [rad/s]": f"{np.abs(speed[:, i]).max():.1f}",
+            "limit [rad/s]": f"{limits.speed[i]:.0f}",
+            "largest torque [N m]": f"{np.abs(torque[:, i]).max():.0f}",
+            "limit [N m]": f"{limits.effort[i]:.0f}",
+        })  # fmt: skip
     gait = run.scenario.gait.ticks_per_gait
     repeats = float(np.abs(angle[_STEADY + gait :] - angle[_STEADY:-gait]).max())
     within = bool(np.all((state[:, :12] >= limits.position[:, 0]) & (state[:, :12] <= limits.position[:, 1])))
-    header = ("joint", "angle [deg]", "limits [deg]", "largest speed [rad/s]", "limit", "largest torque [N m]", "limit")
     return Section(
         "Fig. 6: joint angles",
         [
@@ -65,14 +62,22 @@ def figure_6(runs: Runs) -> Section:
             + ("All stay within their limits." if within else "Some leave their limits, see the table.")
         ],
         pictures,
-        [Table("What the walk asks of the joints, over the whole run", header, rows)],
-        [Number("degrees of freedom of the robot", 12, len(JOINTS), "1", "pdhocbf reproduce --only fig6", 0.0)],
+        [Table("Joint angles, speeds and torques of the whole run, with their limits", rows)],
+        [Number("degrees of freedom of the robot", 12, len(JOINTS), "1", 0.0)],
         f"From {log.time[_STEADY]:g} s on every angle repeats after a gait to {repeats:.2f} deg.",
     )
 
 
-def both_legs(name: str, what: str, time: Array, values: Array, limits: Array, quantity: str, unit: str) -> Picture:
-    """Each leg over time, and beside it the limits of each joint and the part of them that the whole run uses."""
+def both_legs(name: str, title: str, time: Array, values: Array, limits: Array, quantity: str, unit: str) -> Picture:
+    """Each leg over time, and beside it the limits of each joint and the part of them that the whole run uses.
+
+    Args:
+        name, title: file name of the picture, and the beginning of its caption.
+        time: of the rows that are drawn, (T,) [s].
+        values: of the joints over the whole run, (≥ T, 12) [unit].
+        limits: lower and upper one of each joint, (12, 2) [unit].
+        quantity, unit: of the values.
+    """
     figure = Figure(figsize=(8.5, 5.6))
     axes = figure.subplots(2, 2, sharex="col", sharey="col", width_ratios=[4.0, 1.0])
     data: dict[str, Sequence[float] | Array] = {"time [s]": time}
@@ -96,5 +101,5 @@ def both_legs(name: str, what: str, time: Array, values: Array, limits: Array, q
         label(bars, quantity, unit)
     figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=6)
     time_axis(list(axes[:, 0]))
-    caption = f"{what}. Right, on a scale of its own: each joint's limits and what the whole run uses of them."
+    caption = f"{title}. Right, on a scale of its own: each joint's limits and the part that the whole run uses."
     return Picture(name, caption, figure, data)

@@ -1,4 +1,4 @@
-"""The paper to the letter against the paper put right: what each slip does where the literal form runs at all."""
+"""The paper to the letter against the paper put right: the effect of each slip where the literal form runs at all."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.reproduce.lemma_2 import in_words, the_letter
+from pdhocbf_drake.studies.reproduce.lemma_2 import in_words, literal_attempts
 from pdhocbf_drake.studies.reproduce.report import Number, Section, Table
 from pdhocbf_drake.studies.reproduce.runs import Request, Runs
 from pdhocbf_drake.studies.reproduce.walk import ROBOT
@@ -31,63 +31,58 @@ _AFTER = 40
 
 
 def literal_against_corrected(runs: Runs) -> Section:
-    """One row a slip."""
+    """One row for each slip."""
     runs.report("gamma = 1 as a hard constraint after a kick")
     hard, soft = _after_kicks(runs, HARD), _after_kicks(runs, SOFT)
-    eta, both = the_letter(runs)
-    base, jump, measured = runs.run(*ROBOT[PERIODIC]), runs.run(*NO_DOUBLE_SUPPORT), runs.run(*MEASURED_ZMP)
-    rows = [
-        ("η for ω in (28)–(34)", f"{in_words(eta)} (see Lemma 2)", "ω = √η, periodic where η is"),
-        (
-            "both (33) and (34)",
+    eta, both = literal_attempts(runs)
+    base, jump, measured = (_robot_walk(runs.run(r)) for r in (ROBOT[PERIODIC], NO_DOUBLE_SUPPORT, MEASURED_ZMP))
+    kick, phases = f"after a kick of {1e3 * _KICK:g} mm/s", len(_PHASES)
+    degree = refusal_of("barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}")
+    slips = {
+        "η for ω in (28)–(34)": (f"{in_words(eta)} (see Lemma 2)", "ω = √η, periodic where η is"),
+        "both (33) and (34)": (
             f"with fixed footholds: {in_words(both)} (see Lemma 2)",
             "one row, discretised to match",
         ),
-        (
-            f"α₁ = 1, hard, after a kick of {1e3 * _KICK:g} mm/s",
-            f"the QP has no solution at {hard} of {len(_PHASES)} phases",
-            f"soft, γ = 0.5: no solution at {soft} of {len(_PHASES)} phases",
+        f"α₁ = 1, hard, {kick}": (
+            f"the QP has no solution at {hard} of {phases} phases",
+            f"soft, γ = 0.5: no solution at {soft} of {phases} phases",
         ),
-        ("no double support (27)", _robot_walk(jump), _robot_walk(base)),
-        ("measured ZMP as the MPC's state (Remark 8)", _robot_walk(measured), _robot_walk(base)),
-        (
-            "relative degree 1 (25)",
-            _refusal("barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}"),
-            "computed from the dynamics: 2 with the ZMP velocity as input",
-        ),
-        ("H no multiple of the gait", _refusal("mpc: {horizon: 60}"), f"H = {runs.walk(*SOFT).mpc.config.horizon}"),
-    ]
-    command = "pdhocbf reproduce --only literal"
+        "no double support (27)": (jump, base),
+        "measured ZMP as the MPC's state (Remark 8)": (measured, base),
+        "relative degree 1 (25)": (degree, "computed from the dynamics: 2 with the ZMP velocity as input"),
+        "H no multiple of the gait": (refusal_of("mpc: {horizon: 60}"), f"H = {runs.walk(SOFT).mpc.config.horizon}"),
+    }
+    rows = [{"slip": slip, "to the letter": one, "corrected": other} for slip, (one, other) in slips.items()]
+    lost = {
+        "the letter η": eta.reason != Reason.SOLVED,
+        "the two rows at once": both.reason != Reason.SOLVED,
+        "γ = 1 made hard": hard > 0,
+    }
     return Section(
         "Literal against corrected",
         [
-            "Each row keeps everything else as it is and takes one thing to the letter. What the letter says cannot "
-            "always be run: then the library refuses it, and says why."
+            "Each row takes one statement of the paper to the letter and keeps everything else. Where the letter "
+            "can't be run, the library refuses it and gives the reason."
         ],
-        [],
-        [Table("What each slip does", ("slip", "to the letter", "corrected"), rows)],
-        [
-            Number(f"hard, gamma 1: phases of {len(_PHASES)} at which the QP has no solution after a kick of "
-                f"{1e3 * _KICK:g} mm/s", None, hard, "phases", command),
-            Number("the same, soft with gamma 0.5", None, soft, "phases", command),
+        tables=[Table("The effect of each slip", rows)],
+        numbers=[
+            Number(f"hard, gamma 1: phases of {phases} at which the QP has no solution {kick}", None, hard, "phases"),
+            Number("the same, soft with gamma 0.5", None, soft, "phases"),
         ],
-        finding({
-            "the letter η": eta.reason != Reason.SOLVED,
-            "the two rows at once": both.reason != Reason.SOLVED,
-            "γ = 1 made hard": hard > 0,
-        }),
-    )  # fmt: skip
+        finding=finding(lost),
+    )
 
 
 def finding(lost: Mapping[str, bool]) -> str:
-    """Which of the slips left the QP without a solution."""
+    """Names the slips that left the QP without a solution; `lost` holds for each slip whether it did."""
     slips = [slip for slip, without in lost.items() if without]
     return f"Slips that leave the QP without a solution: {', '.join(slips) or 'none'} (of {', '.join(lost)})."
 
 
 def _after_kicks(runs: Runs, request: Request) -> int:
-    """At how many phases the program, as the scenario asks for it, had no solution at some tick after the kick."""
-    walk, hard = SettledWalk(runs.walk(*request)), request == HARD
+    """Number of phases at which the program of the scenario has no solution at some tick after the kick."""
+    walk, hard = SettledWalk(runs.walk(request)), request == HARD
     kick, count = np.array([[_KICK, 0.0]]), 0
     for phase in _PHASES:
         rows = walk_template(walk.walk.mpc, walk.starts[phase], walk.first + phase, _AFTER, kick)
@@ -96,6 +91,7 @@ def _after_kicks(runs: Runs, request: Request) -> int:
 
 
 def _robot_walk(run: Run) -> str:
+    """Ending, ZMP and least h of a run of the robot, in words."""
     log, scenario = run.log, run.scenario
     rows = np.asarray(log.time >= scenario.from_time)
     if not rows.any():
@@ -111,7 +107,8 @@ def _robot_walk(run: Run) -> str:
     )
 
 
-def _refusal(text: str) -> str:
+def refusal_of(text: str) -> str:
+    """The error message for `paper_vhip` with these overrides, or "accepted"."""
     try:
         build_walk(load_scenario("paper_vhip", text))
     except InputError as error:

@@ -6,7 +6,6 @@ The page loads nothing; the PNG and CSV of every figure lie beside it.
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -20,6 +19,7 @@ import pdhocbf_drake
 from pdhocbf_drake.analysis.page import data_url, page, png
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC
+from pdhocbf_drake.studies.shared.results import write_json
 
 REPORT: Final = "report.html"
 RESULTS: Final = "results.json"
@@ -27,29 +27,29 @@ FIGURES: Final = "figures"
 
 LABELS: Final = {NONE: "no barrier", DCBF: "Case 1, DCBF", PERIODIC: "Case 2, P-DHOCBF"}
 STYLES: Final = {NONE: ":", DCBF: "--", PERIODIC: "-"}
-"""Name and line style of each case; its colour is that of `palette.CASES`."""
+"""Label and line style of each case; its colour is that of `palette.CASES`."""
 
 
 class Number(NamedTuple):
-    """One number of the paper beside ours: a row of `results.json`.
+    """A number of the paper beside ours: a row of `results.json`.
 
     Attributes:
         name: its name.
         paper: the paper's value; None where the paper has none.
         ours: our value, in the same unit.
         unit: of both.
-        command: the command that prints it.
         tolerance: largest |ours − paper| that counts as reproduced [unit]; None where no agreement is claimed.
         calibrated: True where a value that the paper leaves out was fitted to this number.
+        command: the command that prints it; empty for the one that makes its section.
     """
 
     name: str
     paper: float | None
     ours: float
     unit: str
-    command: str
     tolerance: float | None = None
     calibrated: bool = False
+    command: str = ""
 
     @property
     def agrees(self) -> bool | None:
@@ -64,7 +64,7 @@ class Picture(NamedTuple):
 
     Attributes:
         name: file name without ending.
-        caption: what it shows.
+        caption: the sentence below it.
         figure: a matplotlib figure.
         data: columns of equal length by name, with the unit in the name; they become the CSV.
     """
@@ -87,11 +87,10 @@ class Picture(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A small table for the report; the cells are text."""
+    """A small table for the report: rows of text cells by column, all with the columns of the first row."""
 
     caption: str
-    header: Sequence[str]
-    rows: Sequence[Sequence[str]]
+    rows: Sequence[Mapping[str, str]]
 
 
 @dataclass
@@ -115,13 +114,8 @@ class Section:
     frames: dict[str, str] = field(default_factory=dict)
 
 
-def results(sections: Mapping[str, Section]) -> list[dict[str, Any]]:
-    """The rows of `results.json`."""
-    return [_row(number) for section in sections.values() for number in section.numbers]
-
-
 def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) -> None:
-    """Writes `report.html`, `results.json` and `figures/*.png|csv` into an empty folder."""
+    """Writes `report.html`, `results.json` and `figures/*.png|csv` into an empty folder; `seconds`: time spent."""
     (folder / FIGURES).mkdir()
     shown = []
     for key, section in sections.items():
@@ -133,16 +127,14 @@ def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) 
             with (folder / FIGURES / f"{picture.name}.csv").open("w", newline="", encoding="utf-8") as file:
                 csv.writer(file).writerows([header, *rows])
             pictures.append({"caption": picture.caption, "name": picture.name, "source": data_url(image)})
-        shown.append({"key": key, "section": section, "pictures": pictures, "numbers": section.numbers})
-    numbers = results(sections)
-    (folder / RESULTS).write_text(
-        json.dumps(numbers, indent=2, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8"
-    )
+        shown.append({"key": key, "section": section, "pictures": pictures})
+    numbers = [number for section in sections.values() for number in section.numbers]
+    write_json(folder / RESULTS, [number._asdict() for number in numbers], indent=2)
     filled = page(
         "studies.reproduce",
         {"value": value},
         shown=shown,
-        paper=[n for section in sections.values() for n in section.numbers if n.paper is not None],
+        paper=[number for number in numbers if number.paper is not None],
         version=pdhocbf_drake.__version__,
         minutes=seconds / 60,
     )
@@ -152,11 +144,3 @@ def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) 
 def value(number: float | None) -> str:
     """A number with four significant digits; a dash for none."""
     return "–" if number is None else f"{number:.4g}"
-
-
-def _row(number: Number) -> dict[str, Any]:
-    row = number._asdict()
-    return {
-        key: float(entry) if key in ("paper", "ours", "tolerance") and entry is not None else entry
-        for key, entry in row.items()
-    }

@@ -1,4 +1,4 @@
-"""M as evidence: what it depends on, and the bound that the gait's own ripple sets."""
+"""M as evidence: the choices that it depends on, and the bound that the gait's own ripple sets."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.drawing import label, legend
+from pdhocbf_drake.analysis.drawing import legend, panels
 from pdhocbf_drake.barriers import margin_ratio
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -19,7 +20,6 @@ from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.shared.cases import DCBF, PERIODIC
 
 _NAME = "forward_speed"
-# What is varied: axis label, values, and where in the scenario the value goes.
 VARIED: dict[str, tuple[str, tuple[float, ...]]] = {
     "stride": ("stride [m]", (0.10, 0.12, 0.14, 0.15, 0.17)),
     "com_height_amplitude": ("Δz [m]", (0.0, 0.006, 0.012, 0.0198, 0.0220)),
@@ -27,6 +27,8 @@ VARIED: dict[str, tuple[str, tuple[float, ...]]] = {
     "gamma": ("γ [1]", (0.05, 0.3, 1.0)),
     "margin": ("margin [m/s]", (0.001, 0.003, 0.0073, 0.02, 0.06)),
 }
+"""Axis label and values of each choice that is varied."""
+_GAITS = ("stride", "com_height_amplitude", "ticks_per_step")
 
 
 def sensitivity(runs: Runs) -> Section:
@@ -37,11 +39,12 @@ def sensitivity(runs: Runs) -> Section:
     for key, (_, values) in VARIED.items():
         runs.report(f"M over {key}")
         found[key] = np.array([measured(data, key, value, orbits) for value in values])
-    gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])[:, 1]
-    command = "pdhocbf reproduce --only sensitivity"
+    gaits = np.concatenate([found[key] for key in _GAITS])[:, 1]
     spread, slow = found["margin"][:, 1], found["gamma"][:, 1]
+    implied = "ripple of the velocity that (38) implies, one margin for both"
+    ripple = float(found["com_height_amplitude"][3, 0])
     return Section(
-        "What M measures",
+        "The meaning of M",
         [
             "Both cases walk the same, so M = (mean of V̄_P − v̄)/(V̄_DCBF − v̄): a property of where the two bounds "
             "were drawn. A constant bound has to clear the peak of the velocity; if both clear the velocity by the "
@@ -51,40 +54,35 @@ def sensitivity(runs: Runs) -> Section:
             f"{spread.max():.0f} %; with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % "
             f"to {gaits.max():.0f} %. γ leaves it at {slow[-1]:.0f} % unless it is so small that the constant barrier "
             f"forbids the ripple itself: at γ = {VARIED['gamma'][1][0]:g} the walk slows down and M is {slow[0]:.0f} "
-            "%. Any M between 0 and 100 % can be had, and M = 32.3 % is met by a whole family of gaits, so it "
+            "%. Any M between 0 and 100 % is possible, and a whole family of gaits has M = 32.3 %, so it "
             "identifies none of them.",
         ],
         [_figure(found), _law(found)],
         [],
         [
-            Number("least M over margins of 1 to 60 mm/s, the same walk", None, float(spread.min()), "%", command),
-            Number("largest M over the same margins", None, float(spread.max()), "%", command),
-            Number(
-                "ripple of the velocity that (38) implies, one margin for both",
-                PAPER_DCBF - PAPER_PERIODIC,
-                float(found["com_height_amplitude"][3, 0]),
-                "m/s",
-                command,
-                0.0006,
-                True,
-            ),
+            Number("least M over margins of 1 to 60 mm/s, the same walk", None, float(spread.min()), "%"),
+            Number("largest M over the same margins", None, float(spread.max()), "%"),
+            Number(implied, PAPER_DCBF - PAPER_PERIODIC, ripple, "m/s", 0.0006, True),
         ],
         "M says how closely the two bounds were drawn around one trajectory, not how two controllers differ.",
     )
 
 
-def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.ndarray]) -> tuple[float, ...]:
-    """(ripple [m/s], M [%], h̄_DCBF, h̄_P [m/s]) of the paper's walk with one choice changed."""
+def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.ndarray]) -> tuple[float, float]:
+    """The ripple [m/s] and M [%] of the paper's walk with one choice changed.
+
+    Args:
+        data: the paper's scenario.
+        key, value: the choice, one of `VARIED`, and its value.
+        orbits: forward CoM velocity over a step by gait, filled in as needed.
+    """
     gait, mpc = dict(data["gait"]), dict(data["mpc"])
-    gamma, margin = 1.0, PAPER_PERIODIC
-    if key == "gamma":
-        gamma = value
-    elif key == "margin":
-        margin = value
-    else:
+    gamma = value if key == "gamma" else 1.0
+    margin = value if key == "margin" else PAPER_PERIODIC
+    if key in _GAITS:
         gait[key] = value
     if key == "ticks_per_step":
-        # A slower step with the same speed; Lemma 2 wants the horizon to follow.
+        # A slower step at the same speed; Lemma 2 needs a horizon of two steps.
         gait[key] = int(value)
         gait["stride"] *= value / 40
         mpc["horizon"] = 2 * int(value)
@@ -96,61 +94,41 @@ def measured(data: dict[str, Any], key: str, value: float, orbits: dict[str, np.
     h = {}
     for case, values in ((PERIODIC, orbit + margin), (DCBF, np.full(1, orbit.max() + margin))):
         bound = {"kind": "tabulated", "values": values.tolist()}
-        barrier = {"bound": bound, "gamma": [gamma], "relative_degree": 2}
-        walk = build_walk(
-            Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc, "barriers": {_NAME: barrier}}, key)
-        )
-        h[case] = (np.resize(values, WINDOW.stop) - forward_speed(walk.mpc, WINDOW.stop))[WINDOW]
-    return (
-        float(orbit.max() - orbit.mean()),
-        100 * margin_ratio(h[PERIODIC], h[DCBF]),
-        float(h[DCBF].mean()),
-        float(h[PERIODIC].mean()),
-    )
+        barriers = {_NAME: {"bound": bound, "gamma": [gamma], "relative_degree": 2}}
+        scenario = Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc, "barriers": barriers}, key)
+        h[case] = (np.resize(values, WINDOW.stop) - forward_speed(build_walk(scenario).mpc, WINDOW.stop))[WINDOW]
+    return float(orbit.max() - orbit.mean()), 100 * margin_ratio(h[PERIODIC], h[DCBF])
 
 
 def _figure(found: dict[str, np.ndarray]) -> Picture:
     figure = Figure(figsize=(8.5, 5.4))
     axes = figure.subplots(2, 3).ravel()
-    data: dict[str, list[Any]] = {"varied": [], "value": [], "M [%]": []}
     for axis, (key, (name, values)) in zip(axes, VARIED.items(), strict=False):
         axis.plot(values, found[key][:, 1], "o-", color=palette.CASES[PERIODIC])
         axis.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0)
-        axis.set_ylim(0, 100)
-        axis.set_xlabel(name)
-        label(axis, "M", "%")
-        data["varied"] += [key] * len(values)
-        data["value"] += list(values)
-        data["M [%]"] += found[key][:, 1].tolist()
+        axis.set(ylim=(0, 100), xlabel=name, ylabel="M [%]")
     axes[-1].axis("off")
     axes[-1].text(0.0, 0.6, "dotted: the paper's 32.3 %\npoints: walks of the template,\nticks 201–400", va="top")
-    return Picture(
-        "sensitivity", "M over the choices that the paper does not report, one varied at a time.", figure, data
-    )
+    data: dict[str, ArrayLike] = {
+        "varied": [key for key, (_, values) in VARIED.items() for _ in values],
+        "value": [value for _, values in VARIED.values() for value in values],
+        "M [%]": np.concatenate([found[key][:, 1] for key in VARIED]),
+    }
+    caption = "M over the choices that the paper does not report, one varied at a time."
+    return Picture("sensitivity", caption, figure, data)
 
 
 def _law(found: dict[str, np.ndarray]) -> Picture:
-    figure = Figure(figsize=(8.5, 3.8))
-    axes = figure.subplots()
-    ripple = np.linspace(0, 0.045, 200)
-    for margin, colour in (
-        (0.003, palette.RUNS[5]),
-        (PAPER_PERIODIC, palette.CASES[PERIODIC]),
-        (0.015, palette.RUNS[4]),
-    ):
-        axes.plot(
-            1e3 * ripple, 100 * margin / (margin + ripple), color=colour, label=f"m/(m + r), m = {1e3 * margin:g} mm/s"
-        )
-    gaits = np.concatenate([found["stride"], found["com_height_amplitude"], found["ticks_per_step"]])
-    axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=palette.CASES[PERIODIC], label="walks, m = 7.3 mm/s")
-    margins = found["margin"]
+    figure, (axes,) = panels(1, height=3.3)
+    ripple, green = np.linspace(0, 0.045, 200), palette.CASES[PERIODIC]
+    for m, colour in ((0.003, palette.RUNS[5]), (PAPER_PERIODIC, green), (0.015, palette.RUNS[4])):
+        axes.plot(1e3 * ripple, 100 * m / (m + ripple), color=colour, label=f"m/(m + r), m = {1e3 * m:g} mm/s")
+    gaits, margins = np.concatenate([found[key] for key in _GAITS]), found["margin"]
+    axes.plot(1e3 * gaits[:, 0], gaits[:, 1], "o", color=green, label="walks, m = 7.3 mm/s")
     axes.plot(1e3 * margins[:, 0], margins[:, 1], "x", color=palette.LIMIT, label="one walk, m from 1 to 60 mm/s")
     axes.axhline(32.3, color=palette.LIMIT, ls=":", lw=1.0, label="the paper's 32.3 %")
-    axes.set_ylim(0, 100)
-    axes.set_xlabel("ripple r of the CoM velocity [mm/s]")
-    label(axes, "M", "%")
+    axes.set(ylim=(0, 100), xlabel="ripple r of the CoM velocity [mm/s]", ylabel="M [%]")
     legend(axes, 3)
     data = {"ripple [m/s]": np.append(gaits[:, 0], margins[:, 0]), "M [%]": np.append(gaits[:, 1], margins[:, 1])}
-    return Picture(
-        "margin_law", "M is set by the ripple of the gait and by the margin that one grants oneself.", figure, data
-    )
+    caption = "M is set by the ripple of the gait and by the margin that one allows oneself."
+    return Picture("margin_law", caption, figure, data)

@@ -13,7 +13,6 @@ from pydrake.geometry import (
     MakeRenderEngineVtk,
     RenderCameraCore,
     RenderEngineVtkParams,
-    Rgba,
 )
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -29,14 +28,13 @@ from pdhocbf_drake.studies.shared.cases import PERIODIC
 
 _SETTLED, _POSES = 3, 4  # gaits before the one that is shown, pictures of it
 _SIZE = (900, 900)
-_WHITE = Rgba(1.0, 1.0, 1.0)
 _VIEWS = {"side": (0.0, -2.6, 0.15), "oblique": (1.8, -1.75, 0.6)}  # camera, from the middle of the walk [m]
 Pixels = NDArray[np.float64]
 
 
 def figure_5(runs: Runs) -> Section:
     """Five poses of one gait in two views, and the replay of the run."""
-    run = runs.run(*ROBOT[PERIODIC])
+    run = runs.run(ROBOT[PERIODIC])
     runs.report("rendering the snapshots")
     gait = run.scenario.gait
     first = gait.start_steps * gait.ticks_per_step + _SETTLED * gait.ticks_per_gait
@@ -48,11 +46,8 @@ def figure_5(runs: Runs) -> Section:
         axes.imshow(_ghosted([studio.photo(pose, view) for pose in poses], studio.photo(None, view)))
         axes.set_title(f"{view} view")
         axes.axis("off")
-    data = {
-        "time [s]": run.log.time[rows],
-        "CoM x [m]": run.log.element("lip_state", "x")[rows],
-        "CoM y [m]": run.log.element("lip_state", "y")[rows],
-    }
+    data = {"time [s]": run.log.time[rows]}
+    data |= {f"CoM {axis} [m]": run.log.element("lip_state", axis)[rows] for axis in "xy"}
     data |= {f"position {i}": poses[:, i] for i in range(19)}
     every = gait.tick * gait.ticks_per_gait / _POSES
     caption = f"Fig. 5: one gait of the recorded walk, a pose every {every:g} s; the last one solid."
@@ -66,46 +61,41 @@ def figure_5(runs: Runs) -> Section:
 
 
 class Studio:
-    """The robot on a plain floor, and a camera that looks at the middle of its walk at a height [m]."""
+    """The robot on a plain floor, and a camera directed at the middle of its walk at a height [m]."""
 
     def __init__(self, robot: str, poses: NDArray[np.float64], height: float) -> None:
         builder = DiagramBuilder()
-        self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+        self._plant, self._scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
         Biped.load(robot).add_to(self._plant)
-        floor = RigidTransform([0.0, 0.0, -0.01])
-        grey = np.array([0.93, 0.93, 0.93, 1.0])
+        floor, grey = RigidTransform([0.0, 0.0, -0.01]), np.array([0.93, 0.93, 0.93, 1.0])
         self._plant.RegisterVisualGeometry(self._plant.world_body(), floor, Box(20.0, 20.0, 0.02), "floor", grey)
         self._plant.Finalize()
         lights = [
             LightParameter(type="directional", direction=[0.3, 0.4, 1.0], frame="camera", intensity=1.0),
             LightParameter(type="directional", direction=[0.2, 0.3, -1.0], frame="world", intensity=1.6),
         ]
-        params = RenderEngineVtkParams(default_clear_color=[_WHITE.r(), _WHITE.g(), _WHITE.b()], lights=lights)
-        scene_graph.AddRenderer("vtk", MakeRenderEngineVtk(params))
+        params = RenderEngineVtkParams(default_clear_color=[1.0, 1.0, 1.0], lights=lights)
+        self._scene_graph.AddRenderer("vtk", MakeRenderEngineVtk(params))
         self._diagram = builder.Build()
-        self._scene_graph = scene_graph
         self._context = self._diagram.CreateDefaultContext()
-        size = self._plant.num_positions()
         self._middle = np.array([poses[:, 4].mean(), poses[:, 5].mean(), height])
-        self._away = np.array(poses[0, :size])
-        self._away[4] += 100.0  # out of sight
-        info = CameraInfo(*_SIZE, 0.62)
-        core = RenderCameraCore("vtk", info, ClippingRange(0.1, 30.0), RigidTransform())
+        self._away = poses[0].copy()
+        self._away[4] += 100.0  # out of the picture
+        core = RenderCameraCore("vtk", CameraInfo(*_SIZE, 0.62), ClippingRange(0.1, 30.0), RigidTransform())
         self._camera = ColorRenderCamera(core, False)
 
     def photo(self, pose: NDArray[np.float64] | None, view: str) -> Pixels:
-        """A picture (height, width, 3) in [0, 1]; of the empty floor without a pose."""
-        positions = self._away if pose is None else pose[: self._plant.num_positions()]
+        """The robot in a pose, (height, width, 3) in [0, 1]; the empty floor without a pose."""
+        positions = (self._away if pose is None else pose)[: self._plant.num_positions()]
         self._plant.SetPositions(self._plant.GetMyMutableContextFromRoot(self._context), positions)
         query = self._scene_graph.get_query_output_port().Eval(self._scene_graph.GetMyContextFromRoot(self._context))
-        place = self._middle + np.array(_VIEWS[view])
-        pose_of_camera = looking(place, self._middle)
-        image = query.RenderColorImage(self._camera, self._scene_graph.world_frame_id(), pose_of_camera)
+        camera = camera_pose(self._middle + np.array(_VIEWS[view]), self._middle)
+        image = query.RenderColorImage(self._camera, self._scene_graph.world_frame_id(), camera)
         return np.asarray(image.data[:, :, :3], dtype=float) / 255.0
 
 
-def looking(place: NDArray[np.float64], target: NDArray[np.float64]) -> RigidTransform:
-    """The pose of a camera (z forward, y down) at `place` that looks at `target`, upright."""
+def camera_pose(place: NDArray[np.float64], target: NDArray[np.float64]) -> RigidTransform:
+    """The pose of an upright camera (z forward, y down) at `place` that is directed at `target`."""
     forward = (target - place) / np.linalg.norm(target - place)
     right = np.cross(forward, [0.0, 0.0, 1.0])
     right /= np.linalg.norm(right)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.drawing import label, legend
+from pdhocbf_drake.analysis.drawing import legend, panels
 from pdhocbf_drake.barriers import Barrier
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, Table
@@ -22,16 +21,22 @@ def theorem_1(runs: Runs) -> Section:
     """False for α(s) = 2s, true for α(s) ≤ s."""
     runs.report("Lemma 1 and Theorem 1 on random sequences")
     least = {gamma: (least_of_lemma(gamma), least_of_theorem(gamma)) for gamma in RATES}
+    violation = max(0.0, -min(min(lowest) for gamma, lowest in least.items() if gamma <= 1))
     rows = [
-        (f"{g:g}", "yes" if g <= 1 else "no", f"{a:.4f}", f"{b:.4f}", "holds" if min(a, b) > -1e-12 else "violated")
-        for g, (a, b) in least.items()
+        {
+            "γ": f"{gamma:g}",
+            "α(s) ≤ s": "yes" if gamma <= 1 else "no",
+            "least b (Lemma 1)": f"{b:.4f}",
+            "least h (Theorem 1)": f"{h:.4f}",
+            "": "holds" if min(b, h) > -1e-12 else "violated",
+        }
+        for gamma, (b, h) in least.items()
     ]
-    command = "pdhocbf reproduce --only theorem"
     return Section(
         "Lemma 1 and Theorem 1",
         [
             "Lemma 1 as printed allows any class-K function. It is false: α(s) = 2s is one, and b(1) = b(0) − 2b(0) "
-            "= −b(0) satisfies b(1) − b(0) ≥ −α(b(0)). What is needed is α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ "
+            "= −b(0) satisfies b(1) − b(0) ≥ −α(b(0)). It needs α(s) ≤ s for s ≥ 0; for α(s) = γs, 0 < γ ≤ "
             "1. Then ψ_{i−1}(k+1) = ψ_i(k) + (id − α_i)(ψ_{i−1}(k)) ≥ 0, and induction runs from ψ_m down to h.",
             "Corrected Theorem 1: if ψ_i(0) ≥ 0 for all i < m, ψ_m(k) ≥ 0 for all k, and every α_i(s) ≤ s on s ≥ 0, "
             "then h(k) ≥ 0 for all k. Neither a periodic trajectory (7) nor a periodic controller is used; (7) would "
@@ -39,25 +44,18 @@ def theorem_1(runs: Runs) -> Section:
             f"This library refuses such a function when a barrier is made: “{refusal()}”.",
         ],
         [_figure()],
+        [Table(f"Least value over {_SEQUENCES:,} random sequences with ψ_m, ψ_i(0) ≥ 0 (Theorem 1 with m = 2)", rows)],
         [
-            Table(
-                f"Least value over {_SEQUENCES:,} random sequences with ψ_m ≥ 0 and ψ_i(0) ≥ 0 (Theorem 1 with m = 2)",
-                ("γ", "α(s) ≤ s", "least b (Lemma 1)", "least h (Theorem 1)", ""),
-                rows,
-            )
-        ],
-        [
-            Number("Lemma 1 with alpha(s) = 2s: b(1)/b(0), claimed at least", 0.0, counterexample()[1], "1", command),
+            Number("Lemma 1 with alpha(s) = 2s: b(1)/b(0), claimed at least", 0.0, counterexample()[1], "1"),
             Number(
                 "largest violation of h >= 0 under the corrected Lemma 1 and Theorem 1 (gamma <= 1)",
                 0.0,
-                max(0.0, -min(min(v) for g, v in least.items() if g <= 1)),
+                violation,
                 "1",
-                command,
                 1e-12,
             ),
         ],
-        "True after one more hypothesis, α(s) ≤ s, and with one fewer: no periodicity of the trajectory.",
+        "True with one more hypothesis, α(s) ≤ s, and one fewer: the trajectory need not be periodic.",
     )
 
 
@@ -72,8 +70,7 @@ def least_of_lemma(gamma: float) -> float:
     b = random.exponential(size=_SEQUENCES)
     lowest = b.min()
     for _ in range(_TICKS):
-        b = (1 - gamma) * b + _sparse(random)
-        b = np.clip(b, -1e6, 1e6)
+        b = np.clip((1 - gamma) * b + _sparse(random), -1e6, 1e6)
         lowest = min(lowest, b.min())
     return float(max(lowest, -999.0))
 
@@ -85,13 +82,13 @@ def least_of_theorem(gamma: float) -> float:
     lowest = h.min()
     for _ in range(_TICKS):
         h, psi_1 = (1 - gamma) * h + psi_1, (1 - gamma) * psi_1 + _sparse(random)
-        h, psi_1 = np.clip(h, -1e6, 1e6), np.clip(psi_1, -1e6, 1e6)
+        h, psi_1 = np.clip([h, psi_1], -1e6, 1e6)
         lowest = min(lowest, h.min())
     return float(max(lowest, -999.0))
 
 
 def refusal() -> str:
-    """What the library says to α(s) = 2s."""
+    """The error message for a barrier with α(s) = 2s; empty if it is accepted."""
     try:
         Barrier("demo", lambda k, x: x[0], 1, [lambda s: 2.0 * s])
     except InputError as error:
@@ -100,21 +97,19 @@ def refusal() -> str:
 
 
 def _sparse(random: np.random.Generator) -> NDArray[np.float64]:
-    # Mostly zero, since equality is the worst case.
+    """Values ≥ 0 for every sequence, most of them 0, since equality is the worst case."""
     return random.exponential(size=_SEQUENCES) * (random.uniform(size=_SEQUENCES) < 0.2)
 
 
 def _figure() -> Picture:
-    figure = Figure(figsize=(8.5, 3.2))
-    axes = figure.subplots()
+    figure, (axes,) = panels(1, height=2.7)
     data: dict[str, np.ndarray] = {"k [ticks]": np.arange(12)}
-    colours = (palette.CASES[PERIODIC], palette.RUNS[0], palette.RUNS[4], palette.RUNS[1])
-    for gamma, colour, style in zip((0.3, 1.0, 1.5, 2.0), colours, ("-", "-.", "--", ":"), strict=True):
-        data[f"b, gamma = {gamma:g}"] = counterexample(gamma)
-        axes.plot(counterexample(gamma), "o", ls=style, color=colour, label=f"α(s) = {gamma:g}s", ms=4)
+    styles = {0.3: (palette.CASES[PERIODIC], "-"), 1.0: (palette.RUNS[0], "-."), 1.5: (palette.RUNS[4], "--")}
+    for gamma, (colour, style) in {**styles, 2.0: (palette.RUNS[1], ":")}.items():
+        b = data[f"b, gamma = {gamma:g}"] = counterexample(gamma)
+        axes.plot(b, "o", ls=style, color=colour, label=f"α(s) = {gamma:g}s", ms=4)
     axes.axhline(0.0, color=palette.LIMIT, lw=1.0)
-    axes.set_xlabel("k [ticks]")
-    label(axes, "b", "1")
+    axes.set(xlabel="k [ticks]", ylabel="b [1]")
     legend(axes, 4)
-    caption = "Lemma 1 with equality, b(k+1) = b(k) − α(b(k)): b leaves the safe side as soon as α(s) > s."
+    caption = "Lemma 1 with equality, b(k+1) = b(k) − α(b(k)): b becomes negative as soon as α(s) > s."
     return Picture("lemma1", caption, figure, data)

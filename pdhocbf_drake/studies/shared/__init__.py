@@ -1,1 +1,1 @@
-"""What the studies share: cases, events, measures, endings, pushed walks, processes and result folders."""
+"""The studies' shared modules: cases, events, measures, endings, pushed walks, processes, result folders."""

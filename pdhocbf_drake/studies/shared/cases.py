@@ -20,8 +20,8 @@ _LENDER = "walking"  # the scenario whose barriers are taken where a scenario ha
 def in_case(scenario: Scenario, case: str, gamma: float | None = None) -> Scenario:
     """The scenario with its barriers left out, with constant bounds, or with periodic ones.
 
-    A constant bound clears the periodic one over the whole period: the orbit's peak, the extreme of a harmonic or of
-    a table. A scenario without barriers gets those of `walking`.
+    A constant bound is the extreme of the periodic one: the orbit's peak, that of a harmonic, or that of a table. A
+    scenario without barriers gets those of `walking`.
 
     Args:
         scenario: the scenario.
@@ -43,7 +43,7 @@ def in_case(scenario: Scenario, case: str, gamma: float | None = None) -> Scenar
 
 
 def lent_barriers(scenario: Scenario) -> str:
-    """One sentence on the barriers that a scenario without any is compared with; empty if it has its own."""
+    """A sentence on the barriers that a scenario without barriers gets; empty if it has its own."""
     if scenario.barriers:
         return ""
     lent = _lent().items()

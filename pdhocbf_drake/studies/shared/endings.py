@@ -1,4 +1,4 @@
-"""The endings of a walk under test, and what counts as walking on."""
+"""The endings of a walk under test, and the criterion for walking on."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ LEGS_TOUCHED: Final = "legs touched"
 DID_NOT_WALK_ON: Final = "did not walk on"
 GAVE_UP: Final = "simulation gave up"
 
-_SPEED_ERROR = 0.1  # [m/s]: mean over the last gait, against the commanded one; more is not walking on
+_SPEED_ERROR = 0.1  # largest error of the mean velocity over the last gait of a walk that goes on [m/s]
 
 
 def ending_of(scenario: Scenario, log: RunLog, sole_half: np.ndarray | None) -> str:
     """How a run ended: "survived", "fell", "legs touched", "did not walk on" or "simulation gave up".
 
-    A run is survived if it lasts to its end, its soles never share ground seen from above, and it walks at the
-    commanded velocity again during its last gait. A template has no legs; there the first and the last count.
+    A run is survived if it lasts to its end, its soles never overlap in the view from above, and it walks at the
+    commanded velocity during its last gait. On a template the soles play no part.
 
     Args:
         scenario: the scenario of the run.
@@ -41,9 +41,9 @@ def ending_of(scenario: Scenario, log: RunLog, sole_half: np.ndarray | None) -> 
 
 
 def walks_on(gait: GaitConfig, log: RunLog) -> bool:
-    """Whether the last gait of a log went at the commanded mean velocity, in x and in y.
+    """Whether the mean velocity over the last gait of a log is the commanded one, in x and in y.
 
-    True of a walk with a commanded end, and of a log shorter than a gait, which can't be judged.
+    Also true for a walk with a commanded end, and for a log shorter than a gait, from which it can't be judged.
     """
     if "lip_state" not in log or gait.walk_steps is not None or len(log) <= gait.ticks_per_gait:
         return True
@@ -54,7 +54,7 @@ def walks_on(gait: GaitConfig, log: RunLog) -> bool:
 
 
 def soles_overlap(poses: np.ndarray, halves: np.ndarray) -> bool:
-    """Whether two soles, rectangles seen from above, share ground: whether no edge of either separates them.
+    """Whether two soles, rectangles in the view from above, overlap: whether no edge of either separates them.
 
     Args:
         poses: x, y, yaw of the left and right sole's centre, shape (2, 3) [m, rad].

@@ -1,4 +1,4 @@
-"""Measures of an event: when barriers notice it and act, how far the walk strays, and when it has recovered."""
+"""Measures of an event: when barriers notice it and act, the largest excess, and when the walk has recovered."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ without barriers plans from the same memory and measurement. No threshold on the
 they act in an undisturbed walk too: on `vhip` by 1.8 to 4.4 mm/s for γ ≥ 0.5, and by 82 mm/s under DCBF with γ = 0.1.
 But that action repeats from gait to gait to 1 µm/s, so 1 mm/s more is an answer to an event.
 """
-_NEAR = 1.01  # times the margin: the settled walk itself repeats to a hundredth of a margin
+_NEAR = 1.01  # times the margin, since the settled walk itself repeats to a hundredth of a margin
 _LEAST_MARGIN = 1e-3  # of a bound that is not drawn from an orbit [unit of h]
 
 
@@ -37,7 +37,7 @@ class Record(NamedTuple):
         states: measured c, v, p of x, then of y, shape (T, 2, 3) [m, m/s, m].
         h: the values of the walk's own barriers, shape (T, n_b); n_b is 0 without barriers.
         action: of the barriers, see `ACTS`, shape (T,) [m/s]; zero without barriers.
-        planned: ticks at which the controller had a plan, shape (T,).
+        planned: whether the controller had a plan, shape (T,).
     """
 
     first: int
@@ -48,7 +48,7 @@ class Record(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """The effect of an event on a walk; ticks are counted from the event, NaN for never.
+    """The effect of an event on a walk; ticks are counted from the event, and NaN means never.
 
     Attributes:
         record: the walk from the event on.
@@ -66,7 +66,7 @@ class Outcome(NamedTuple):
 
 
 class SafeOrbit:
-    """The reference by which walks in all three cases are judged: the undisturbed walk without barriers.
+    """The reference for walks in all three cases: the undisturbed walk without barriers.
 
     A bounded quantity q exceeds its orbit q° by h°(k) − h(k), where h is the value of its periodic barrier (P-DHOCBF)
     and h° that of the undisturbed walk at the same phase of the gait: q − q° under an upper bound, q° − q under a
@@ -82,7 +82,7 @@ class SafeOrbit:
             scenario: its barriers say which quantities are bounded, and with which margins.
             undisturbed: at least a gait of its walk without barriers, on the template or on the robot.
         """
-        # h does not depend on γ, and γ = 1 allows every start that is safe.
+        # h does not depend on γ, and with γ = 1 every state with h ≥ 0 is an admissible start.
         periodic = in_case(scenario, PERIODIC, 1.0)
         self._walk = build_walk(periodic)
         self.axes = sorted(set(self._walk.axes))
@@ -127,18 +127,14 @@ def first_tick(mask: NDArray[np.bool_]) -> float:
 
 
 class WithoutBarriers:
-    """The same controller without barriers, for comparison at each tick of a walk with them."""
+    """A controller without barriers (problem (36) as `mpc`), compared with the one of a walk at each of its ticks."""
 
     def __init__(self, mpc: PeriodicMpc) -> None:
-        """
-        Args:
-            mpc: the problem (36) without barriers.
-        """
         self.mpc = mpc
         self._active = (np.zeros(mpc.rows[0]), np.zeros(mpc.rows[1]))
 
     def action(self, memory: Memory, measurement: Measurement, plan: Plan, latency: float = 0.0) -> float:
-        """How far the barriers move the ZMP velocity planned from a memory and a measurement, see `ACTS` [m/s].
+        """The change by the barriers of the ZMP velocity planned from a memory and a measurement, see `ACTS` [m/s].
 
         Args:
             memory: of the controller with barriers, before its update.

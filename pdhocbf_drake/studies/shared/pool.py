@@ -1,4 +1,4 @@
-"""Worker processes for simulations, which end with the work: Drake never frees a diagram with systems in Python."""
+"""Worker processes for simulations that end with the work, since Drake never frees a diagram with Python systems."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Result = TypeVar("Result")
 
 @contextmanager
 def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
-    """Processes that are started when there is work for them; work that has not begun when the block ends is dropped.
+    """Processes that start as work is submitted; work that has not begun when the block ends is dropped.
 
     They are spawned, since a forked child would share Drake's threads and locks.
     """
@@ -41,7 +41,7 @@ def result_of(future: Future[Result], advice: str = "") -> Result:
 
 
 def in_processes(function: Callable[[Work], Result], work: Sequence[Work], workers: int) -> Iterator[Result]:
-    """`function(piece)` of each piece of work as it ends, in this process if there is one worker or one piece.
+    """`function(piece)` for each piece of work, in the order of completion; in this process for one worker or piece.
 
     Raises:
         PdhocbfError: a worker process died.

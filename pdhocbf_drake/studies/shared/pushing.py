@@ -6,7 +6,6 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.multibody.plant import ContactResults
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram
 
@@ -17,15 +16,8 @@ from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Push, Scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
+from pdhocbf_drake.studies.shared import endings
 from pdhocbf_drake.studies.shared.cases import NONE, in_case
-from pdhocbf_drake.studies.shared.endings import (
-    DID_NOT_WALK_ON,
-    GAVE_UP,
-    LEGS_TOUCHED,
-    SURVIVED,
-    soles_overlap,
-    walks_on,
-)
 from pdhocbf_drake.studies.shared.measures import Record, WithoutBarriers
 from pdhocbf_drake.systems.unbundled import leaf_of
 
@@ -39,8 +31,8 @@ class Trial(NamedTuple):
     Attributes:
         ending: how it ended, one of `shared.endings`.
         log: from the push on.
-        action: of the barriers at each row of the log, see `measures.ACTS`, shape (T,) [m/s]; zero without barriers,
-            or where it was not asked for.
+        action: of the barriers at each row of the log, see `measures.ACTS`, shape (T,) [m/s]; zero unless the walk has
+            barriers and measures it.
     """
 
     ending: str
@@ -50,10 +42,10 @@ class Trial(NamedTuple):
     @property
     def survived(self) -> bool:
         """Whether the walk went on."""
-        return self.ending == SURVIVED
+        return self.ending == endings.SURVIVED
 
     def record(self, tick: float) -> Record:
-        """The trial as `SafeOrbit` judges it; `tick` is the sampling interval δ [s]."""
+        """The trial as a record for `SafeOrbit`; `tick` is the sampling interval δ [s]."""
         log = self.log
         h = log["h"] if "h" in log else np.empty((len(log), 0))
         planned = log.element("solver_status", "fallbacks") == 0
@@ -64,20 +56,17 @@ class PushedWalk:
     """The walk of a scenario, on the robot or on the template, in steady state.
 
     Attributes:
-        scenario: the scenario; its own pushes are left out.
+        scenario: the scenario without its own pushes.
         phases: ticks of the gait at which pushes may begin; 0 is the first tick of a step on the first stance foot.
         controller: the block of its controller.
 
     Raises:
-        InputError: the scenario is no walk without an end, a phase is no tick of the gait, or the robot falls without
-            being pushed.
+        InputError: the scenario is no walk without an end, a phase is no tick of the gait, or the robot falls before
+            any push.
     """
 
     def __init__(self, scenario: Scenario, phases: Iterable[int], with_action: bool = False) -> None:
-        """
-        Args:
-            with_action: have each trial measure the action of the barriers, at the cost of a second solve a tick.
-        """
+        """With `with_action` each trial measures the action of the barriers, which takes a second solve a tick."""
         if scenario.system == "van_der_pol":
             raise InputError("scenario.system: only what walks can be pushed, 'biped' or 'vhip' (given: 'van_der_pol')")
         if scenario.gait.walk_steps is not None:
@@ -91,7 +80,7 @@ class PushedWalk:
         self._logged = make_diagram(self.scenario)
         self._diagram = self._logged.diagram
         self._schedule = self._diagram.GetSubsystemByName("push_schedule")
-        self._legs = LegContact(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None
+        self._contact = LegContact(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None
         self.controller = leaf_of(self._diagram.GetSubsystemByName("mpc_controller"))
         compared = with_action and scenario.barriers
         self._free = build_walk(in_case(scenario, NONE)).mpc if compared else None
@@ -123,7 +112,7 @@ class PushedWalk:
         )
         simulator = Simulator(self._diagram, context)
         simulator.Initialize()
-        ending = SURVIVED
+        ending = endings.SURVIVED
         actions = []
         free = None if self._free is None else WithoutBarriers(self._free)
         try:
@@ -134,20 +123,20 @@ class PushedWalk:
                 if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
                     ending = FELL
                     break
-                if self._legs is not None and self._legs.touch(simulator.get_context()):
-                    ending = LEGS_TOUCHED
+                if self._contact is not None and self._contact.touch(simulator.get_context()):
+                    ending = endings.LEGS_TOUCHED
                     break
         except RuntimeError:  # raised by Drake's plant where a state is not finite
-            ending = GAVE_UP
+            ending = endings.GAVE_UP
         log = self._logged.recorded(simulator.get_context())
-        if ending == SURVIVED and not walks_on(self.scenario.gait, log):
-            ending = DID_NOT_WALK_ON
+        if ending == endings.SURVIVED and not endings.walks_on(self.scenario.gait, log):
+            ending = endings.DID_NOT_WALK_ON
         action = np.zeros(len(log))
         action[: len(actions)] = actions[: len(log)]
         return Trial(ending, log, action)
 
     def _action(self, free: WithoutBarriers, context: Context) -> float:
-        """The action of the barriers at the tick of a context of the diagram, before the controller's update."""
+        """The action of the barriers in a context of the diagram before the controller's update [m/s]."""
         block = self.controller
         own = block.GetMyContextFromRoot(context)
         memory, measurement = block.memory(own), block.measurement(own)
@@ -156,7 +145,7 @@ class PushedWalk:
 
 
 class LegContact:
-    """Whether the legs of the robot in a diagram touch: two bodies by contact, or the soles seen from above."""
+    """Contact between the legs of the robot in a diagram: of two of its bodies, or by soles that overlap from above."""
 
     def __init__(self, diagram: Diagram, biped: Biped) -> None:
         self._plant = diagram.GetSubsystemByName("plant")
@@ -164,16 +153,12 @@ class LegContact:
         self._halves = np.array([biped.soles[side].half_size for side in ("left", "right")])
 
     def touch(self, context: Context) -> bool:
-        """Whether they touch, in a context of the whole diagram."""
-        plant = self._plant.GetMyContextFromRoot(context)
-        if _bodies_touch(self._plant.get_contact_results_output_port().Eval(plant)):
+        """Whether they touch in a context of the whole diagram."""
+        port = self._plant.get_contact_results_output_port()
+        results = port.Eval(self._plant.GetMyContextFromRoot(context))
+        pairs = (results.point_pair_contact_info(i) for i in range(results.num_point_pair_contacts()))
+        if any(int(p.bodyA_index()) != _GROUND and int(p.bodyB_index()) != _GROUND for p in pairs):
             return True
         estimator = self._estimator.GetMyContextFromRoot(context)
         feet = self._estimator.GetOutputPort("foot_state").Eval(estimator).reshape(2, 6)
-        return soles_overlap(feet[:, [0, 1, 5]], self._halves)
-
-
-def _bodies_touch(results: ContactResults) -> bool:
-    """Whether two bodies of the robot touch each other."""
-    pairs = (results.point_pair_contact_info(i) for i in range(results.num_point_pair_contacts()))
-    return any(int(p.bodyA_index()) != _GROUND and int(p.bodyB_index()) != _GROUND for p in pairs)
+        return endings.soles_overlap(feet[:, [0, 1, 5]], self._halves)

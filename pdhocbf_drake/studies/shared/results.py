@@ -7,23 +7,16 @@ import math
 from pathlib import Path
 from typing import Any
 
-from pdhocbf_drake.errors import RunFolderError
-from pdhocbf_drake.simulation.run_folder import SCENARIO, replaced_file
+from pdhocbf_drake.simulation.run_folder import SCENARIO, replaced_file, writing
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.yaml_text import write_yaml
 
 
 def result_folder(out: Path | None, verb: str, scenario: Scenario) -> Path:
-    """`out`, or ./runs/VERB-NAME, with the scenario written to it, so that it is proved to be writable at the start.
-
-    Raises:
-        RunFolderError: it can't be written.
-    """
+    """`out`, or ./runs/VERB-NAME, with the scenario written to it; raises `RunFolderError` if it can't be written."""
     folder = out or Path("runs") / f"{verb}-{scenario.name}"
-    try:
+    with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise RunFolderError(f"{folder} cannot be written: {error.strerror}") from None
     with replaced_file(folder / SCENARIO) as staging:
         write_yaml(scenario.to_dict(), staging)
     return folder

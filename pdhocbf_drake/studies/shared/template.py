@@ -1,4 +1,4 @@
-"""Events on the template: kicks and wrong speed commands, which begin in the steady state of a walk."""
+"""Events on the template: kicks and wrong speed commands that begin in the steady state of a walk."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from copy import copy
 
 import numpy as np
 
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, walk_template
 from pdhocbf_drake.mpc.memory import Memory
@@ -14,7 +15,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.cases import CASES, NONE, in_case
 from pdhocbf_drake.studies.shared.measures import Array, Outcome, Record, SafeOrbit, WithoutBarriers, values
 
-SETTLING_GAITS = 15  # after which a walk from a stand repeats to a thousandth of a margin
+SETTLING_GAITS = 15  # a walk from a stand then repeats to a thousandth of a margin
 
 
 class SettledWalk:
@@ -25,14 +26,15 @@ class SettledWalk:
         first: the tick of phase 0.
         starts: the controller's memory before each tick of a gait, by phase.
         undisturbed: one gait without an event.
+
+    Raises:
+        InputError: the walk has an end.
     """
 
     def __init__(self, walk: Walk, free: PeriodicMpc | None = None) -> None:
-        """
-        Args:
-            walk: the walk.
-            free: the same problem without barriers, to measure their action with; None where the walk has none.
-        """
+        """`free` is the same problem without barriers, for the action of the barriers; None if the walk has none."""
+        if walk.gait.config.walk_steps is not None:
+            raise InputError("gait.walk_steps: events are tried on a walk without an end (null)")
         self.walk = walk
         self._mpc = walk.mpc
         self._free = free
@@ -43,7 +45,7 @@ class SettledWalk:
         self.undisturbed = self.after(0, np.zeros((0, 2)), ticks)
 
     def commanded(self, stride: float, step: int) -> SettledWalk:
-        """The same walk and bounds under a wrong speed command: steps of another length [m] from step j on."""
+        """The same walk and bounds under a wrong speed command: steps of length `stride` [m] from step `step` on."""
         other = copy(self)
         other._mpc = _with_stride(self._mpc, stride, step)
         other._free = None if self._free is None else _with_stride(self._free, stride, step)
@@ -55,7 +57,7 @@ class SettledWalk:
         Args:
             phase: tick of the gait.
             kicks: velocity that a disturbance adds before each tick, in x and y, shape (≤ ticks, 2) [m/s].
-            ticks: how many.
+            ticks: length of the walk.
         """
         first = self.first + phase
         free = None if self._free is None else WithoutBarriers(self._free)
@@ -72,7 +74,7 @@ class Laboratory:
 
     Attributes:
         walks: by case.
-        orbit: judges the walks after an event.
+        orbit: the reference for the walks after an event.
     """
 
     def __init__(self, scenario: Scenario) -> None:

@@ -1,1 +1,1 @@
-"""The use of barriers when something goes wrong: `pdhocbf worth`."""
+"""The effect of barriers on disturbed walks: `pdhocbf worth`."""

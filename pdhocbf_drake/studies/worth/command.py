@@ -18,24 +18,23 @@ from pdhocbf_drake.studies.worth.results import draw, table
 from pdhocbf_drake.terminal import say, shown_progress
 
 RESULT = "worth.json"
-# Sizes of kick, push and command that the barrier can do something about: template [m/s, m/s²], robot [N s, N].
+# Sizes of kick and push to which a barrier can respond: template [m/s, m/s²], robot [N s, N].
 _SIZES = {"vhip": (0.02, 0.2), "biped": (3.0, 20.0)}
 _COMMAND = 1.07
-_FASTEST = 2.0  # times the right stride; beyond that no leg reaches
+_FASTEST = 2.0  # times the right stride; longer ones exceed the reach of the legs
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the events, the range of γ, and the folder of the results."""
-    what = "a name from `pdhocbf list`, or FILE[:NAME]; a template (such as vhip) takes a minute, a robot several"
-    parser.add_argument("scenario", metavar="SCENARIO", help=what)
+    scenario = "a name from `pdhocbf list`, or FILE[:NAME]; a template (such as vhip) takes a minute, a robot several"
+    parser.add_argument("scenario", metavar="SCENARIO", help=scenario)
     add_overrides(parser)
     parser.add_argument("--gamma", default="0.05,0.1,0.2,0.5,1", metavar="LIST", help="class-K rates in (0, 1]")
     parser.add_argument("--phases", default="8", metavar="N|LIST", help="ticks at which events begin, as for push")
     parser.add_argument("--kick", type=float, metavar="SIZE", help="velocity gained [m/s], or on a robot impulse [N s]")
     parser.add_argument("--push", type=float, metavar="SIZE", help="acceleration [m/s²], or on a robot force [N]")
-    parser.add_argument(
-        "--command", type=float, default=_COMMAND, metavar="FACTOR", help="commanded stride over the right one"
-    )
+    command = "commanded stride over the right one"
+    parser.add_argument("--command", type=float, default=_COMMAND, metavar="FACTOR", help=command)
     parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/worth-NAME")
 
 

@@ -15,7 +15,6 @@ from pdhocbf_drake.studies.shared.measures import Array, Outcome, Record, SafeOr
 from pdhocbf_drake.studies.shared.pushing import PushedWalk, Trial
 from pdhocbf_drake.studies.shared.template import SettledWalk
 from pdhocbf_drake.studies.worth.results import Measures
-from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 
 _TEMPLATE_TICKS = 160  # from an event on, and twice as many under a wrong command
 _ROBOT_SECONDS = 2.4
@@ -25,7 +24,7 @@ class Worth(ABC):
     """Events that act forward on the walk of one scenario.
 
     Args:
-        scenario: its barriers say which quantities are bounded, and with which margins.
+        scenario: the walk, whose barriers give the bounded quantities and their margins.
         kick: size of a kick. push: size of a push that lasts a step.
         command: commanded stride over the one that the bounds were made for [1].
         phases: ticks of the gait at which kicks and pushes begin.
@@ -52,14 +51,14 @@ class Worth(ABC):
         cases = [(NONE, math.nan), *((case, gamma) for case in (DCBF, PERIODIC) for gamma in gammas)]
         rows: list[Measures] = []
         for done, (case, gamma) in enumerate(cases):
-            barred = case != NONE
-            report(done, f"{case}, gamma {gamma:g}" if barred else case)
-            rows += self._events(case, gamma, in_case(self._scenario, case, gamma if barred else None))
+            limited = case != NONE
+            report(done, f"{case}, gamma {gamma:g}" if limited else case)
+            rows += self._events(case, gamma, in_case(self._scenario, case, gamma if limited else None))
         return rows
 
     @abstractmethod
     def _events(self, case: str, gamma: float, scenario: Scenario) -> list[Measures]:
-        """The events under one barrier; `scenario` has it."""
+        """The events in one case, which `scenario` is in."""
 
     def _row(
         self, case: str, gamma: float, event: str, phase: int, outcome: Outcome, work: float, survived: bool
@@ -152,13 +151,11 @@ class RobotWorth(Worth):
 
 
 def _commanded(scenario: Scenario, stride: float) -> Scenario:
-    """The scenario with steps of another length [m], whose bounds are still made for the right one."""
-    kept = {name: _made_for(config, scenario.gait.stride) for name, config in scenario.barriers.items()}
+    """The scenario with steps of another length [m] and the bounds that were made for the right one."""
+    barriers = dict(scenario.barriers)
+    for name, config in barriers.items():
+        if config.bound.follows_orbit and config.bound.stride is None:
+            bound = config.bound.model_copy(update={"stride": scenario.gait.stride})
+            barriers[name] = config.model_copy(update={"bound": bound})
     gait = scenario.gait.model_copy(update={"stride": stride})
-    return scenario.model_copy(update={"gait": gait, "barriers": kept})
-
-
-def _made_for(config: WalkBarrierConfig, stride: float) -> WalkBarrierConfig:
-    if not config.bound.follows_orbit or config.bound.stride is not None:
-        return config
-    return config.model_copy(update={"bound": config.bound.model_copy(update={"stride": stride})})
+    return scenario.model_copy(update={"gait": gait, "barriers": barriers})

@@ -1,4 +1,4 @@
-"""The rows of `pdhocbf worth`: one event under one barrier each; their medians as a table, and a figure."""
+"""The rows of `pdhocbf worth`, each of one event under one barrier; their medians as a table, and a figure."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from pdhocbf_drake.studies.shared.cases import CASES, NONE
 
 
 class Measures(NamedTuple):
-    """One event under one barrier; times are counted from the event, NaN where something never happens.
+    """One event under one barrier; times are counted from the event, and NaN means never.
 
     Attributes:
-        plant, barrier, gamma, event, phase: which experiment; gamma is NaN without a barrier, phase a tick.
+        plant, barrier, gamma, event, phase: the experiment; gamma is NaN without a barrier, phase a tick.
         notices, acts, recovers: as in `shared.measures.Outcome` [s].
         excess: as there [m/s].
         steps: `recovers` in steps, rounded up.
@@ -44,7 +44,7 @@ class Measures(NamedTuple):
     survived: bool
 
 
-# Column: field, factor.
+# Columns of the table: field, factor.
 _COLUMNS: Final = {
     "notices [ms]": ("notices", 1e3),
     "acts [ms]": ("acts", 1e3),
@@ -53,7 +53,7 @@ _COLUMNS: Final = {
     "steps": ("steps", 1.0),
     "work": ("work", 1.0),
 }
-# Field: name, unit, factor.
+# Fields in the figure: name, unit, factor.
 _DRAWN: Final = {
     "excess": ("largest excess", "mm/s", 1e3),
     "recovers": ("recovery time", "s", 1.0),
@@ -79,13 +79,13 @@ def table(rows: Sequence[Measures]) -> str:
 
 def _median(group: Sequence[Measures], name: str, scale: float) -> str:
     values = np.array([getattr(row, name) for row in group])
-    # What never happens comes after everything that does.
+    # Never comes after every time.
     middle = float(np.median(np.where(np.isnan(values), np.inf, values)))
     return f"{middle * scale:.3g}" if math.isfinite(middle) else "–"
 
 
 def draw(rows: Sequence[Measures], path: Path) -> None:
-    """Each measure against γ, a column an event: median over the phases as a line, each phase as a dot."""
+    """Draws each measure over γ, one column an event: median over the phases as a line, each phase as a dot."""
     events = list(dict.fromkeys(row.event for row in rows))
     with styled():
         figure = Figure(figsize=(3.4 * len(events) + 0.6, 2.3 * len(_DRAWN) + 0.6))
