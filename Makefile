@@ -1,6 +1,8 @@
-# Two commands for a fresh machine with Python >= 3.10, make and a package index:
+# Commands for a fresh machine with Python >= 3.10, make and a package index:
 #   make walk   walks ten seconds and says where the replay and the report are
-#   make test   everything that can fail: style, types, tests
+#   make quick  after a change: the tests that take no time
+#   make test   everything that can fail: style, types, tests, and how many lines they cover
+#   make dist   the package: built, checked, and tried from another folder
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -9,10 +11,10 @@ export OPENBLAS_NUM_THREADS := 1
 # The demonstration writes to the same place every time.
 WALK := runs/walking
 
-.PHONY: help install walk test lint types pytest compare clean
+.PHONY: help install walk quick test lint types pytest dist compare clean
 
 help:
-	@sed -n '2,3s/^#  *//p' Makefile
+	@sed -n '2,5s/^#  *//p' Makefile
 
 install: $(VENV)/installed
 
@@ -33,10 +35,29 @@ test: lint types pytest
 lint: install
 	$(BIN)/ruff check .
 	$(BIN)/lint-imports --no-cache --no-logo
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/ci.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	$(BIN)/pre-commit validate-config
 types: install
 	$(BIN)/mypy
+
+# On all cores; the tests of one file share what they build. Lines of kernels are counted with the compiler off.
+PYTEST := $(BIN)/python -m pytest -n logical --dist loadfile
+KERNELS := tests/test_*_kernels.py tests/test_gait.py tests/test_push_swing.py
+
+quick: install
+	$(PYTEST) -m "not slow"
 pytest: install
-	$(BIN)/python -m pytest
+	NUMBA_DISABLE_JIT=1 $(PYTEST) --cov --cov-report= --cov-fail-under=0 -k "not every_kernel" $(KERNELS)
+	$(PYTEST) --cov --cov-append
+
+# The wheel walks from any folder: unpacked without the checkout, and run with what is installed here.
+dist: install
+	rm -rf dist runs/wheel
+	$(BIN)/python -m build --no-isolation
+	$(BIN)/twine check --strict dist/*
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --target runs/wheel dist/*.whl
+	cd runs/wheel && PYTHONPATH=. $(CURDIR)/$(BIN)/python bin/pdhocbf run vhip --text 'duration: 2.0'
 
 # Against an earlier commit: make compare REV=1d95bb6, and to see only half of it, ARGS="--only scenarios".
 compare: install

@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Any, TypeVar, cast
 
 import numba
+from numba import config
 from numba.core.runtime.nrt import rtsys
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -20,7 +21,11 @@ def compiled(function: F) -> F:
     Compiled functions (kernels) check no index: shapes are checked by their callers. Each room has its kernels in one
     file, `kernels.py`, and a kernel calls only those of its own file, because numba recompiles it only when that file
     changes. A test compares each of them with a few lines of numpy. Division by zero is inf or NaN, as in numpy.
+
+    With NUMBA_DISABLE_JIT=1 in the environment it is the function itself, for debuggers and for counting covered lines.
     """
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
     try:
         machine_code: Any = numba.njit(cache=True, error_model="numpy")(function)
     except RuntimeError:  # neither the source's folder nor the user's cache is writable

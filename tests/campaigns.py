@@ -38,13 +38,15 @@ def campaign_file(folder: Path, **changes: object) -> Path:
 
 def start(*words: object, preamble: str = "") -> subprocess.Popen[str]:
     """`pdhocbf WORDS` as a process of its own group; `preamble` is Python that runs before it."""
+    # Where the preamble limits what can be written, coverage could not write its data either.
+    environment = {name: value for name, value in os.environ.items() if not (preamble and name.startswith("COVERAGE_"))}
     code = f"{preamble}\nimport sys\nfrom pdhocbf_drake.cli import main\nsys.exit(main(sys.argv[1:]))"
     return subprocess.Popen(
         [sys.executable, "-c", code, *map(str, words)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
+        env={**environment, "OPENBLAS_NUM_THREADS": "1"},
         start_new_session=True,
     )
 

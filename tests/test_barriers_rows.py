@@ -106,16 +106,18 @@ def test_rows_that_no_input_reaches_are_left_out():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_rows_that_no_input_reaches_are_left_out_in_any_coordinates(seed):
-    """Rounding shows an input of 1e-17 in the first row of ψ_1, which must not be taken for a way to keep it."""
+    """Rounding gives an input that does not show in a row of ψ_1 a coefficient of 1e-17, which is no way to keep it."""
     _, system, usual = random_case(seed, order=1, degree=2)
     barrier = AffineBarrier("b", usual.normal, usual.bound, 1, usual.class_k, "m", relative_degree=2)
     prog = MathematicalProgram()
     u = prog.NewContinuousVariables(6, 2, "u")
     outside = barrier.normals(0, 1)[0] * (barrier.bound(0) + 100.0)
-    add_barrier_rows(prog, barrier, system, 0, outside, u)
+    binding = add_barrier_rows(prog, barrier, system, 0, outside, u)
     result = Solve(prog)
     assert result.is_success()
     assert np.abs(result.GetSolution(u)).max() < 1e6
+    inputs_of_row = np.abs(binding.evaluator().GetDenseA()).reshape(5, 6, 2).max(axis=2)
+    np.testing.assert_array_equal(inputs_of_row > 0, np.tri(5, 6, dtype=bool))  # u(k), …, u(k+i−1) in ψ_1(k+i)
 
 
 def test_a_horizon_of_psi_rows_keeps_h_nonnegative():

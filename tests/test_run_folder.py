@@ -177,11 +177,12 @@ def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):
 
 def test_provenance_names_versions_seed_and_machine():
     from datetime import datetime, timezone
+    from importlib.metadata import version
 
     scenario = synthetic.scenario()
     provenance = Provenance.of_run(scenario, datetime(2026, 1, 2, tzinfo=timezone.utc), 1.5)
     data = json.loads(provenance.model_dump_json())
-    assert data["packages"]["drake"] == "1.51.1"
+    assert data["packages"]["drake"] == version("drake")
     assert data["seed"] == scenario.seed
     assert data["started"] == "2026-01-02T00:00:00+00:00"
     assert data["wall_seconds"] == 1.5

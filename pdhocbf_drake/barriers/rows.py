@@ -145,12 +145,14 @@ def add_barrier_rows(
     horizon = len(inputs)
     rows = affine_rows(barrier, system, k, horizon)
     check_relative_degree(barrier, system)
-    # By the degree and not by `reachable`, whose zeros may come out as 1e-17.
-    chosen = np.arange(len(rows.constant)) >= barrier.relative_degree - barrier.order
+    # The relative degree says on which inputs a row depends; the other coefficients are zero but for rounding.
+    depends = np.arange(len(rows.constant))[:, None] - np.arange(horizon) >= barrier.relative_degree - barrier.order
+    on_inputs = np.where(np.repeat(depends, system.m, axis=1), rows.inputs, 0.0)
+    chosen = depends[:, 0]
     if not np.any(chosen):
         raise InputError(f"{where}: no input within the horizon of {horizon} ticks shows in it")
     lower = tightening - rows.constant - rows.bounds @ barrier.bound.samples(k, horizon + 1)
-    matrix, variables = [rows.inputs], [inputs.ravel()]
+    matrix, variables = [on_inputs], [inputs.ravel()]
     if start.dtype == object:
         matrix.append(rows.state)
         variables.append(start)

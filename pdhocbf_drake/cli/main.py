@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import errno
-import importlib
 import os
 import sys
 from collections.abc import Sequence
 from typing import Any, Final
 
 import pdhocbf_drake
+from pdhocbf_drake.cli.loading import load
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.stopping import stop_requests
 
@@ -73,6 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(module: Any, options: argparse.Namespace) -> int:
+    load("pydrake")
     try:
         code: int = module.run(options)
         return code
@@ -97,7 +98,7 @@ def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, argparse.Arg
     for verb, (text, place) in _VERBS.items():
         subparser = verbs.add_parser(verb, help=text, description=f"{text[0].upper()}{text[1:]}.", epilog=_CODES)
         if verb == given:
-            module = importlib.import_module(f"pdhocbf_drake.{place}")
+            module = load(f"pdhocbf_drake.{place}")
             module.add_arguments(subparser)
             used = subparser
     return parser, used, module

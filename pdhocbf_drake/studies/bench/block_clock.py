@@ -1,11 +1,13 @@
-"""A clock around the Python of every block, for the part of each in a tick's time."""
+"""Clocks around the Python of every block, for the part of each in a tick's time, and around Drake's arithmetic."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame
 from pydrake.systems.framework import LeafSystem
 
 from pdhocbf_drake import systems
@@ -52,19 +54,39 @@ class BlockClock:
 @contextmanager
 def block_clock() -> Iterator[BlockClock]:
     """Diagrams that are built inside have their blocks timed; the classes are put back afterwards."""
+    blocks = [
+        (block, name, block.__name__)
+        for block in LeafSystem.__subclasses__()
+        for name, function in vars(block).items()
+        if block.__module__.startswith(systems.__name__) and _is_callback(function)
+    ]
+    with _clock_around([*blocks, (PeriodicMpc, "solve", "PeriodicMpc")]) as clock:
+        yield clock
+
+
+@contextmanager
+def drake_clock() -> Iterator[BlockClock]:
+    """Times Drake's kinematics and dynamics of the robot under the name "Drake"; the classes are put back afterwards.
+
+    A profiler would not do: calls into nanobind, which binds Drake from 1.52 on, are invisible to it.
+    """
+    owners = (MultibodyPlant, Frame)
+    names = [(owner, name) for owner in owners for name in vars(owner) if name.startswith(("Calc", "Map", "Set"))]
+    with _clock_around([(owner, name, "Drake") for owner, name in names]) as clock:
+        yield clock
+
+
+@contextmanager
+def _clock_around(functions: Sequence[tuple[type, str, str]]) -> Iterator[BlockClock]:
+    """Times each function, given as its class, its name there, and the name to sum its seconds under."""
     clock = BlockClock()
-    changed: list[tuple[type, str, Any]] = []
+    before = [(owner, name, vars(owner)[name]) for owner, name, _ in functions]
     try:
-        for block in LeafSystem.__subclasses__():
-            for name, function in list(vars(block).items()):
-                if block.__module__.startswith(systems.__name__) and _is_callback(function):
-                    changed.append((block, name, function))
-                    setattr(block, name, clock.around(block.__name__, function))
-        changed.append((PeriodicMpc, "solve", PeriodicMpc.solve))
-        PeriodicMpc.solve = clock.around("PeriodicMpc", PeriodicMpc.solve)  # type: ignore[method-assign]
+        for owner, name, label in functions:
+            setattr(owner, name, clock.around(label, getattr(owner, name)))
         yield clock
     finally:
-        for owner, name, function in changed:
+        for owner, name, function in before:
             setattr(owner, name, function)
 
 
