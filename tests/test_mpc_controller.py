@@ -64,7 +64,7 @@ def test_zmp_stays_in_its_box_and_the_stability_row_holds_in_every_prediction() 
         low, high = mpc.zmp_box(tick + 1, stance, plan.footholds).T
         assert np.all(future[:, 1, 2] >= low - 1e-9)
         assert np.all(future[:, 1, 2] <= high + 1e-9)
-        if not mpc.commanded.repeats(tick // 40):
+        if not mpc.commanded.steps(tick // 40).repeats:
             continue
         for axis in (0, 1):
             first = mpc.divergent.offset_row(tick) @ future[axis, 0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pdhocbf_drake.mpc.kernels import believe, write_references
+from pdhocbf_drake.mpc.kernels import believe
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -28,18 +28,3 @@ def test_the_believed_state(seed: int, zmp_measured: bool, broken: tuple[int, in
         np.testing.assert_allclose(state, np.column_stack([c + latency * v, v + latency * eta * (c - p), p]))
         np.testing.assert_allclose(moves, np.abs(planned - measured)[:, :2].max())
         np.testing.assert_array_equal(com, measured[:, :2].ravel())
-
-
-def test_the_references_of_the_coming_tick() -> None:
-    random = np.random.default_rng(7)
-    eta, state, inputs, com, zmp = (
-        17.0,
-        random.normal(size=(2, 3)),
-        random.normal(size=(2, 80)),
-        np.empty(6),
-        np.empty(4),
-    )
-    write_references(eta, state, inputs, com, zmp)
-    c, v, p = state.T
-    np.testing.assert_allclose(com.reshape(2, 3), np.column_stack([c, v, eta * (c - p)]))
-    np.testing.assert_allclose(zmp.reshape(2, 2), np.column_stack([p, inputs[:, 0]]))

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.walking import Footstep, Gait
+from pdhocbf_drake.walking.footsteps import BOTH
 
 
 class Commanded(NamedTuple):
@@ -18,12 +19,14 @@ class Commanded(NamedTuple):
         moves: from one step's centre to the next one's, j + 1 … j + n_f, shape (2, n_f) [m].
         half: half sides of the box in steps j − 1 … j + n_f, less the margin, shape (2, n_f + 2) [m].
         centre: commanded centre of step j in the world, shape (2,) [m].
+        repeats: whether step j and step j + n_f both lie in the walk proper, so that a gait repeats.
     """
 
     steps: tuple[Footstep, ...]
     moves: np.ndarray
     half: np.ndarray
     centre: np.ndarray
+    repeats: bool
 
 
 class CommandedSteps:
@@ -41,8 +44,5 @@ class CommandedSteps:
         before, *ahead = (self._gait.step(step + i) for i in range(-1, self._count + 1))
         centres = np.array([[s.x, s.y] for s in ahead]).T
         half = np.array([self._gait.region.half(s) for s in (before, *ahead)]).T - self._margin
-        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, centres[:, 0])
-
-    def repeats(self, step: int) -> bool:
-        """True where this step and the one a horizon later both lie in the walk proper, so that a gait repeats."""
-        return not self._gait.is_standing(step) and not self._gait.is_standing(step + self._count)
+        repeats = BOTH not in (ahead[0].side, ahead[-1].side)
+        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, centres[:, 0], repeats)

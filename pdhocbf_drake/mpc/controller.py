@@ -81,6 +81,7 @@ class PeriodicMpc:
         self.constraints = constraints_of(config, kinds)
         self._turn, self._kinds = turn, kinds
         self._shapes = (2, 3), (2, 2), (2, config.horizon)
+        self._all_met = np.zeros((2, len(self.constraints)))  # in every plan that misses nothing, never written into
         self._read(gait)
         compiled = [cache.compiled(problem) for problem in self.problems]
         self.qps: list[Sequence[ParametricQp]] = [axis.qps for axis in compiled]
@@ -206,8 +207,7 @@ class PeriodicMpc:
         plans = np.array([r.decisions[: horizon + n_f] for r in results])
         active = (self._padded(0, results[0].active), self._padded(1, results[1].active))
         cost = sum(r.cost for r in results)
-        met = np.zeros((2, len(self.constraints)))
-        return Plan(tick, plans[:, :horizon], plans[:, horizon:], active, slacks, cost, reason, 0, unmet=met)
+        return Plan(tick, plans[:, :horizon], plans[:, horizon:], active, slacks, cost, reason, 0, unmet=self._all_met)
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
         """Flags for the longest program of this axis: rows that this phase, or a lower rung, lacks are inactive."""
@@ -257,8 +257,8 @@ class PeriodicMpc:
         low, high = self.zmp_box(tick + 1, stance, footholds).T
         delta = self.gait.config.tick
         inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
-        slacks, met = np.zeros(sum(map(len, self.barriers))), np.zeros((2, len(self.constraints)))
-        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count, unmet=met)
+        slacks = np.zeros(sum(map(len, self.barriers)))
+        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count, unmet=self._all_met)
 
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """The box (27), without the margin, at a tick: x_min, x_max, then y, shape (2, 2) [m].

@@ -28,12 +28,3 @@ def believe(
         com[2 * axis], com[2 * axis + 1] = c, v
         state[axis, 0], state[axis, 1], state[axis, 2] = c + latency * v, v + latency * eta * (c - p), p
     return finite, repeats, moves
-
-
-@compiled
-def write_references(eta: float, state: np.ndarray, inputs: np.ndarray, com: np.ndarray, zmp: np.ndarray) -> None:
-    """`com_reference` and `zmp_reference` from [c, v, p] of both axes and the input that led there."""
-    for axis in range(2):
-        c, v, p = state[axis, 0], state[axis, 1], state[axis, 2]
-        com[3 * axis], com[3 * axis + 1], com[3 * axis + 2] = c, v, eta * (c - p)
-        zmp[2 * axis], zmp[2 * axis + 1] = p, inputs[axis, 0]

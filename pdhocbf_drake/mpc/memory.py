@@ -9,7 +9,6 @@ import numpy as np
 
 from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.kernels import write_references
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.walking.footsteps import BOTH, LEFT
@@ -127,9 +126,10 @@ class Memory:
         gait, tick = mpc.gait, plan.tick
         self.plan = plan
         self.state = mpc.vhip.step_axes(tick, state, plan.inputs[:, 0])
-        self.com_reference, self.zmp_reference = np.empty(6), np.empty(4)
-        eta = mpc.vhip.eta[(tick + 1) % mpc.vhip.period]
-        write_references(eta, self.state, plan.inputs, self.com_reference, self.zmp_reference)
+        eta = mpc.vhip.eta.item((tick + 1) % mpc.vhip.period)
+        (x, vx, x_zmp), (y, vy, y_zmp) = self.state.tolist()
+        self.com_reference = np.array([x, vx, eta * (x - x_zmp), y, vy, eta * (y - y_zmp)])
+        self.zmp_reference = np.array([x_zmp, plan.inputs.item(0, 0), y_zmp, plan.inputs.item(1, 0)])
         footholds = plan.footholds
         boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
         self.zmp_box = boxes.zmp_box(tick + 1, self.stance, footholds).ravel()
@@ -147,12 +147,14 @@ class Memory:
     def _write_feet(self, mpc: PeriodicMpc, tick: int, footholds: np.ndarray) -> None:
         """`stance_plan` and `foot_plan`: where the feet are and where they go."""
         step, _ = mpc.gait.phase(tick)
-        self.stance_plan = np.concatenate([self.stance.T, footholds[:, :2].T]).ravel()
-        ends = self.feet.copy()
+        stances, ends = np.empty((4, 2)), np.empty((2, 4))
+        stances[:2], stances[2:] = self.stance.T, footholds[:, :2].T
+        ends[:, :2] = ends[:, 2:] = self.feet
         support = mpc.gait.support(step)
         if support != BOTH:
-            ends[_ROWS[-support]] = _landing(mpc.gait.support(step + 1), self.stance[:, 1], footholds[:, 0])
-        self.foot_plan = np.concatenate([self.feet, ends], axis=1).ravel()
+            landing = _landing(mpc.gait.support(step + 1), self.stance[:, 1], footholds[:, 0])
+            ends[_ROWS[-support], 2:] = landing
+        self.stance_plan, self.foot_plan = stances.ravel(), ends.ravel()
 
 
 class MemoryLayout:

@@ -28,7 +28,7 @@ class Reason(IntEnum):
     @property
     def planned(self) -> bool:
         """Whether the tick's plan is the answer of a solver."""
-        return self not in (Reason.INFEASIBLE, Reason.NOT_OPTIMAL)
+        return not Reason.INFEASIBLE <= self <= Reason.NOT_OPTIMAL
 
 
 _NOTHING = np.zeros((2, 0))

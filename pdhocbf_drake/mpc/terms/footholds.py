@@ -6,7 +6,7 @@ import numpy as np
 
 from pdhocbf_drake.mpc.commanded import Commanded
 from pdhocbf_drake.mpc.terms.program import AxisProgram
-from pdhocbf_drake.mpc.terms.term import Term, Tick
+from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 
 
 class Footholds(Term):
@@ -19,6 +19,10 @@ class Footholds(Term):
     """
 
     axes_alike = True
+
+    def __init__(self, setting: Setting) -> None:
+        super().__init__(setting)
+        self._correction = setting.config.path_correction[setting.axis]
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -34,5 +38,5 @@ class Footholds(Term):
         theta[self.places["target"]] = np.cumsum(ahead.moves[self.axis])
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
-        here, most = float(tick.stance[self.axis, 1]), self.setting.config.path_correction[self.axis]
-        theta[self.places["target"]] += here + min(max(float(tick.ahead.centre[self.axis]) - here, -most), most)
+        here, most = tick.stance.item(self.axis, 1), self._correction
+        theta[self.places["target"]] += here + min(max(tick.ahead.centre.item(self.axis) - here, -most), most)

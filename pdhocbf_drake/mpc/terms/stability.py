@@ -71,7 +71,7 @@ class Stability(Term):
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
         kind = self.setting.config.tail
-        if kind == "periodic" and self.setting.commanded.repeats(tick.step):
+        if kind == "periodic" and tick.ahead.repeats:
             theta[self.places["tail"].start] = self.periodic_tail(tick)
         elif kind != "truncated":
             theta[self.places["tail"].start] = self.anticipative_tail(tick.tick)

@@ -67,7 +67,7 @@ class TerminalRows(Term):
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
         # Where the plan ends: H is a multiple of two steps, so at a step of the same parity.
         count = self._count
-        in_force = (np.arange(count) == tick.step % count) & self.setting.commanded.repeats(tick.step)
+        in_force = (np.arange(count) == tick.step % count) & tick.ahead.repeats
         theta[self.places["terminal"]] = np.where(in_force, 0.0, RELAXED)
 
     def relaxed(self) -> Term:
