@@ -42,6 +42,7 @@ class AxisProblem:
         self.size = sum(sizes.values())
         for term in self.terms:
             term.places = {name: self.places[name] for name in term.sizes}
+        self._axis = setting.axis
         self._state, self._stance, self._offset = (self.places[name] for name in ("state", "stance", "zmp_offset"))
         self._fill = [term.fill_tick for term in self.terms if type(term).fill_tick is not Term.fill_tick]
         self._of_step = lru_cache(maxsize=4)(self._step_parameters)
@@ -80,7 +81,7 @@ class AxisProblem:
 
     def theta(self, tick: Tick) -> np.ndarray:
         """θ at a tick, shape (size,)."""
-        theta, axis = self._of_step(tick.step).copy(), self.setting.axis
+        theta, axis = self._of_step(tick.step).copy(), self._axis
         theta[self._state] = tick.state[axis]
         theta[self._stance] = tick.stance[axis]
         if tick.zmp_offset is not None:

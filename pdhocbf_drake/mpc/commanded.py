@@ -18,14 +18,14 @@ class Commanded(NamedTuple):
         steps: the gait's own, of j … j + n_f.
         moves: from one step's centre to the next one's, j + 1 … j + n_f, shape (2, n_f) [m].
         half: half sides of the box in steps j − 1 … j + n_f, less the margin, shape (2, n_f + 2) [m].
-        centre: commanded centre of step j in the world, shape (2,) [m].
+        centre: commanded centre of step j in the world, x and y [m].
         repeats: whether step j and step j + n_f both lie in the walk proper, so that a gait repeats.
     """
 
     steps: tuple[Footstep, ...]
     moves: np.ndarray
     half: np.ndarray
-    centre: np.ndarray
+    centre: tuple[float, float]
     repeats: bool
 
 
@@ -45,4 +45,4 @@ class CommandedSteps:
         centres = np.array([[s.x, s.y] for s in ahead]).T
         half = np.array([self._gait.region.half(s) for s in (before, *ahead)]).T - self._margin
         repeats = BOTH not in (ahead[0].side, ahead[-1].side)
-        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, centres[:, 0], repeats)
+        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, (ahead[0].x, ahead[0].y), repeats)

@@ -76,6 +76,7 @@ class PeriodicMpc:
             )
         self.gait, self.vhip, self.config, self.barriers = gait, vhip, config, barriers
         self.divergent = DivergentComponent(vhip)
+        self._omega: list[float] = self.divergent.omega.tolist()
         self.footholds = config.horizon // gait.period
         self.terminal = dict(terminal or {})
         self.constraints = constraints_of(config, kinds)
@@ -150,7 +151,11 @@ class PeriodicMpc:
         if shapes != self._shapes:
             raise ValueError(f"state, stance and offset must have shapes {self._shapes}, given {shapes}")
         step, phase = self.gait.phase(tick)
-        return Tick(tick, step, phase, state, stance, self.commanded.steps(step), bounds, offset, last)
+        (x, vx, x_zmp), (y, vy, y_zmp) = state.tolist()
+        omega = self._omega[phase]
+        error = x + vx / omega - x_zmp, y + vy / omega - y_zmp
+        ahead, here = self.commanded.steps(step), stance[:, 1].tolist()
+        return Tick(tick, step, phase, state, stance, here, error, ahead, bounds, offset, last)
 
     def solve(
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],

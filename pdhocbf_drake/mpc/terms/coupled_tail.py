@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from pdhocbf_drake.mpc.terms.stability import Stability
 from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 
@@ -20,7 +18,7 @@ class CoupledTail(Stability):
     def __init__(self, setting: Setting) -> None:
         super().__init__(setting)
         c, s = math.cos(setting.turn), math.sin(setting.turn)
-        self._rotation = np.array([[c, -s], [s, c]])[setting.axis]
+        self._row = ((c, -s), (s, c))[setting.axis]  # of R
 
     @classmethod
     def of(cls, setting: Setting) -> list[Term]:
@@ -28,4 +26,4 @@ class CoupledTail(Stability):
 
     def periodic_tail(self, tick: Tick) -> float:
         """Π λ⁻¹ (R e_k) of this axis [m]."""
-        return float(self._rotation @ (tick.state @ self._periodic[tick.phase]))
+        return self._discount[tick.phase] * (self._row[0] * tick.error[0] + self._row[1] * tick.error[1])

@@ -38,5 +38,5 @@ class Footholds(Term):
         theta[self.places["target"]] = np.cumsum(ahead.moves[self.axis])
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
-        here, most = tick.stance.item(self.axis, 1), self._correction
-        theta[self.places["target"]] += here + min(max(tick.ahead.centre.item(self.axis) - here, -most), most)
+        here, most = tick.here[self.axis], self._correction
+        theta[self.places["target"]] += here + min(max(tick.ahead.centre[self.axis] - here, -most), most)

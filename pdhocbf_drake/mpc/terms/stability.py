@@ -38,10 +38,7 @@ class Stability(Term):
         config, divergent = setting.config, setting.divergent
         demanded = config.stability == "demanded" and setting.terminal is None
         self.price = None if demanded else config.tail_weight  # of a missed tail, squared [1/s²]
-        self._periodic = [
-            float(divergent.discounts(phase, config.horizon)[-1]) * divergent.offset_row(phase)
-            for phase in range(setting.gait.period)
-        ]
+        self._discount = [float(divergent.discounts(q, config.horizon)[-1]) for q in range(setting.gait.period)]
         self._anticipative = lru_cache(maxsize=4)(self._anticipative_tails)
 
     @classmethod
@@ -78,7 +75,7 @@ class Stability(Term):
 
     def periodic_tail(self, tick: Tick) -> float:
         """Π λ⁻¹ e_k [m], eq. (32)."""
-        return float(self._periodic[tick.phase] @ tick.state[self.axis])
+        return self._discount[tick.phase] * tick.error[self.axis]
 
     def anticipative_tail(self, tick: int) -> float:
         """Π λ⁻¹ e_{k+H} for a ZMP that follows the commanded box centre beyond the horizon [m]."""

@@ -51,6 +51,8 @@ class Tick(NamedTuple):
         tick, step, phase: k = step · N + phase.
         state: [c, v, p] per axis, shape (2, 3) [m, m/s, m].
         stance: centres of the last and this step's box per axis, shape (2, 2) [m].
+        here: the latter, as one number per axis [m].
+        error: e_k = c + v/ω_k − p of each axis, see `DivergentComponent` [m].
         ahead: the steps commanded from this one on.
         bounds: V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,).
         zmp_offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m]; None is zero.
@@ -62,6 +64,8 @@ class Tick(NamedTuple):
     phase: int
     state: np.ndarray
     stance: np.ndarray
+    here: list[float]
+    error: tuple[float, float]
     ahead: Commanded
     bounds: Mapping[str, np.ndarray]
     zmp_offset: np.ndarray | None

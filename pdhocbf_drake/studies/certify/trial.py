@@ -143,7 +143,7 @@ def _start(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float]) -> 
     first = gait.config.start_steps + 2 + gait.config.start_steps % 2
     tick = first * n + max(start.phase for start in starts)
     step, phase = gait.phase(tick)
-    here = mpc.commanded.steps(step).centre
+    here = np.array(mpc.commanded.steps(step).centre)
     commanded = mpc.commanded.steps(step - 1).moves[:, 0]
     coming = n - phase <= mpc.config.freeze_ticks
     chosen = np.array([start.state[2] if len(start.state) == 3 else np.nan for start in starts])
