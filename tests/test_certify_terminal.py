@@ -267,9 +267,9 @@ def test_a_wrong_system_is_refused_in_one_sentence(elsewhere, capsys, system, me
     [
         (["certify", "van_der_pol"], "'van_der_pol' is no walk"),
         (["certify", "nobody"], "unknown scenario 'nobody'"),
-        (["certify", "vhip", "--reach", "-1"], "--reach must be a length above 0"),
+        (["certify", "vhip", "--reach", "-1"], "reach must be a length above 0"),
         (["certify", "vhip", "--reach", "0.01"], "does not cover a step"),
-        (["certify", "vhip", "--starts", "-1"], "--starts must be 0 or more"),
+        (["certify", "vhip", "--starts", "-1"], "starts must be 0 or more"),
     ],
 )
 def test_wrong_requests_are_refused_in_one_sentence(elsewhere, capsys, arguments, message):

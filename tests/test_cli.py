@@ -14,8 +14,9 @@ import pytest
 import synthetic
 from logs import differences
 
+from pdhocbf_drake.analysis.report import write_metrics
 from pdhocbf_drake.cli import main
-from pdhocbf_drake.simulation.run_folder import new_run_folder, read_run, write_run
+from pdhocbf_drake.simulation.run_folder import new_run_folder, read_run
 
 SHORT = "duration: 1.0"
 
@@ -30,7 +31,7 @@ def run_folder(tmp_path_factory) -> Path:
 
 def synthetic_folder(place: Path, **kwargs) -> Path:
     with new_run_folder(place) as folder:
-        write_run(folder, synthetic.run("vhip", **kwargs))
+        synthetic.run("vhip", **kwargs).save(folder)
     return place
 
 
@@ -125,7 +126,7 @@ def test_compare_begins_where_the_first_runs_scenario_does(tmp_path, capsys):
     for name, start in (("early", 1.25), ("late", 2.01)):
         run = synthetic.run("vhip")
         with new_run_folder(tmp_path / name) as folder:
-            write_run(folder, run._replace(scenario=run.scenario.model_copy(update={"from_time": start})))
+            run._replace(scenario=run.scenario.model_copy(update={"from_time": start})).save(folder)
     for first, second, start in (("early", "late", "1.25"), ("late", "early", "2.01")):
         assert main(["compare", str(tmp_path / first), str(tmp_path / second)]) == 0
         assert capsys.readouterr().out.count(f"m/s from {start} s on") == 2
@@ -216,12 +217,12 @@ def test_the_exit_code_says_how_a_run_ended_and_the_run_is_kept(ending, code, mo
 def test_a_full_disk_costs_the_pages_and_not_the_run(monkeypatch, tmp_path, capsys):
     from pdhocbf_drake.cli import run
 
-    def full(recorded, folder):
-        raise OSError(errno.ENOSPC, "No space left on device", str(folder / "replay.html"))
+    def full(recorded, place):
+        raise OSError(errno.ENOSPC, "No space left on device", str(place))
 
     recorded = synthetic.run("vhip")
     monkeypatch.setattr(run, "simulate", lambda *_: recorded.log)
-    monkeypatch.setattr(run, "write_replay", full)
+    monkeypatch.setattr(run, "replay", full)
     place = tmp_path / "run"
     assert main(["run", "vhip", "--out", str(place)]) == 1
     printed = capsys.readouterr()
@@ -350,11 +351,11 @@ def test_overrides_given_twice_are_refused_and_not_lost(elsewhere, capsys):
 def test_a_request_to_stop_after_the_last_tick_loses_nothing_recorded(elsewhere, monkeypatch, capsys):
     from pdhocbf_drake.cli import run
 
-    def write_and_be_asked(*arguments):
+    def be_asked_and_write(*arguments):
         os.kill(os.getpid(), signal.SIGINT)
-        write_run(*arguments)
+        return write_metrics(*arguments)
 
-    monkeypatch.setattr(run, "write_run", write_and_be_asked)
+    monkeypatch.setattr(run, "write_metrics", be_asked_and_write)
     assert main(["run", "vhip", "--text", SHORT, "--out", "run"]) == 1
     assert "interrupted after the run" in capsys.readouterr().err
     assert read_run(Path("run")).log.ending == "finished"

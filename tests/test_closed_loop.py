@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 
-from pdhocbf_drake.mpc.loop import Measurement, WalkController, control, walk_template
+from pdhocbf_drake import WalkController
+from pdhocbf_drake.mpc.loop import Measurement, control, walk_template
 from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.build import build_walk
@@ -102,7 +103,7 @@ def test_a_controller_is_stepped_without_a_simulator() -> None:
     controller = WalkController(mpc)
     rows = list(walk_template(mpc, Memory.standing(mpc), 0, 300))
     for row in rows:
-        plan = controller.step(Measurement(row.tick, row.state))
+        plan = controller.step(row.tick, row.state)
         np.testing.assert_array_equal(plan.inputs, row.plan.inputs)
     np.testing.assert_array_equal(controller.memory.com_reference, rows[-1].memory.com_reference)
 

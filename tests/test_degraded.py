@@ -13,7 +13,7 @@ from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.simulation.run_folder import Run, new_run_folder, read_run, write_run
+from pdhocbf_drake.simulation.run_folder import Run, new_run_folder, read_run
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
@@ -100,7 +100,7 @@ def test_a_terminal_set_is_called_by_its_name() -> None:
 
 def test_the_report_lists_degraded_ticks(tmp_path, capsys) -> None:
     with new_run_folder(tmp_path / "run") as folder:
-        write_run(folder, marked())
+        marked().save(folder)
     assert main(["report", str(tmp_path / "run")]) == 0
     page = (tmp_path / "run" / "report.html").read_text(encoding="utf-8")
     assert "SOFTENED, barrier forward_speed by 0.012 m/s; 2 more like it" in page
@@ -112,7 +112,7 @@ def test_an_older_log_without_the_slack_of_each_barrier_has_a_report(tmp_path) -
     run = marked()
     del run.log.signals["barrier_slack"], run.log.signals["unmet"]
     with new_run_folder(tmp_path / "run") as folder:
-        write_run(folder, run)
+        run.save(folder)
     assert misses(read_run(tmp_path / "run")).words(60) == "SOFTENED, a barrier by 0.012 m/s"
     assert main(["report", str(tmp_path / "run")]) == 0
     barrier = json.loads((tmp_path / "run" / "metrics.json").read_text())["barriers"]["forward_speed"]

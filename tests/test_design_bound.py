@@ -9,7 +9,7 @@ import synthetic
 from pdhocbf_drake.barriers import make_bound
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.run_folder import Run, write_run
+from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FELL
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope
@@ -88,7 +88,7 @@ def test_a_margin_below_zero_is_refused():
 @pytest.mark.parametrize("kind", ["tabulated", "harmonic"])
 def test_a_scenario_can_use_the_written_bound(elsewhere, capsys, kind):
     (elsewhere / "run").mkdir()
-    write_run(elsewhere / "run", walked())
+    walked().save(elsewhere / "run")
     assert main(["design-bound", "run", "--margin", "0.02", "--kind", kind, "--name", "limit"]) == 0
     assert "enforceable, its psi rows too" in capsys.readouterr().out
     text = (elsewhere / "bound-limit.yaml").read_text()
@@ -103,7 +103,7 @@ def test_a_bound_that_can_not_be_kept_is_not_written(elsewhere, capsys):
         update={"mpc": slow.scenario.mpc.model_copy(update={"step_tolerance": (0.0, 0.05)})}
     )
     (elsewhere / "run").mkdir()
-    write_run(elsewhere / "run", Run(scenario, slow.log, slow.provenance))
+    Run(scenario, slow.log, slow.provenance).save(elsewhere / "run")
     assert main(["design-bound", "run", "--margin", "0.01"]) == 1
     assert "can't be kept for ever (no state is left at phase" in capsys.readouterr().err
     assert not (elsewhere / "bound-forward_speed.yaml").exists()

@@ -51,6 +51,7 @@ def test_a_notebook_is_thin_and_cleared(name):
     assert notebook.cells[0].cell_type == "markdown"
     assert notebook.cells[0].source.startswith("# ")
     text = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
+    text = text.replace("._replace(", "")  # a public method of named tuples
     assert not any(f"._{letter}" in text for letter in "abcdefghijklmnopqrstuvwxyz"), "only the public API"
 
 

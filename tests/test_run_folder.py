@@ -12,13 +12,13 @@ from logs import differences
 
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.provenance import Provenance
-from pdhocbf_drake.simulation.run_folder import new_run_folder, read_run, replaced_file, write_run
+from pdhocbf_drake.simulation.run_folder import new_run_folder, read_run, replaced_file
 
 
 def test_a_written_run_is_read_back(tmp_path):
     run = synthetic.run()
     with new_run_folder(tmp_path / "run") as folder:
-        write_run(folder, run)
+        run.save(folder)
     again = read_run(tmp_path / "run")
     assert again.scenario == run.scenario
     assert again.provenance == run.provenance
@@ -28,16 +28,16 @@ def test_a_written_run_is_read_back(tmp_path):
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, RuntimeError])
 def test_a_run_that_breaks_leaves_nothing(tmp_path, stop):
     with pytest.raises(stop), new_run_folder(tmp_path / "deep" / "run") as folder:
-        write_run(folder, synthetic.run())
+        synthetic.run().save(folder)
         raise stop
     assert list((tmp_path / "deep").iterdir()) == []
 
 
 def test_a_run_that_breaks_leaves_the_older_run(tmp_path):
     with new_run_folder(tmp_path / "run") as folder:
-        write_run(folder, synthetic.run(duration=1.0))
+        synthetic.run(duration=1.0).save(folder)
     with pytest.raises(RuntimeError), new_run_folder(tmp_path / "run") as folder:
-        write_run(folder, synthetic.run(duration=2.0))
+        synthetic.run(duration=2.0).save(folder)
         raise RuntimeError
     assert read_run(tmp_path / "run").scenario.duration == 1.0
     assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
@@ -52,7 +52,7 @@ def test_nothing_is_in_place_before_the_run_is_complete(tmp_path):
 def test_an_older_run_is_replaced(tmp_path):
     for duration in (1.0, 2.0):
         with new_run_folder(tmp_path / "run") as folder:
-            write_run(folder, synthetic.run(duration=duration))
+            synthetic.run(duration=duration).save(folder)
     assert read_run(tmp_path / "run").scenario.duration == 2.0
     assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
 
@@ -90,7 +90,7 @@ def test_two_runs_never_write_to_one_place_at_once(tmp_path):
             new_run_folder(tmp_path / "run"),
         ):
             pytest.fail("the second run must not start")
-        write_run(folder, synthetic.run())
+        synthetic.run().save(folder)
     assert len(read_run(tmp_path / "run").log) > 0
     assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
 
@@ -106,7 +106,7 @@ def test_files_of_a_killed_run_are_cleared_by_the_next(tmp_path):
 
 def test_a_name_may_be_as_long_as_the_system_allows(tmp_path):
     with new_run_folder(tmp_path / ("r" * 255)) as folder:
-        write_run(folder, synthetic.run())
+        synthetic.run().save(folder)
     assert [entry.name for entry in tmp_path.iterdir()] == ["r" * 255]
     with (
         pytest.raises(RunFolderError, match="cannot be written: File name too long"),
@@ -118,18 +118,18 @@ def test_a_name_may_be_as_long_as_the_system_allows(tmp_path):
 def test_a_log_beside_a_scenario_of_another_kind_is_refused(tmp_path):
     for system, says in (("van_der_pol", "it has no oscillator_state"), ("biped", "it has no robot_state")):
         with new_run_folder(tmp_path / system) as folder:
-            write_run(folder, synthetic.run("vhip")._replace(scenario=synthetic.scenario(system)))
+            synthetic.run("vhip")._replace(scenario=synthetic.scenario(system)).save(folder)
         with pytest.raises(RunFolderError, match=says):
             read_run(tmp_path / system)
     with new_run_folder(tmp_path / "bare") as folder:
         bare = synthetic.scenario("vhip").model_copy(update={"barriers": {}})
-        write_run(folder, synthetic.run("vhip")._replace(scenario=bare))
+        synthetic.run("vhip")._replace(scenario=bare).save(folder)
     with pytest.raises(RunFolderError, match="its log's h has 1 columns, and its scenario needs 0"):
         read_run(tmp_path / "bare")
     other = synthetic.run("vhip")
     other.log.signals["barrier_slack"] = np.zeros((len(other.log), 2))
     with new_run_folder(tmp_path / "other") as folder:
-        write_run(folder, other)
+        other.save(folder)
     with pytest.raises(RunFolderError, match="its log's barrier_slack has 2 columns, and its scenario needs 1"):
         read_run(tmp_path / "other")
 
@@ -141,11 +141,11 @@ def test_the_constraints_of_the_log_are_those_of_the_scenario(limit, columns, tm
     run = synthetic.run("vhip")._replace(scenario=scenario)
     run.log.signals["unmet"] = np.zeros((len(run.log), columns))
     with new_run_folder(tmp_path / "run") as folder:
-        write_run(folder, run)
+        run.save(folder)
     assert read_run(tmp_path / "run").log["unmet"].shape == (len(run.log), columns)
     run.log.signals["unmet"] = np.zeros((len(run.log), columns - 1))
     with new_run_folder(tmp_path / "other") as folder:
-        write_run(folder, run)
+        run.save(folder)
     with pytest.raises(RunFolderError, match=f"unmet has {columns - 1} columns, and its scenario needs {columns}"):
         read_run(tmp_path / "other")
 
@@ -159,7 +159,7 @@ def test_reading_names_missing_files_and_unknown_keys(tmp_path):
     with pytest.raises(RunFolderError, match=r"it has no scenario\.yaml, provenance\.json, log\.npz"):
         read_run(tmp_path)
     with new_run_folder(tmp_path / "run") as folder:
-        write_run(folder, synthetic.run())
+        synthetic.run().save(folder)
     (tmp_path / "run" / "scenario.yaml").write_text("gaitt: {}")
     with pytest.raises(RunFolderError, match=r"not a run folder of this version: .*gaitt: unknown key"):
         read_run(tmp_path / "run")

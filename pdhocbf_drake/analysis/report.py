@@ -15,10 +15,9 @@ from pdhocbf_drake.analysis.figures import Drawn, make_figures, write_figures
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.page import data_url, page, png
-from pdhocbf_drake.analysis.replay import replay_html
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.analysis.summary import summary_rows
-from pdhocbf_drake.simulation.run_folder import FIGURES, METRICS, REPLAY, REPORT, Run, replaced_file
+from pdhocbf_drake.simulation.run_folder import FIGURES, METRICS, REPORT, Run, replaced_file
 
 
 class ReportedRun(NamedTuple):
@@ -45,13 +44,6 @@ def write_metrics(run: Run, folder: Path) -> Metrics:
     metrics = metrics_of(run)
     write_text(folder / METRICS, metrics.to_json())
     return metrics
-
-
-def write_replay(run: Run, folder: Path) -> str:
-    """Writes replay.html and returns its text."""
-    text = replay_html(run)
-    write_text(folder / REPLAY, text)
-    return text
 
 
 def write_report(run: Run, metrics: Metrics, folder: Path, replay: str | None) -> None:

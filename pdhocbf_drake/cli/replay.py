@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.report import write_replay
+from pdhocbf_drake.analysis.products import replay
 from pdhocbf_drake.simulation.run_folder import REPLAY, read_run
 
 
@@ -16,6 +16,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the replay again and prints its path."""
-    write_replay(read_run(options.run), options.run)
+    replay(read_run(options.run), options.run / REPLAY)
     print(options.run / REPLAY)
     return 0

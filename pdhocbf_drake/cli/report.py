@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from pdhocbf_drake.analysis.products import report
 from pdhocbf_drake.analysis.replay import replay_html
-from pdhocbf_drake.analysis.report import report_html, reported, write_metrics, write_report, write_text
+from pdhocbf_drake.analysis.report import write_metrics, write_report
 from pdhocbf_drake.errors import InputError, RunFolderError
-from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run, writing
+from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,9 +29,7 @@ def run(options: argparse.Namespace) -> int:
     place: Path = options.out or Path("comparison.html")
     if place.is_dir():
         raise InputError(f"--out must be the name of a file to write, given the folder {place}")
-    with writing(place):
-        place.absolute().parent.mkdir(parents=True, exist_ok=True)
-    write_text(place, report_html([reported(one, _replay(one, at)) for one, at in zip(runs, folders, strict=True)]))
+    report(runs, place, replays=[_replay(one, folder) for one, folder in zip(runs, folders, strict=True)])
     print(place)
     return 0
 

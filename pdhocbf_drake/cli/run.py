@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from datetime import datetime, timezone
+from datetime import datetime
 from itertools import count
 from pathlib import Path
 
@@ -12,12 +12,12 @@ from pydrake.geometry import Meshcat
 
 from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.report import write_metrics, write_replay, write_report
+from pdhocbf_drake.analysis.products import replay
+from pdhocbf_drake.analysis.report import write_metrics, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.simulation.checks import unused_settings
-from pdhocbf_drake.simulation.provenance import Provenance
-from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder, write_run
+from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     with interruptible(), new_run_folder(place) as folder:
         with stop_requests() as stop:  # the log is written before such a request takes effect
             recorded = _recorded(scenario, options.meshcat)
-            write_run(folder, recorded)
+            recorded.save(folder)
             metrics = write_metrics(recorded, folder)
         written, problem = list[str](), _STOPPED
         if not stop.is_set():
@@ -75,7 +75,7 @@ def _exit_code(ending: str, place: Path) -> int:
 
 
 def _recorded(scenario: Scenario, live: bool) -> Run:
-    started, clock = datetime.now(timezone.utc), time.perf_counter()
+    started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
     with stop_requests() as stop, shown as progress:
 
@@ -88,7 +88,7 @@ def _recorded(scenario: Scenario, live: bool) -> Run:
         if meshcat is not None:
             say(f"live at {meshcat.web_url()}")
         log = simulate(scenario, report, meshcat)
-    return Run(scenario, log, Provenance.of_run(scenario, started, time.perf_counter() - clock))
+    return Run.of(scenario, log, time.perf_counter() - started)
 
 
 def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:
@@ -101,7 +101,7 @@ def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: boo
         say("pdhocbf: the run has one row, so there is no replay and no report")
         return done, ""
     try:
-        page = write_replay(recorded, folder) if with_replay else None
+        page = replay(recorded, folder / REPLAY) if with_replay else None
         done += [REPLAY] * with_replay
         write_report(recorded, metrics, folder, page)
         done.append(REPORT)

@@ -72,30 +72,6 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     return memory, plan if reason == plan.reason else plan._replace(reason=reason)
 
 
-class WalkController:
-    """The periodic MPC with its memory, to be stepped by whoever has measurements: no simulator, no diagram.
-
-    Attributes:
-        mpc: the compiled problem.
-        memory: what is planned for the coming tick (`com_reference`, `zmp_reference`, `foot_plan`, …), and what the
-            next step needs.
-        latency: from a measurement to the effect of what is planned from it [s].
-    """
-
-    def __init__(self, mpc: PeriodicMpc, start: Memory | None = None, latency: float = 0.0) -> None:
-        """
-        Args:
-            start: the memory at tick 0; None stands at rest, see `Memory.standing`.
-        """
-        self.mpc, self.latency = mpc, latency
-        self.memory = Memory.standing(mpc) if start is None else start
-
-    def step(self, measurement: Measurement) -> Plan:
-        """The plan of one tick; `memory` then belongs to the next one."""
-        self.memory, plan = control(self.mpc, self.memory, measurement, self.latency)
-        return plan
-
-
 class TemplateTick(NamedTuple):
     """One tick of the template under the controller.
 

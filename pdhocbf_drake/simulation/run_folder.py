@@ -8,6 +8,7 @@ import os
 import shutil
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -27,8 +28,10 @@ METRICS: Final = "metrics.json"
 REPLAY: Final = "replay.html"
 REPORT: Final = "report.html"
 FIGURES: Final = "figures"
+CSV: Final = "log.csv"
+MCAP: Final = "log.mcap"
 
-_ENTRIES = {SCENARIO, PROVENANCE, LOG, METRICS, REPLAY, REPORT, FIGURES}
+_ENTRIES = {SCENARIO, PROVENANCE, LOG, METRICS, REPLAY, REPORT, FIGURES, CSV, MCAP}
 
 
 class Run(NamedTuple):
@@ -37,6 +40,19 @@ class Run(NamedTuple):
     scenario: Scenario
     log: RunLog
     provenance: Provenance
+
+    @classmethod
+    def of(cls, scenario: Scenario, log: RunLog, wall_seconds: float = 0.0) -> Run:
+        """A run that this process has simulated within `wall_seconds` of wall time [s], which ended now."""
+        started = datetime.now(timezone.utc) - timedelta(seconds=wall_seconds)
+        return cls(scenario, log, Provenance.of_run(scenario, started, wall_seconds))
+
+    def save(self, folder: Path) -> None:
+        """Writes the scenario with every default, the provenance and the log into a folder that exists."""
+        with writing(folder):
+            write_yaml(self.scenario.to_dict(), folder / SCENARIO)
+            (folder / PROVENANCE).write_text(self.provenance.model_dump_json(indent=2) + "\n", encoding="utf-8")
+            self.log.save(folder / LOG)
 
 
 @contextmanager
@@ -67,16 +83,9 @@ def new_run_folder(place: Path, entries: Collection[str] = _ENTRIES) -> Iterator
         os.close(lock)
 
 
-def write_run(folder: Path, run: Run) -> None:
-    """Writes the scenario with every default, the provenance and the log."""
-    with writing(folder):
-        write_yaml(run.scenario.to_dict(), folder / SCENARIO)
-        (folder / PROVENANCE).write_text(run.provenance.model_dump_json(indent=2) + "\n", encoding="utf-8")
-        run.log.save(folder / LOG)
-
-
-def read_run(folder: Path) -> Run:
+def read_run(folder: str | Path) -> Run:
     """The run in a folder; raises `RunFolderError`."""
+    folder = Path(folder)
     if not folder.is_dir():
         problem = "it is a file" if folder.exists() else "there is no such folder"
         raise RunFolderError(f"{folder} is not a run folder: {problem}")

@@ -21,8 +21,10 @@ class MpcController(LeafSystem):
     `Memory`, so that a context can be copied, reset and replayed.
 
     Input ports:
-        gait_phase (3), lip_state (6): as in `systems.signals`.
-        barrier_bound (n_b (H + 1)): the bounds, where there are barriers.
+        gait_phase (3): as in `systems.signals`; where it is left unconnected, the tick is time/δ.
+        lip_state (6): as in `systems.signals`.
+        barrier_bound (n_b (H + 1)): the bounds, where there are barriers; where it is left unconnected, the barriers'
+            own.
         zmp_offset (2 H): expected real minus template ZMP, x then y; may be left unconnected.
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
     Output parts, see `unbundled`:
@@ -71,15 +73,21 @@ class MpcController(LeafSystem):
 
     def measurement(self, context: Context) -> Measurement:
         """What the controller is given at the tick of a context of this block."""
-        phase, step, _ = self._phase.Eval(context).tolist()
         feet = self._feet.Eval(context).reshape(2, 6)[:, :2] if self._feet.HasValue(context) else None
         offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
-        bounds = {}
-        if self._names:
+        bounds = None
+        if self._names and self._bounds.HasValue(context):
             samples = self._bounds.Eval(context).reshape(len(self._names), -1)
             bounds = dict(zip(self._names, samples, strict=True))
-        tick, state = round(step * self.mpc.gait.period + phase), self._lip.Eval(context).reshape(2, 3)
-        return Measurement(tick, state, feet, offset, bounds)
+        state = self._lip.Eval(context).reshape(2, 3)
+        return Measurement(self._tick(context), state, feet, offset, bounds)
+
+    def _tick(self, context: Context) -> int:
+        gait = self.mpc.gait
+        if not self._phase.HasValue(context):
+            return round(context.get_time() / gait.config.tick)
+        phase, step, _ = self._phase.Eval(context).tolist()
+        return round(step * gait.period + phase)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()

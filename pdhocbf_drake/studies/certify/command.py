@@ -5,23 +5,19 @@ from __future__ import annotations
 import argparse
 import time
 from pathlib import Path
+from typing import Any
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
-from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
+from pdhocbf_drake.simulation.run_folder import FIGURES, new_run_folder
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.certify.certificate import STAGES, certify_scenario
-from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines, system_data
-from pdhocbf_drake.studies.certify.terminal import terminal_sets
-from pdhocbf_drake.studies.certify.trial import try_sets
+from pdhocbf_drake.studies.certify.certificate import STAGES
+from pdhocbf_drake.studies.certify.report import certificate_lines, system_data
+from pdhocbf_drake.studies.certify.study import CERTIFICATE, ENTRIES, TERMINAL, certify
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.terminal import shown_progress, table
-from pdhocbf_drake.yaml_text import read_yaml, write_yaml
-
-CERTIFICATE, TERMINAL = "certify.json", "terminal_set.npz"
-_ENTRIES = {CERTIFICATE, TERMINAL, SCENARIO, FIGURES}
+from pdhocbf_drake.yaml_text import read_yaml
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,10 +41,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Certifies, writes and prints; returns the exit code, 0 for a bound that is not enforceable too."""
-    if options.reach is not None and not 0.0 < options.reach < 10.0:
-        raise InputError(f"--reach must be a length above 0 [m], given {options.reach}")
-    if options.starts < 0:
-        raise InputError(f"--starts must be 0 or more, given {options.starts}")
     system = _linear_system(options.scenario)
     return _certify_walk(options) if system is None else _certify_system(system, options)
 
@@ -69,7 +61,7 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
         raise InputError(f"{options.scenario} is a system of its own: --text and --starts are for walks")
     started = time.perf_counter()
     place = options.out or Path("runs") / f"certify-{config.name}"
-    with new_run_folder(place, _ENTRIES) as folder:
+    with new_run_folder(place, ENTRIES) as folder:
         data = system_data(config, config.certify(), time.perf_counter() - started)
         write_json(folder / CERTIFICATE, data)
     if data["enforceable"]:
@@ -82,39 +74,26 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
 
 
 def _certify_walk(options: argparse.Namespace) -> int:
-    from pdhocbf_drake.studies.certify.figures import write_certificate_figures  # here for start-up time
-
-    started = time.perf_counter()
     scenario = load_scenario(options.scenario, options.text)
-    place = options.out or Path("runs") / f"certify-{scenario.name}"
-    with new_run_folder(place, _ENTRIES) as folder, shown_progress("certify", STAGES + 1, "stages") as progress:
-        found = certify_scenario(scenario, options.reach, not options.no_rows, progress)
-        seconds = time.perf_counter() - started
-        progress(STAGES, "pushes")
-        sets: dict[int, TerminalSet] = {}
-        try:
-            sets, problem = terminal_sets(found), ""
-        except InputError as error:
-            problem = str(error)
-        trial = None
-        if options.starts and sets:
-            with shown_progress("trial", 2 * options.starts, "starts") as done:
-                trial = try_sets(found, options.starts, scenario.seed, done)
-        data = certificate_data(found, seconds, trial)
-        progress(STAGES + 1)
-        write_json(folder / CERTIFICATE, data)
-        write_yaml(scenario.to_dict(), folder / SCENARIO)
-        lines = certificate_lines(data)
-        if sets:
-            made_for = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
-            save_terminal_sets(folder / TERMINAL, sets, made_for)
-            lines.append(("terminal set", f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"))
-        else:
-            lines.append(("terminal set", f"none: {problem}"))
-        write_certificate_figures(found, data, folder / FIGURES)
-    if trial is not None:
-        walks = f"{trial.inside} starts of {trial.ticks} ticks: {trial.infeasible_ticks} infeasible ticks"
-        lost = f"{trial.unsavable} of {trial.outside} starts proved lost by an independent program"
-        lines += [("trial, inside", f"{walks}, largest slack {trial.slack_max:.2g} m/s"), ("trial, outside", lost)]
+    place: Path = options.out or Path("runs") / f"certify-{scenario.name}"
+    with shown_progress("certify", STAGES + 1, "stages") as progress:
+        data = certify(
+            scenario, reach=options.reach, rows=not options.no_rows, starts=options.starts, out=place, progress=progress
+        )
+    lines, problem = certificate_lines(data), data["terminal_set_problem"]
+    usable = f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"
+    lines.append(("terminal set", f"none: {problem}" if problem else usable))
+    if data["trial"] is not None:
+        lines += _trial_lines(data["trial"])
     print(table([*lines, ("certificate", place / CERTIFICATE), ("figures", place / FIGURES)]))
     return 0
+
+
+def _trial_lines(trial: dict[str, Any]) -> list[tuple[str, str]]:
+    ticks = f"{trial['inside']} starts of {trial['ticks']} ticks"
+    slack = f"largest slack {trial['slack_max']:.2g} m/s"
+    lost = f"{trial['unsavable']} of {trial['outside']} starts proved lost by an independent program"
+    return [
+        ("trial, inside", f"{ticks}: {trial['infeasible_ticks']} infeasible ticks, {slack}"),
+        ("trial, outside", lost),
+    ]

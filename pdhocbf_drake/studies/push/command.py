@@ -6,18 +6,12 @@ import argparse
 from pathlib import Path
 
 from pdhocbf_drake.arguments import add_overrides
-from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.simulation.run_folder import replaced_file
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.push.results import document, draw_phases, draw_polar, table
-from pdhocbf_drake.studies.push.search import Settings, search_all
+from pdhocbf_drake.studies.push.results import table
+from pdhocbf_drake.studies.push.study import RESULT, push
 from pdhocbf_drake.studies.shared.cases import CASES, lent_barriers
 from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
-from pdhocbf_drake.studies.shared.results import result_folder, write_json, write_text
 from pdhocbf_drake.terminal import say, shown_progress
-
-RESULT = "push.json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -40,38 +34,16 @@ def run(options: argparse.Namespace) -> int:
     """Searches, writes and prints; returns the exit code."""
     scenario = load_scenario(options.scenario, options.text)
     directions = parse_directions(options.directions)
-    gait = scenario.gait
-    phases = parse_phases(options.phases, gait.ticks_per_gait)
+    phases = parse_phases(options.phases, scenario.gait.ticks_per_gait)
     barriers = [word.strip() for word in options.barriers.split(",") if word.strip()]
-    settings = _settings(options, gait.ticks_per_gait * gait.tick)
-    if not barriers or not set(barriers) <= set(CASES):
-        raise InputError(f"--barriers: a list of {', '.join(CASES)} is needed (given: {options.barriers!r})")
-    if options.workers < 1:
-        raise InputError(f"--workers must be 1 or more (given: {options.workers})")
-    if scenario.system != "biped":
-        raise InputError(f"scenario.system: only a 'biped' can be pushed here (given: {scenario.system!r})")
-    folder = result_folder(options.out, "push", scenario)
+    folder: Path = options.out or Path("runs") / f"push-{scenario.name}"
     if lent := lent_barriers(scenario):
         say(lent)
-    mass = Biped.load(scenario.robot).mass
-    total = len(barriers) * len(directions) * len(phases)
-    with shown_progress("push", total, "searches") as progress:
-        impulses = search_all(scenario, barriers, directions, phases, settings, options.workers, mass, progress)
-    print(table(impulses), flush=True)  # before the files, since a full disk must not cost the result
-    with replaced_file(folder / "push.png") as staging:
-        draw_polar(impulses, staging)
-    with replaced_file(folder / "push_phases.png") as staging:
-        draw_phases(impulses, staging, gait.ticks_per_step)
-    write_text(folder / "push.txt", table(impulses))
-    write_json(folder / RESULT, document(impulses))
+    with shown_progress("push", len(barriers) * len(directions) * len(phases), "searches") as progress:
+        push(
+            scenario, directions=directions, phases=phases, barriers=barriers, tolerance=options.tolerance,
+            duration=options.duration, watch=options.watch, workers=options.workers, out=folder, progress=progress,
+            found=lambda impulses: print(table(impulses), flush=True),
+        )  # fmt: skip
     print(f"wrote {folder / RESULT} and two figures beside it")
     return 0
-
-
-def _settings(options: argparse.Namespace, gait: float) -> Settings:
-    """The settings that the searches share; raises `InputError`."""
-    for name, least in (("tolerance", 0.01), ("duration", 0.01), ("watch", options.duration + gait)):
-        value = getattr(options, name)
-        if not least <= value < 1e3:
-            raise InputError(f"--{name} must be at least {least:g} (given: {value:g})")
-    return Settings(options.tolerance, options.duration, options.watch)

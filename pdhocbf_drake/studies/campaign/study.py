@@ -1,0 +1,145 @@
+"""The study of many runs as a function: a campaign goes in, a folder with a table, a summary and a report comes out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final, NamedTuple
+
+from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError
+from pdhocbf_drake.simulation.run_folder import REPORT, replaced_file
+from pdhocbf_drake.stopping import stop_requests
+from pdhocbf_drake.studies.campaign.config import CampaignConfig
+from pdhocbf_drake.studies.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
+from pdhocbf_drake.studies.shared.results import write_json, write_text
+from pdhocbf_drake.yaml_text import write_yaml
+
+SUMMARY: Final = "campaign.json"
+CAMPAIGN: Final = "campaign.yaml"
+
+Report = Callable[[int, int, str], None]
+
+
+class CampaignResult(NamedTuple):
+    """The results of a campaign.
+
+    Attributes:
+        folder: the folder of its files.
+        summary: the content of campaign.json, see docs/campaigns.md.
+        rows: the rows of runs.parquet, one for each run that has ended.
+        stopped: why it stopped before all runs had ended or been written; empty if it did not.
+    """
+
+    folder: Path
+    summary: dict[str, Any]
+    rows: list[dict[str, Any]]
+    stopped: str
+
+
+def campaign(
+    file: str | Path,
+    *,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    retry_failed: bool = False,
+    progress: Report = lambda done, total, words: None,
+) -> CampaignResult:
+    """Runs what is missing of a campaign, as `pdhocbf campaign` does; the calling script needs
+    `if __name__ == "__main__":`, since its workers are processes.
+
+    Args:
+        file: a YAML file, or the name of a campaign that comes with the package.
+        out: the folder; by default ./runs/campaign-NAME. Runs whose results it holds are not run again.
+        workers: processes on this machine; by default one a core.
+        scheduler: address of a Dask scheduler whose workers are used instead, such as tcp://host:8786.
+        retry_failed: run those again that failed before.
+        progress: called with the number of runs that have ended, that of all runs, and how many ended in which way.
+
+    Raises:
+        InputError: the campaign or an argument can't be used, or the extra `campaign` is not installed.
+        ModelError: its robot can't be loaded. ClusterError: the scheduler or its workers can't be used.
+        RunFolderError: the folder can't be written, or holds another campaign.
+    """
+    try:  # an optional extra
+        from pdhocbf_drake.studies.campaign.store import FAILED, CampaignStore, locked
+        from pdhocbf_drake.studies.campaign.survival import campaign_summary
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"a campaign needs the package '{error.name}'; install them all with pip install 'pdhocbf-drake[campaign]'"
+        ) from None
+    if workers is not None and workers < 1:
+        raise InputError(f"workers must be 1 or more, given {workers}")
+    if workers is not None and scheduler is not None:
+        raise InputError("workers are for this machine; a scheduler has its own")
+    config, path = load_campaign(str(file))
+    planned = plan_runs(config, path.resolve().parent)
+    folder = Path("runs") / f"campaign-{path.stem}" if out is None else Path(out)
+    with locked(folder):
+        store = CampaignStore(folder, planned)
+        if retry_failed:
+            store.forget([number for number, row in store.rows.items() if row["status"] == FAILED])
+        if not store.rows:
+            check_buildable(planned)
+        with replaced_file(folder / CAMPAIGN) as staging:
+            write_yaml(config.model_dump(mode="json"), staging)
+        stopped = _run_missing(config, planned, store, workers, scheduler, progress)
+        rows = [store.rows[number] for number in sorted(store.rows)]
+        summary = campaign_summary(len(planned), list(config.barriers), rows)
+        try:
+            store.consolidate()
+            _write_results(folder, path.stem, config, summary, rows)
+        except RunFolderError as error:
+            stopped = stopped or str(error)
+    return CampaignResult(folder, summary, rows, stopped)
+
+
+def _run_missing(
+    config: CampaignConfig,
+    planned: list[PlannedRun],
+    store: Any,
+    workers: int | None,
+    scheduler: str | None,
+    progress: Report,
+) -> str:
+    """Runs the runs without a row and writes each row; returns the reason of an early stop, or nothing."""
+    # The extra `campaign`, whose absence `campaign` reports.
+    from pdhocbf_drake.studies.campaign.cluster import cores, existing_cluster, local_cluster
+    from pdhocbf_drake.studies.campaign.dispatch import dispatch
+
+    missing = [run for run in planned if run.run not in store.rows]
+    if not missing:
+        return ""
+    try:
+        where = existing_cluster(scheduler) if scheduler else local_cluster(workers or cores())
+        with where as client, stop_requests() as asked:
+            progress(len(store.rows), len(planned), "")
+            for outcome in dispatch(client, missing, config.run_seconds):
+                if asked.is_set():
+                    return "interrupted"
+                if outcome is not None:
+                    store.add(outcome)
+                    progress(len(store.rows), len(planned), _counts(store.rows))
+    except KeyboardInterrupt:
+        return "interrupted"
+    except PdhocbfError as error:
+        if not store.rows:
+            raise
+        return str(error)
+    return ""
+
+
+def _counts(rows: dict[int, dict[str, Any]]) -> str:
+    counts = Counter(row["status"] for row in rows.values())
+    return ", ".join(f"{count} {status}" for status, count in sorted(counts.items(), reverse=True))
+
+
+def _write_results(
+    folder: Path, name: str, config: CampaignConfig, summary: dict[str, Any], rows: list[dict[str, Any]]
+) -> None:
+    # The extra `campaign`, whose absence `campaign` reports.
+    from pdhocbf_drake.studies.campaign.report import campaign_report
+
+    write_json(folder / SUMMARY, summary, indent=2)
+    write_text(folder / REPORT, campaign_report(name, config, summary["runs"], rows))

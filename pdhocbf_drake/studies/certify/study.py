@@ -1,0 +1,98 @@
+"""The study of certified sets as a function: whether bounds can be kept for ever, their cost, and the largest push."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
+from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.studies.certify.certificate import STAGES, ScenarioCertificate, certify_scenario
+from pdhocbf_drake.studies.certify.report import certificate_data
+from pdhocbf_drake.studies.certify.terminal import terminal_sets
+from pdhocbf_drake.studies.certify.trial import Trial, try_sets
+from pdhocbf_drake.studies.shared.results import write_json
+from pdhocbf_drake.yaml_text import write_yaml
+
+CERTIFICATE, TERMINAL = "certify.json", "terminal_set.npz"
+ENTRIES = {CERTIFICATE, TERMINAL, SCENARIO, FIGURES}
+
+Report = Callable[[int, str], None]
+
+
+def certify(
+    scenario: Scenario,
+    *,
+    reach: float | None = None,
+    rows: bool = True,
+    starts: int = 0,
+    out: str | Path | None = None,
+    progress: Report = lambda done, stage: None,
+) -> dict[str, Any]:
+    """The largest sets in which a scenario's walk can be kept for ever under its bounds, as `pdhocbf certify` does.
+
+    Args:
+        scenario: a walk, on the robot or on the template.
+        reach: of the CoM from the stance foot [m]; by default half the longest stride of the robot.
+        rows: certify the ψ rows of each barrier as well, which takes the longest.
+        starts: try the sets: walk 400 ticks from that many random starts inside, prove as many outside lost.
+        out: a folder for certify.json, terminal_set.npz, the scenario and figures.
+        progress: called with the number of stages that are done, of four, and the name of the next one.
+
+    Returns:
+        The content of certify.json, see docs/certified_sets.md. That a bound can't be kept is an answer:
+        `enforceable` is then False.
+
+    Raises:
+        InputError: the scenario is no walk, or can't be built or certified, or an argument can't be used.
+        ModelError: its robot can't be loaded. RunFolderError: `out` can't be written.
+    """
+    if reach is not None and not 0.0 < reach < 10.0:
+        raise InputError(f"reach must be a length above 0 [m], given {reach}")
+    if starts < 0:
+        raise InputError(f"starts must be 0 or more, given {starts}")
+    started = time.perf_counter()
+    with nullcontext() if out is None else new_run_folder(Path(out), ENTRIES) as folder:
+        found = certify_scenario(scenario, reach, rows, progress)
+        seconds = time.perf_counter() - started
+        progress(STAGES, "pushes")
+        sets, problem = _terminal(found)
+        trial = _trial(found, starts, progress) if starts and sets else None
+        data = {**certificate_data(found, seconds, trial), "terminal_set_problem": problem}
+        progress(STAGES + 1, "")
+        if folder is not None:
+            _write(folder, scenario, found, data, sets)
+    return data
+
+
+def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str | None]:
+    """The terminal sets, or none and the reason."""
+    try:
+        return terminal_sets(found), None
+    except InputError as error:
+        return {}, str(error)
+
+
+def _trial(found: ScenarioCertificate, count: int, progress: Report) -> Trial:
+    def report(done: int) -> None:
+        progress(STAGES, f"trial, {done} of {2 * count} starts")
+
+    return try_sets(found, count, found.scenario.seed, report)
+
+
+def _write(
+    folder: Path, scenario: Scenario, found: ScenarioCertificate, data: dict[str, Any], sets: dict[int, TerminalSet]
+) -> None:
+    # Loads matplotlib, which a certificate without a folder can do without.
+    from pdhocbf_drake.studies.certify.figures import write_certificate_figures
+
+    write_json(folder / CERTIFICATE, data)
+    write_yaml(scenario.to_dict(), folder / SCENARIO)
+    if sets:
+        save_terminal_sets(folder / TERMINAL, sets, limits_of(scenario.gait, scenario.mpc, scenario.barriers))
+    write_certificate_figures(found, data, folder / FIGURES)
