@@ -57,7 +57,7 @@ dist: install
 	$(BIN)/python -m build --no-isolation
 	$(BIN)/twine check --strict dist/*
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --target runs/wheel dist/*.whl
-	cd runs/wheel && PYTHONPATH=. $(CURDIR)/$(BIN)/python bin/pdhocbf run vhip --text 'duration: 2.0'
+	cd runs/wheel && PYTHONPATH=. $(abspath $(BIN))/python bin/pdhocbf run walking --text 'duration: 2.0' --no-replay
 
 # Against an earlier commit: make compare REV=1d95bb6, and to see only half of it, ARGS="--only scenarios".
 compare: install
