@@ -105,9 +105,35 @@ def enforced_psi(
 
     With the relative degree r = m this is ψ_m(k). Raises `InputError` if the dynamics or h cannot take AutoDiffXd.
     """
-    h = _differentiated_h(barrier, system, k, x, u, barrier.relative_degree)
-    last = psi_from_h(h[barrier.relative_degree - barrier.order :], barrier.class_k)[-1]
-    return _value(last), _gradient(last, system.m)
+    value, gradient, _ = enforced_row(barrier, system, k, x, u)
+    return value, gradient
+
+
+def enforced_row(
+    barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike
+) -> tuple[float, NDArray[np.float64], float]:
+    """The two results of `enforced_psi`, and the largest |h| in that ψ_m, which its rounding is a share of."""
+    h = _differentiated_h(barrier, system, k, x, u, barrier.relative_degree)[barrier.relative_degree - barrier.order :]
+    last = psi_from_h(h, barrier.class_k)[-1]
+    return _value(last), _gradient(last, system.m), max(abs(_value(entry)) for entry in h)
+
+
+def enforced_values(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """ψ_m of `enforced_psi` for each barrier and the largest |h| in it, (n_b,) each, along one rollout of floats."""
+    if not barriers:
+        return np.zeros(0), np.zeros(0)
+    inputs = np.zeros((max(barrier.relative_degree for barrier in barriers), system.m))
+    inputs[0] = u
+    states = rollout(system, k, x, inputs)
+    values, sizes = [], []
+    for barrier in barriers:
+        first, last = barrier.relative_degree - barrier.order, barrier.relative_degree
+        h = [float(barrier.h(k + j, states[j])) for j in range(first, last + 1)]
+        values.append(float(psi_from_h(h, barrier.class_k)[-1]))
+        sizes.append(max(map(abs, h)))
+    return np.array(values), np.array(sizes)
 
 
 def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases: Sequence[int]) -> list[int | None]:
