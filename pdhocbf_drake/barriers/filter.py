@@ -117,6 +117,9 @@ class BarrierFilter:
         eye, below, above = np.eye(system.m), np.isfinite(self.lower), np.isfinite(self.upper)
         self._limit_rows = np.vstack([eye[below], -eye[above]])
         self._limit_bounds = np.concatenate([self.lower[below], -self.upper[above]]).astype(float)
+        self._affine = isinstance(system, PeriodicAffineSystem) and all(
+            isinstance(barrier, AffineBarrier) for barrier in self.barriers
+        )
         for barrier in self.barriers:
             check_relative_degree(barrier, system)
             _check_affine_in_input(barrier, system, self.lower, self.upper)
@@ -139,24 +142,21 @@ class BarrierFilter:
         if np.all(rows.psi >= self.tightening):  # the nearest input within the limits is safe: nothing to solve
             return FilterResult(clipped, "solved", rows.psi, np.zeros(len(rows.psi)))
         answers = list(self._answers(k, state, target, rows))
-        affine = bool(answers) and answers[-1].exact
-        if affine and not np.any(answers[-1].slack):
-            answers = answers[-1:]
-        else:
-            for start in self._starts(clipped):  # rows that hold elsewhere too prove that no input satisfies them
-                psi, size = enforced_values(self.barriers, self.system, k, state, start)
-                error = np.abs(psi - rows.psi - rows.gradient @ (start - rows.point))
-                terms = size + rows.size + np.abs(rows.gradient) @ np.abs(start - rows.point)
-                if not np.all(error <= _SETTLED * terms):
-                    affine = False
+        exact = bool(answers) and answers[-1].exact
+        if not exact or np.any(answers[-1].slack):
+            starts = self._starts(clipped)
+            # Rows that hold at other inputs too prove that no input satisfies them.
+            if not self._affine and self._bends(k, state, rows, [*starts[:2], *(answer.input for answer in answers)]):
+                exact = False
+                for start in starts:
                     answers += self._answers(k, state, target, self._rows(k, state, start))
         if not answers:
             slack = np.maximum(self.tightening - rows.psi, 0.0)
             return FilterResult(clipped, "failed", rows.psi, slack, "the active-set method did not end")
-        best = answers[-1] if affine else min(answers, key=self._rank)
+        best = answers[-1] if exact else min(answers, key=self._rank)
         if not np.any(best.slack):
             return FilterResult(best.input, "solved", best.psi, best.slack)
-        return FilterResult(best.input, "softened", best.psi, best.slack, _EXCLUDED if affine else _NOT_AFFINE)
+        return FilterResult(best.input, "softened", best.psi, best.slack, _EXCLUDED if exact else _NOT_AFFINE)
 
     def _rows(self, k: int, state: Array, point: Array) -> _Rows:
         """The linear ψ_m at an input."""
@@ -172,7 +172,7 @@ class BarrierFilter:
                 return
             psi, size = enforced_values(self.barriers, self.system, k, state, u)
             rounding = _SETTLED * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u) + _ROUNDING * size
-            error = np.abs(psi - rows.psi - rows.gradient @ (u - rows.point))
+            error = np.abs(psi - (rows.psi + rows.gradient @ (u - rows.point)))  # in this order: psi may be tiny
             moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
             exact = bool(np.all(error <= rounding)) or not np.any(moved)
             short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
@@ -199,12 +199,25 @@ class BarrierFilter:
             (self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point),
             [place[row] for row in self._order if row in place],
         )
-        return None if found is None else np.clip(rows.point + found.input, self.lower, self.upper)
+        return None if found is None else np.clip(rows.point + found, self.lower, self.upper)
+
+    def _bends(self, k: int, state: Array, rows: _Rows, points: list[Array]) -> bool:
+        """Whether ψ_m differs from its linear form at one of some inputs."""
+        for point in points:
+            psi, size = enforced_values(self.barriers, self.system, k, state, point)
+            change = rows.gradient * (point - rows.point)
+            terms = size + rows.size + np.abs(change).sum(axis=1)
+            if not np.all(np.abs(psi - rows.psi - change.sum(axis=1)) <= _SETTLED * terms):
+                return True
+        return False
 
     def _starts(self, clipped: Array) -> list[Array]:
-        """Inputs from the one nearest to zero to the wanted one: where dynamics clip their input, some are inside."""
-        middle = np.clip(np.zeros(self.system.m), self.lower, self.upper)
-        return [middle + share * (clipped - middle) for share in (0.0, 0.25, 0.5)]
+        """Inputs on both sides of the middle of the limits; where dynamics clip their input, some are not clipped."""
+        bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
+        low, high = np.where(bounded, self.lower, -np.abs(clipped)), np.where(bounded, self.upper, np.abs(clipped))
+        middle = np.clip(0.5 * (low + high), self.lower, self.upper)
+        shares = (0.0, -1.0, 0.25, 0.5, -0.5)
+        return [np.clip(middle + share * (clipped - middle), self.lower, self.upper) for share in shares]
 
     def _rank(self, answer: _Answer) -> tuple[Any, ...]:
         """Smaller for a better answer: fewer barriers of high priority missed, and by less."""

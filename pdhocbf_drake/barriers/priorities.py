@@ -12,31 +12,18 @@ So a row that is out of reach costs no row that is within reach, whatever their 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.barriers.projection import Array, project
+from pdhocbf_drake.barriers.projection import Array, Projection, project
 
 _MARGIN = 1e-13  # by which a bound stays below its supremum, as a share of the terms that it is the sum of
 
 
-class Kept(NamedTuple):
-    """The answer of `nearest_kept`.
-
-    Attributes:
-        input: u, (n_u,).
-        missed: by how much each row is missed, ≥ 0, (r,) [unit of its b]; 0 for rows that are kept.
-    """
-
-    input: Array
-    missed: Array
-
-
 def nearest_kept(
     target: Array, A: Array, b: Array, rounding: Array, limits: tuple[Array, Array], order: Sequence[int]
-) -> Kept | None:
-    """The input of this module's three rules; None where the iterations of `project` did not suffice.
+) -> Array | None:
+    """The input of this module's three rules, (n_u,); None where the iterations of `project` did not suffice.
 
     Args:
         target: the wanted input, (n_u,).
@@ -47,47 +34,51 @@ def nearest_kept(
         order: the indices of the rows, the most important one first.
     """
     rows, bounds = np.vstack([A, limits[0]]), np.concatenate([b, limits[1]])
-    found = project(target, rows, bounds)
-    if found.point is not None:
-        return Kept(found.point, np.zeros(len(b)))
-    used = np.arange(len(bounds)) >= len(b)
-    lost = []
-    for i in order:
-        used[i] = True
-        if not _lower(i, target, rows, bounds, used, rounding[i]):
-            used[i] = False
-            lost.append(i)
-    for i in lost:
-        used[i] = True
-        used[i] = _lower(i, target, rows, bounds, used, np.inf)
+    always = list(range(len(b), len(bounds)))
+    ahead, lost = list(order), []
+    while (found := _solve(target, rows, bounds, [*ahead, *always])).point is None:
+        # The first row that the ones before it exclude: the last one of some proof, those before it being possible.
+        while found.proof is not None:
+            last = max((place for place, i in enumerate(ahead) if found.proof[i] > 0), default=-1)
+            if last < 0 or not any(found.proof[i] > 0 for i in ahead[:last]):
+                break
+            before = _solve(target, rows, bounds, [*ahead[:last], *always])
+            if before.point is not None:
+                break
+            found = before
+        if found.proof is None or last < 0:
+            return None
+        i = ahead[last]
+        highest = _highest(i, bounds, found.proof)
+        if b[i] - highest <= rounding[i]:
+            bounds[i] = highest
+        else:
+            lost.append(ahead.pop(last))
+    for i in sorted(lost, key=list(order).index):
+        ahead.append(i)
+        while (found := _solve(target, rows, bounds, [*ahead, *always])).point is None:
+            if found.proof is None or found.proof[i] == 0:
+                return None
+            bounds[i] = _highest(i, bounds, found.proof)
+    return found.point
+
+
+def _solve(target: Array, rows: Array, bounds: Array, used: list[int]) -> Projection:
+    """`project` onto some of the rows, its proof in terms of all of them."""
     found = project(target, rows[used], bounds[used])
-    missed = np.where(np.isin(np.arange(len(b)), lost), np.maximum(b - bounds[: len(b)], 0.0), 0.0)
-    return None if found.point is None else Kept(found.point, missed)
+    if found.proof is None:
+        return found
+    proof = np.zeros(len(bounds))
+    proof[used] = found.proof
+    return Projection(None, proof)
 
 
-def _lower(i: int, target: Array, rows: Array, bounds: Array, used: Array, most: float) -> bool:
-    """Lowers bound i until some input satisfies all used rows, but by `most` at most; whether that was enough.
+def _highest(i: int, bounds: Array, proof: Array) -> float:
+    """A lower bound for row i, the highest that the proof y allows: a_i·u ≤ −Σ_{j≠i} y_j b_j / y_i.
 
-    Each proof that there is no such input, Σ y_j a_j = 0 with Σ y_j b_j > 0, bounds a_i·u from above by
-    −Σ_{j≠i} y_j b_j / y_i. The bound falls with each of them to the next value of finitely many.
+    It falls with each proof to another one of finitely many values.
     """
-    wanted, places = bounds[i], np.flatnonzero(used)
-    for _ in range(10 * (len(places) + 2)):
-        found = project(target, rows[used], bounds[used])
-        if found.point is not None:
-            return True
-        if found.proof is None:
-            break
-        terms = found.proof * bounds[used]
-        own = int(np.searchsorted(places, i))
-        share = found.proof[own]
-        if share == 0.0:  # the others exclude each other by rounding
-            break
-        terms[own] = 0.0
-        highest = -(float(terms.sum()) + _MARGIN * float(np.abs(terms).sum())) / share
-        highest = min(highest, np.nextafter(bounds[i], -np.inf))
-        if not wanted - highest <= most:
-            break
-        bounds[i] = highest
-    bounds[i] = wanted
-    return False
+    terms = proof * bounds
+    terms[i] = 0.0
+    highest = -(float(terms.sum()) + _MARGIN * float(np.abs(terms).sum())) / float(proof[i])
+    return min(highest, float(np.nextafter(bounds[i], -np.inf)))
