@@ -15,15 +15,16 @@ from pdhocbf_drake.barriers.priorities import nearest_kept
 from pdhocbf_drake.barriers.relative_degree import (
     check_relative_degree,
     enforced_psi,
-    enforced_row,
     enforced_values,
     phases_of,
+    psi_sizes,
 )
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[np.float64]
 
-_ROUNDING = 1e-10  # of ψ_m, as a share of the largest |h| in it
+_ROUNDING = 1e-12  # of ψ_m, as a share of its `psi_sizes`
+_ROUNDING_OF_INPUT = 2e-15  # of an answer, as a share of the wanted input
 _SETTLED = 1e-9  # a linear ψ_m that errs by less than the effect of this share of the input is exact
 _LINEARISATIONS = 5  # of ψ_m from one starting point, where it is not affine in the input
 _SIZES = ((1e-6, 1e6), (1.0, 1e3), (1.0, 1e-3))  # of inputs at which slopes are compared
@@ -53,12 +54,14 @@ class FilterResult(NamedTuple):
 
 
 class _Rows(NamedTuple):
-    """ψ_m ≈ psi + gradient·(u − point), and the largest |h| in each."""
+    """ψ_m ≈ psi + gradient·(u − point)."""
 
     point: Array
     psi: Array
     gradient: Array
-    size: Array
+
+    def __call__(self, u: Array) -> Array:
+        return self.psi + self.gradient @ (u - self.point)
 
 
 class _Answer(NamedTuple):
@@ -160,54 +163,63 @@ class BarrierFilter:
 
     def _rows(self, k: int, state: Array, point: Array) -> _Rows:
         """The linear ψ_m at an input."""
-        found = [enforced_row(barrier, self.system, k, state, point) for barrier in self.barriers]
-        psi, gradient, size = (list(column) for column in zip(*found, strict=True)) if found else ([], [], [])
-        return _Rows(point, np.array(psi), np.array(gradient).reshape(-1, self.system.m), np.array(size))
+        found = [enforced_psi(barrier, self.system, k, state, point) for barrier in self.barriers]
+        psi, gradient = np.array([value for value, _ in found]), np.array([slope for _, slope in found])
+        return _Rows(point, psi, gradient.reshape(-1, self.system.m))
 
     def _answers(self, k: int, state: Array, target: Array, rows: _Rows) -> Iterator[_Answer]:
         """The answers to `rows` and to those linearised anew at each answer, until ψ_m there is as predicted."""
         for _ in range(_LINEARISATIONS):
-            u = self._nearest(target, rows)
+            u = self._nearest(k, state, target, rows)
             if u is None:
                 return
-            psi, size = enforced_values(self.barriers, self.system, k, state, u)
-            rounding = _SETTLED * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u) + _ROUNDING * size
-            error = np.abs(psi - (rows.psi + rows.gradient @ (u - rows.point)))  # in this order: psi may be tiny
-            moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
-            exact = bool(np.all(error <= rounding)) or not np.any(moved)
+            psi = enforced_values(self.barriers, self.system, k, state, u)
             short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
-            yield _Answer(u, psi, np.where(short > rounding, short, 0.0), exact)
+            error, effect = np.abs(psi - rows(u)), np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u)
+            if np.any(short) or np.any(error > _SETTLED * effect):
+                rounding = self._rounding(k, state, u, rows)
+                short = np.where(short > rounding, short, 0.0)
+                effect += rounding / _SETTLED
+            moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
+            exact = bool(np.all(error <= _SETTLED * effect)) or not np.any(moved)
+            yield _Answer(u, psi, short, exact)
             if exact:
                 return
             rows = self._rows(k, state, u)
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 return
 
-    def _nearest(self, target: Array, rows: _Rows) -> Array | None:
+    def _nearest(self, k: int, state: Array, target: Array, rows: _Rows) -> Array | None:
         """The input nearest to `target` under linear ψ_m, as a change from their point; see `nearest_kept`."""
         largest = np.abs(rows.gradient).max(axis=1, initial=0.0)
         with np.errstate(all="ignore"):  # rows without an input are left out
             length = largest * np.linalg.norm(rows.gradient / largest[:, None], axis=1)
-            bounds, rounding = (self.tightening - rows.psi) / length, _ROUNDING * rows.size / length
-        usable = np.flatnonzero(np.isfinite(bounds) & np.isfinite(rounding))
+            bounds = (self.tightening - rows.psi) / length
+        usable = np.flatnonzero(np.isfinite(bounds))
         place = {int(row): i for i, row in enumerate(usable)}
+
         found = nearest_kept(
             target - rows.point,
             rows.gradient[usable] / length[usable, None],
             bounds[usable],
-            rounding[usable],
             (self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point),
             [place[row] for row in self._order if row in place],
+            lambda: self._rounding(k, state, rows.point, rows)[usable] / length[usable],
         )
         return None if found is None else np.clip(rows.point + found, self.lower, self.upper)
 
+    def _rounding(self, k: int, state: Array, u: Array, rows: _Rows) -> Array:
+        """By how much each ψ_m may fall short at an answer u because of rounding, (n_b,) [unit of its h]."""
+        of_answer = _ROUNDING_OF_INPUT * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(rows.point)
+        return _ROUNDING * psi_sizes(self.barriers, self.system, k, state, u) + of_answer
+
     def _bends(self, k: int, state: Array, rows: _Rows, points: list[Array]) -> bool:
         """Whether ψ_m differs from its linear form at one of some inputs."""
-        for point in points:
-            psi, size = enforced_values(self.barriers, self.system, k, state, point)
-            change = rows.gradient * (point - rows.point)
-            terms = size + rows.size + np.abs(change).sum(axis=1)
-            if not np.all(np.abs(psi - rows.psi - change.sum(axis=1)) <= _SETTLED * terms):
+        size = psi_sizes(self.barriers, self.system, k, state, rows.point)
+        for u in points:
+            terms = size + np.abs(rows.gradient) @ np.abs(u - rows.point)
+            psi = enforced_values(self.barriers, self.system, k, state, u)
+            if not np.all(np.abs(psi - rows(u)) <= _SETTLED * terms):
                 return True
         return False
 

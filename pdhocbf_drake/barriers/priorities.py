@@ -11,17 +11,24 @@ So a row that is out of reach costs no row that is within reach, whatever their 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from pdhocbf_drake.barriers.projection import Array, Projection, project
 
+_ATTEMPTS = 30  # to lower a bound
+_MARGIN_OF_NOISE = 1e-6
 _MARGIN = 1e-13  # by which a bound stays below its supremum, as a share of the terms that it is the sum of
 
 
 def nearest_kept(
-    target: Array, A: Array, b: Array, rounding: Array, limits: tuple[Array, Array], order: Sequence[int]
+    target: Array,
+    A: Array,
+    b: Array,
+    limits: tuple[Array, Array],
+    order: Sequence[int],
+    rounding: Callable[[], Array],
 ) -> Array | None:
     """The input of this module's three rules, (n_u,); None where the iterations of `project` did not suffice.
 
@@ -29,38 +36,50 @@ def nearest_kept(
         target: the wanted input, (n_u,).
         A: rows of length 1, (r, n_u).
         b: (r,).
-        rounding: rows that are missed by no more than this count as kept, (r,) [unit of b].
         limits: further rows and their bounds, which hold for some input.
         order: the indices of the rows, the most important one first.
+        rounding: rows that are missed by no more than this count as kept, (r,) [unit of b]; asked for if needed.
     """
     rows, bounds = np.vstack([A, limits[0]]), np.concatenate([b, limits[1]])
-    always = list(range(len(b), len(bounds)))
-    ahead, lost = list(order), []
-    while (found := _solve(target, rows, bounds, [*ahead, *always])).point is None:
+    always, ahead, lost = list(range(len(b), len(bounds))), list(order), set[int]()
+    found = _solve(target, rows, bounds, [*ahead, *always])
+    if found.point is not None:
+        return found.point
+    noise = rounding()
+    for attempt in range(_ATTEMPTS * (len(b) + 1)):
         # The first row that the ones before it exclude: the last one of some proof, those before it being possible.
-        while found.proof is not None:
-            last = max((place for place, i in enumerate(ahead) if found.proof[i] > 0), default=-1)
-            if last < 0 or not any(found.proof[i] > 0 for i in ahead[:last]):
-                break
+        while (last := _last(ahead, found)) > 0 and _last(ahead[:last], found) >= 0:
             before = _solve(target, rows, bounds, [*ahead[:last], *always])
             if before.point is not None:
                 break
             found = before
-        if found.proof is None or last < 0:
+        if last < 0:
             return None
         i = ahead[last]
-        highest = _highest(i, bounds, found.proof)
-        if b[i] - highest <= rounding[i]:
+        highest = _highest(i, bounds, found, noise[i], attempt)
+        if b[i] - highest <= noise[i]:
             bounds[i] = highest
         else:
-            lost.append(ahead.pop(last))
-    for i in sorted(lost, key=list(order).index):
+            lost.add(ahead.pop(last))
+        found = _solve(target, rows, bounds, [*ahead, *always])
+        if found.point is not None:
+            break
+    for i in (i for i in order if i in lost):
         ahead.append(i)
-        while (found := _solve(target, rows, bounds, [*ahead, *always])).point is None:
-            if found.proof is None or found.proof[i] == 0:
-                return None
-            bounds[i] = _highest(i, bounds, found.proof)
-    return found.point
+        for attempt in range(_ATTEMPTS):
+            found = _solve(target, rows, bounds, [*ahead, *always])
+            if found.point is not None or found.proof is None or found.proof[i] == 0:
+                break
+            bounds[i] = _highest(i, bounds, found, noise[i], attempt)
+        if found.point is None:
+            ahead.pop()
+    return _solve(target, rows, bounds, [*ahead, *always]).point if found.point is None else found.point
+
+
+def _last(ahead: list[int], found: Projection) -> int:
+    """The place of the last row of a proof among the ones ahead, −1 for none."""
+    proof = found.proof
+    return -1 if proof is None else max((place for place, i in enumerate(ahead) if proof[i] > 0), default=-1)
 
 
 def _solve(target: Array, rows: Array, bounds: Array, used: list[int]) -> Projection:
@@ -73,12 +92,15 @@ def _solve(target: Array, rows: Array, bounds: Array, used: list[int]) -> Projec
     return Projection(None, proof)
 
 
-def _highest(i: int, bounds: Array, proof: Array) -> float:
+def _highest(i: int, bounds: Array, found: Projection, noise: float, attempt: int) -> float:
     """A lower bound for row i, the highest that the proof y allows: a_i·u ≤ −Σ_{j≠i} y_j b_j / y_i.
 
-    It falls with each proof to another one of finitely many values.
+    It falls with each proof to another one of finitely many values; after the first attempt, by a share of its
+    rounding more each time.
     """
+    proof = np.zeros(len(bounds)) if found.proof is None else found.proof
     terms = proof * bounds
     terms[i] = 0.0
-    highest = -(float(terms.sum()) + _MARGIN * float(np.abs(terms).sum())) / float(proof[i])
+    margin = _MARGIN * float(np.abs(terms).sum()) / float(proof[i]) + (_MARGIN_OF_NOISE * noise if attempt else 0.0)
+    highest = -float(terms.sum()) / float(proof[i]) - 2.0**attempt * margin
     return min(highest, float(np.nextafter(bounds[i], -np.inf)))

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _EPS = 32 * float(np.finfo(float).eps)  # rounding of b_i − a_i·x, as a share of its terms
+_STARTS = 3
+_CYCLING = 1e-12  # rows missed by more, as a share of their terms, are not missed by rounding
 _DEPENDENT = 1e-12  # a unit row that differs by less from a combination of others is that combination
 
 
@@ -39,27 +41,38 @@ def project(target: Array, A: Array, b: Array) -> Projection:
         A: rows of length 1, (r, n).
         b: (r,).
     """
+    start = target
+    for _ in range(_STARTS):
+        found, settled = _dual(start, A, b)
+        if settled or found.point is None:
+            break
+        start = found.point  # rounding is that of the target: nearer to the answer there is less of it
+    return found
+
+
+def _dual(target: Array, A: Array, b: Array) -> tuple[Projection, bool]:
+    """The answer of `project`, and False where rows are left that it misses, by rounding alone."""
     x, sizes = target, np.abs(A)
     active, prices, basis = list[int](), np.zeros(0), _Basis.of(A[:0])
-    for _ in range(10 * (len(b) + 2)):
+    doubtful = list[int]()
+    for _ in range(6 * (len(b) + 2)):
         short = b - A @ x - _EPS * (np.abs(b) + sizes @ np.abs(x))
         short[active] = 0.0
+        short[doubtful] = 0.0
         entering = int(short.argmax()) if len(short) else -1
         if entering < 0 or short[entering] <= 0:
-            return Projection(x)
+            return Projection(x), not doubtful
         row, price = A[entering], 0.0
         while True:
             along, across, length = basis.split(row)
-            weights = basis.inverse.T @ along
+            weights = along @ basis.inverse
             full = float(b[entering] - row @ x) / length**2 if length > _DEPENDENT else np.inf
             least = _DEPENDENT * max(1.0, max(map(abs, weights), default=0.0))
             ratios = [price_j / w if w > least else np.inf for price_j, w in zip(prices, weights, strict=True)]
             partial = min(ratios, default=np.inf)
             step = min(full, partial)
             if step == np.inf:
-                proof = np.zeros(len(b))
-                proof[active], proof[entering] = np.maximum(-weights, 0.0), 1.0
-                return Projection(None, proof)
+                break
             price += step
             prices = np.maximum(prices - step * weights, 0.0)
             if full <= partial:
@@ -68,10 +81,19 @@ def project(target: Array, A: Array, b: Array) -> Projection:
             leaving = ratios.index(partial)  # this row would pull x towards itself
             del active[leaving]
             prices, basis = np.delete(prices, leaving), _Basis.of(A[active])
-        active.append(entering)
-        prices, basis = np.append(prices, price), basis.extended(along, across, length)
-        x = (target - basis.Q @ (target @ basis.Q)) + basis.Q @ (basis.inverse @ b[active])
-    return Projection(None)
+        if step < np.inf:
+            active.append(entering)
+            prices, basis = np.append(prices, price), basis.extended(along, across, length)
+            x = (target - basis.Q @ (target @ basis.Q)) + basis.Q @ (basis.inverse @ b[active])
+            continue
+        proof = np.zeros(len(b))
+        proof[active], proof[entering] = np.maximum(-weights, 0.0), 1.0
+        if proof @ b > _EPS * (proof @ np.abs(b)):
+            return Projection(None, proof), True
+        doubtful.append(entering)
+    missed = b - A @ x
+    small = np.all(missed <= _CYCLING * (np.abs(b) + sizes @ np.abs(x) + np.abs(target).max()))
+    return Projection(x if small else None), False
 
 
 class _Basis(NamedTuple):
