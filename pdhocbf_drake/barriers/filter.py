@@ -176,12 +176,13 @@ class BarrierFilter:
             psi = enforced_values(self.barriers, self.system, k, state, u)
             short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
             error, effect = np.abs(psi - rows(u)), np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u)
-            if np.any(short) or np.any(error > _SETTLED * effect):
-                rounding = self._rounding(k, state, u, rows)
-                short = np.where(short > rounding, short, 0.0)
-                effect += rounding / _SETTLED
+            allowed = _SETTLED * effect
+            if np.any(short) or np.any(error > allowed):
+                size = psi_sizes(self.barriers, self.system, k, state, u)
+                short = np.where(short > _rounding(size, rows), short, 0.0)
+                allowed += _ROUNDING * size
             moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
-            exact = bool(np.all(error <= _SETTLED * effect)) or not np.any(moved)
+            exact = bool(np.all(error <= allowed)) or not np.any(moved)
             yield _Answer(u, psi, short, exact)
             if exact:
                 return
@@ -204,14 +205,11 @@ class BarrierFilter:
             bounds[usable],
             (self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point),
             [place[row] for row in self._order if row in place],
-            lambda: self._rounding(k, state, rows.point, rows)[usable] / length[usable],
+            lambda: (
+                _rounding(psi_sizes(self.barriers, self.system, k, state, rows.point), rows)[usable] / length[usable]
+            ),
         )
         return None if found is None else np.clip(rows.point + found, self.lower, self.upper)
-
-    def _rounding(self, k: int, state: Array, u: Array, rows: _Rows) -> Array:
-        """By how much each ψ_m may fall short at an answer u because of rounding, (n_b,) [unit of its h]."""
-        of_answer = _ROUNDING_OF_INPUT * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(rows.point)
-        return _ROUNDING * psi_sizes(self.barriers, self.system, k, state, u) + of_answer
 
     def _bends(self, k: int, state: Array, rows: _Rows, points: list[Array]) -> bool:
         """Whether ψ_m differs from its linear form at one of some inputs."""
@@ -235,6 +233,12 @@ class BarrierFilter:
         """Smaller for a better answer: fewer barriers of high priority missed, and by less."""
         slack = answer.slack[self._order]
         return (*(slack > 0), *slack)
+
+
+def _rounding(size: Array, rows: _Rows) -> Array:
+    """By how much each ψ_m may fall short because of rounding, its own and that of the answer, (n_b,) [unit of h]."""
+    of_answer = _ROUNDING_OF_INPUT * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(rows.point)
+    return _ROUNDING * size + of_answer
 
 
 def _order(names: list[str], priority: Sequence[str]) -> list[int]:

@@ -87,7 +87,7 @@ def _dual(target: Array, A: Array, b: Array) -> tuple[Projection, bool]:
             x = (target - basis.Q @ (target @ basis.Q)) + basis.Q @ (basis.inverse @ b[active])
             continue
         proof = np.zeros(len(b))
-        proof[active], proof[entering] = np.maximum(-weights, 0.0), 1.0
+        proof[active], proof[entering] = np.where(weights < -least, -weights, 0.0), 1.0
         if proof @ b > _EPS * (proof @ np.abs(b)):
             return Projection(None, proof), True
         doubtful.append(entering)
