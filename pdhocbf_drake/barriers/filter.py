@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pdhocbf_drake.barriers.affine_input import check_affine_in_input
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, vector
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
@@ -16,18 +18,17 @@ from pdhocbf_drake.barriers.relative_degree import (
     check_relative_degree,
     enforced_psi,
     enforced_values,
-    phases_of,
     psi_sizes,
 )
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[np.float64]
 
+_NOTHING = 1e-4  # share of the above that ψ_m may fall short by
 _ROUNDING = 1e-12  # of ψ_m, as a share of its `psi_sizes`
 _ROUNDING_OF_INPUT = 2e-15  # of an answer, as a share of the wanted input
 _SETTLED = 1e-9  # a linear ψ_m that errs by less than the effect of this share of the input is exact
 _LINEARISATIONS = 5  # of ψ_m from one starting point, where it is not affine in the input
-_SIZES = ((1e-6, 1e6), (1.0, 1e3), (1.0, 1e-3))  # of inputs at which slopes are compared
 _EXCLUDED = "no input satisfies every barrier at once"
 _NOT_AFFINE = "psi is not affine in the input here, and no input was found that satisfies every barrier"
 
@@ -54,11 +55,12 @@ class FilterResult(NamedTuple):
 
 
 class _Rows(NamedTuple):
-    """ψ_m ≈ psi + gradient·(u − point)."""
+    """ψ_m ≈ psi + gradient·(u − point), and the length of each gradient."""
 
     point: Array
     psi: Array
     gradient: Array
+    length: Array
 
     def __call__(self, u: Array) -> Array:
         return self.psi + self.gradient @ (u - self.point)
@@ -125,7 +127,7 @@ class BarrierFilter:
         )
         for barrier in self.barriers:
             check_relative_degree(barrier, system)
-            _check_affine_in_input(barrier, system, self.lower, self.upper)
+            check_affine_in_input(barrier, system, self.lower, self.upper)
 
     def __call__(self, k: int, x: ArrayLike, wanted: ArrayLike) -> FilterResult:
         """The filtered input at tick k and state x (n,), for the wanted input (n_u,).
@@ -164,52 +166,55 @@ class BarrierFilter:
     def _rows(self, k: int, state: Array, point: Array) -> _Rows:
         """The linear ψ_m at an input."""
         found = [enforced_psi(barrier, self.system, k, state, point) for barrier in self.barriers]
-        psi, gradient = np.array([value for value, _ in found]), np.array([slope for _, slope in found])
-        return _Rows(point, psi, gradient.reshape(-1, self.system.m))
+        psi, slopes = np.array([value for value, _ in found]), np.array([slope for _, slope in found])
+        gradient = slopes.reshape(-1, self.system.m)
+        return _Rows(point, psi, gradient, np.sqrt((gradient * gradient).sum(axis=1)))
 
     def _answers(self, k: int, state: Array, target: Array, rows: _Rows) -> Iterator[_Answer]:
         """The answers to `rows` and to those linearised anew at each answer, until ψ_m there is as predicted."""
         for _ in range(_LINEARISATIONS):
-            u = self._nearest(k, state, target, rows)
+            u, lost = self._nearest(k, state, target, rows)
             if u is None:
                 return
             psi = enforced_values(self.barriers, self.system, k, state, u)
-            short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
-            error, effect = np.abs(psi - rows(u)), np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u)
-            allowed = _SETTLED * effect
-            if np.any(short) or np.any(error > allowed):
+            error, short = np.abs(psi - rows(u)), np.maximum(self.tightening - psi, 0.0)
+            allowed = (_SETTLED * math.sqrt(u @ u)) * rows.length
+            if np.all(error <= allowed) and np.all(lost | (short <= _NOTHING * allowed)):
+                slack, exact = np.where(lost, short, 0.0), True
+            else:
                 size = psi_sizes(self.barriers, self.system, k, state, u)
-                short = np.where(short > _rounding(size, rows), short, 0.0)
-                allowed += _ROUNDING * size
-            moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
-            exact = bool(np.all(error <= allowed)) or not np.any(moved)
-            yield _Answer(u, psi, short, exact)
+                slack = np.where(short <= _rounding(size, rows), 0.0, np.where(np.isnan(short), np.inf, short))
+                near = np.abs(u - rows.point) <= _SETTLED * (np.abs(u) + np.abs(rows.point))
+                exact = bool(np.all(error <= allowed + _ROUNDING * size) or np.all(near))
+            yield _Answer(u, psi, slack, exact)
             if exact:
                 return
             rows = self._rows(k, state, u)
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 return
 
-    def _nearest(self, k: int, state: Array, target: Array, rows: _Rows) -> Array | None:
-        """The input nearest to `target` under linear ψ_m, as a change from their point; see `nearest_kept`."""
-        largest = np.abs(rows.gradient).max(axis=1, initial=0.0)
+    def _nearest(self, k: int, state: Array, target: Array, rows: _Rows) -> tuple[Array | None, NDArray[np.bool_]]:
+        """The input nearest to `target` under linear ψ_m, by `nearest_kept`, and which barriers it misses."""
+        length = rows.length
         with np.errstate(all="ignore"):  # rows without an input are left out
-            length = largest * np.linalg.norm(rows.gradient / largest[:, None], axis=1)
-            bounds = (self.tightening - rows.psi) / length
-        usable = np.flatnonzero(np.isfinite(bounds))
-        place = {int(row): i for i, row in enumerate(usable)}
+            directions, bounds = rows.gradient / length[:, None], (self.tightening - rows.psi) / length
+        usable = np.isfinite(bounds) & (length > 0)
+        order = self._order
+        if not usable.all():
+            places = np.cumsum(usable) - 1
+            order = [int(places[row]) for row in order if usable[row]]
 
-        found = nearest_kept(
-            target - rows.point,
-            rows.gradient[usable] / length[usable, None],
-            bounds[usable],
-            (self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point),
-            [place[row] for row in self._order if row in place],
-            lambda: (
-                _rounding(psi_sizes(self.barriers, self.system, k, state, rows.point), rows)[usable] / length[usable]
-            ),
-        )
-        return None if found is None else np.clip(rows.point + found, self.lower, self.upper)
+        def rounding() -> Array:
+            size = psi_sizes(self.barriers, self.system, k, state, rows.point)
+            return (_rounding(size, rows) / length)[usable]
+
+        limits = self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point
+        found = nearest_kept(target - rows.point, directions[usable], bounds[usable], limits, order, rounding)
+        lost = np.zeros(len(length), dtype=bool)
+        if found is None:
+            return None, lost
+        lost[np.flatnonzero(usable)[found.lost]] = True
+        return np.clip(rows.point + found.input, self.lower, self.upper), lost
 
     def _bends(self, k: int, state: Array, rows: _Rows, points: list[Array]) -> bool:
         """Whether ψ_m differs from its linear form at one of some inputs."""
@@ -237,8 +242,7 @@ class BarrierFilter:
 
 def _rounding(size: Array, rows: _Rows) -> Array:
     """By how much each ψ_m may fall short because of rounding, its own and that of the answer, (n_b,) [unit of h]."""
-    of_answer = _ROUNDING_OF_INPUT * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(rows.point)
-    return _ROUNDING * size + of_answer
+    return _ROUNDING * size + (_ROUNDING_OF_INPUT * math.sqrt(rows.point @ rows.point)) * rows.length
 
 
 def _order(names: list[str], priority: Sequence[str]) -> list[int]:
@@ -252,29 +256,3 @@ def _order(names: list[str], priority: Sequence[str]) -> list[int]:
         )
     first = [i for name in given for i, other in enumerate(names) if other == name]
     return [*first, *(i for i in range(len(names)) if i not in first)]
-
-
-def _check_affine_in_input(barrier: Barrier, system: PeriodicSystem, lower: Array, upper: Array) -> None:
-    """Compares the slopes of ψ_m at inputs of six magnitudes; those of an affine barrier on affine dynamics are one."""
-    if isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem):
-        return
-    random = np.random.default_rng(0)
-    for phase in phases_of(barrier, system):
-        for x, sizes in zip(random.standard_normal((len(_SIZES), system.n)), _SIZES, strict=True):
-            inputs = [_input_within(lower, upper, size, random) for size in sizes]
-            one, other = (enforced_psi(barrier, system, phase, x, u)[1] for u in inputs)
-            rounding = 1e-9 * np.abs([one, other]).max(initial=0.0)
-            if np.all(np.isfinite([one, other])) and np.any(np.abs(one - other) > rounding):
-                raise InputError(
-                    f'barrier "{barrier.name}": psi_{barrier.order} is not affine in the input, which the filter '
-                    "needs; add_nonlinear_barrier_rows takes any"
-                )
-
-
-def _input_within(lower: Array, upper: Array, size: float, random: np.random.Generator) -> Array:
-    """A random input within its limits; of the given size where there are none."""
-    low, high = np.isfinite(lower), np.isfinite(upper)
-    free = size * random.standard_normal(len(lower))
-    one_sided = np.where(low, lower + np.abs(free), np.where(high, upper - np.abs(free), free))
-    inside = np.nan_to_num(lower) + random.uniform(size=len(lower)) * np.nan_to_num(upper - lower)
-    return np.where(low & high, inside, one_sided)
