@@ -21,6 +21,8 @@ from pdhocbf_drake.barriers.relative_degree import enforced_psi
 from pdhocbf_drake.barriers.rows import along_normals, check_affine
 from pdhocbf_drake.errors import InputError
 
+_TIE = 1e-9  # widths that differ by a smaller share are one; the first is named
+
 
 def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> dict[str, float]:
     """The values that must be ≥ 0 at x(k), because no input can change them [unit of h].
@@ -122,7 +124,7 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
         for high in upper:
             width = limits[high] - limits[low]
             pair = names[low], names[high]
-            if not (np.all(np.isfinite(width)) and np.all(np.isfinite(inside))):
+            if not np.isfinite(width @ width + np.sum(inside * inside)):
                 raise InputError(f"the limits of barriers {pair[0]} and {pair[1]} are too large for floating point")
             least = minimum(width, inside)
             if least is None:
@@ -133,7 +135,7 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
                 raise InputError(
                     f"the safe set is unbounded: barriers {pair[0]} and {pair[1]} exclude each other in it"
                 )
-            if least.value < worst.width:
+            if least.value < worst.width - _TIE * abs(worst.width) or worst.width == np.inf:
                 worst = WorstCase(least.value, least.point, pair)
     return worst
 

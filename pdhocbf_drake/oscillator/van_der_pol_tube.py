@@ -128,4 +128,4 @@ def joint_feasibility(barriers: tuple[AffineBarrier, ...], tick: float) -> Worst
     """
     integrator = PeriodicAffineSystem([[1.0, tick], [0.0, 1.0]], [[0.0], [tick]])
     widths = [feasible_width(integrator, barriers, k) for k in range(barriers[0].period)]
-    return min(widths, key=lambda worst: worst.width)
+    return min(widths, key=lambda worst: float(f"{worst.width:.9g}"))  # the first of phases that differ by rounding
