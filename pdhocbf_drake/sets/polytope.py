@@ -137,7 +137,7 @@ class Polytope:
         """Length, area, volume, … [unit of x to the power n]."""
         if self.dimension == 1:
             return float(np.ptp(self.vertices))
-        return float(ConvexHull(self.vertices).volume)
+        return float(ConvexHull((self.vertices - self.centre) / self.unit).volume * np.prod(self.unit))
 
     @property
     def outline(self) -> Array:
@@ -161,7 +161,8 @@ class Polytope:
         """{y : (y, values) ∈ P}, with the last coordinates fixed; None where it has no interior."""
         fixed = np.atleast_1d(np.asarray(values, dtype=float))
         free = self.dimension - len(fixed)
-        return Polytope.from_rows(self.A[:, :free], self.b - self.A[:, free:] @ fixed)
+        bounds = self.b - self.A[:, free:] @ fixed
+        return Polytope.from_rows(self.A[:, :free], bounds, self.centre[:free], self.unit[:free])
 
     def shadow(self, size: int) -> Polytope:
         """The projection onto the first `size` coordinates."""
