@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -19,13 +20,24 @@ Result = TypeVar("Result")
 def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Processes that start as work is submitted; work that has not begun when the block ends is dropped.
 
-    They are spawned, since a forked child would share Drake's threads and locks.
+    They are spawned, since a forked child would share Drake's threads and locks. An exception in the block ends them
+    at once; Ctrl-C, which a terminal sends to them too, only by that way.
     """
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+    others = multiprocessing.active_children()
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _ignore_ctrl_c) as pool:
         try:
             yield pool
+        except BaseException:
+            for process in multiprocessing.active_children():
+                if process not in others:
+                    process.terminate()
+            raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _ignore_ctrl_c() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def result_of(future: Future[Result], advice: str = "") -> Result:
