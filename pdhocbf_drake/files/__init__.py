@@ -1,1 +1,1 @@
-"""Files and folders that are complete or not there, and that replace nothing but what they are made to replace."""
+"""Files and folders of results: complete or not there, through links, and nothing of others touched."""
