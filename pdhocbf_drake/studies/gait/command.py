@@ -11,7 +11,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.gait.results import table
 from pdhocbf_drake.studies.gait.study import KEYS, RESULT, default_lines, gait_study, plan
 from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
-from pdhocbf_drake.terminal import say, shown_progress
+from pdhocbf_drake.terminal import shown_progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,8 +49,8 @@ def run(options: argparse.Namespace) -> int:
             scenario, lines=lines, over=over, directions=directions, phases=phases, workers=options.workers,
             out=folder, progress=lambda done: progress(done),
         )  # fmt: skip
-    say(table(gaits))
-    say(f"{folder / RESULT}")
+    print(table(gaits), flush=True)
+    print(f"wrote {folder / RESULT} and its figures")
     return 0
 
 

@@ -6,11 +6,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.analysis.feet import zmp_margins
+from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.config import ROLES
 from pdhocbf_drake.sets.invariant_set import invariant_set
-from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.certify.certificate import area, com_reach
@@ -43,6 +45,7 @@ class GaitMeasures(NamedTuple):
         torque: largest of each role's joints [N m].
         zmp_outside: share of the samples with the ZMP outside its box [1].
         zmp_beyond: by how far at most [m].
+        zmp_margin: the robot's least distance of the ZMP from the edge of its support, the start included [m].
         h_min: the least of each barrier [unit of h].
         push: largest impulse survived, the median over the phases, by direction [N s].
         certified_area: area in (c, v) of the states along x from which one can walk on for ever, mean over the phases,
@@ -55,6 +58,7 @@ class GaitMeasures(NamedTuple):
     torque: dict[str, float] | None = None
     zmp_outside: float | None = None
     zmp_beyond: float | None = None
+    zmp_margin: float | None = None
     h_min: dict[str, float] | None = None
     push: dict[str, float] | None = None
     certified_area: float | None = None
@@ -68,31 +72,37 @@ def measure(work: Work) -> GaitMeasures:
     duration = (settled + WATCHED_GAITS * ticks) * scenario.gait.tick
     try:
         log = simulate(scenario.model_copy(update={"duration": duration}))
-        if log.ending != "finished":
+        if log.ending != FINISHED:
             return GaitMeasures(work.values, log.ending, certified_area=certified_area(scenario))
-        walk = steady_walk(scenario, log.after(settled * scenario.gait.tick - 1e-9))
-        push = _pushes(scenario, work)
-        return GaitMeasures(work.values, log.ending, *walk, push, certified_area(scenario))
+        limits = robot_limits(scenario)
+        return GaitMeasures(
+            work.values,
+            log.ending,
+            **steady_walk(scenario, log.after(settled * scenario.gait.tick)),
+            zmp_margin=None if limits is None else float(zmp_margins(log, limits.sole_half).min()),
+            push=_pushes(scenario, work),
+            certified_area=certified_area(scenario),
+        )
     except PdhocbfError as error:
         return GaitMeasures(work.values, str(error))
 
 
-def steady_walk(
-    scenario: Scenario, log: RunLog
-) -> tuple[float, dict[str, float] | None, float, float, dict[str, float]]:
-    """Speed, torque, zmp_outside, zmp_beyond and h_min of `GaitMeasures`, from a log of whole gaits."""
+def steady_walk(scenario: Scenario, log: RunLog) -> dict[str, Any]:
+    """speed, torque, zmp_outside, zmp_beyond and h_min of `GaitMeasures`, from a log of whole gaits."""
     com = log.element("lip_state", "x")
-    speed = float((com[-1] - com[0]) / (log.time[-1] - log.time[0]))
     zmp = np.stack([log.element("lip_state", f"{axis}_zmp") for axis in "xy"], axis=1)
     box = log["zmp_box"].reshape(-1, 2, 2)
-    beyond = np.maximum(box[..., 0] - zmp, zmp - box[..., 1]).max()
-    outside = float(1.0 - contains(box, zmp, _ROUNDING).mean())
     torque = None
     if "actuation" in log:
         peaks = np.abs(log["actuation"]).max(axis=0).reshape(2, len(ROLES)).max(axis=0)
         torque = dict(zip(ROLES, peaks.tolist(), strict=True))
-    h = {name: float(log["h"][:, i].min()) for i, name in enumerate(scenario.barriers)}
-    return speed, torque, outside, max(0.0, float(beyond)), h
+    return {
+        "speed": float((com[-1] - com[0]) / (log.time[-1] - log.time[0])),
+        "torque": torque,
+        "zmp_outside": float(1.0 - contains(box, zmp, _ROUNDING).mean()),
+        "zmp_beyond": max(0.0, float(np.maximum(box[..., 0] - zmp, zmp - box[..., 1]).max())),
+        "h_min": {name: float(log["h"][:, i].min()) for i, name in enumerate(scenario.barriers)},
+    }
 
 
 def _pushes(scenario: Scenario, work: Work) -> dict[str, float] | None:

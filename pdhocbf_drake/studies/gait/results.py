@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,46 +19,50 @@ _UNITS = {"com_height": "m", "com_height_amplitude": "m"}
 
 
 class Quantity(NamedTuple):
-    """What is read from a gait: its name, its unit, and how."""
+    """A column: field of `GaitMeasures`, key in it if it is a map, name, unit, and the unit's share of the SI unit."""
 
+    field: str
+    key: str
     name: str
     unit: str
-    read: Callable[[GaitMeasures], float | None]
+    scale: float = 1.0
+
+    def read(self, gait: GaitMeasures) -> float | None:
+        """The value in a gait; None where it has none."""
+        value = getattr(gait, self.field)
+        if value is not None and self.key:
+            value = value.get(self.key)
+        return None if value is None else self.scale * float(value)
 
 
 def quantities(gaits: Sequence[GaitMeasures]) -> list[Quantity]:
-    """What the gaits have been measured for; a template has no torques."""
-
-    def part(field: str, key: str, scale: float = 1.0) -> Callable[[GaitMeasures], float | None]:
-        def read(gait: GaitMeasures) -> float | None:
-            values = getattr(gait, field)
-            return None if values is None else scale * values[key]
-
-        return read
+    """The columns in which any of the gaits has a value; a template has no torques."""
 
     def keys(field: str) -> list[str]:
         return list(dict.fromkeys(key for gait in gaits for key in getattr(gait, field) or {}))
 
-    def share(gait: GaitMeasures) -> float | None:
-        return None if gait.zmp_outside is None else 100.0 * gait.zmp_outside
-
-    return [
-        *(
-            Quantity(role.replace("_", " "), "N m", part("torque", role))
-            for role in keys("torque")
-            if role != "hip_yaw"
-        ),
-        Quantity("ZMP outside", "%", share),
-        *(Quantity(f"least h, {name}", "mm/s", part("h_min", name, 1e3)) for name in keys("h_min")),
-        *(Quantity(f"push {way}", "N s", part("push", way)) for way in keys("push")),
-        Quantity("certified area", "m²/s", lambda gait: gait.certified_area),
-        Quantity("speed", "m/s", lambda gait: gait.speed),
+    columns = [
+        *(Quantity("torque", role, role.replace("_", " "), "N m") for role in keys("torque")),
+        Quantity("zmp_outside", "", "ZMP outside", "%", 100.0),
+        Quantity("zmp_margin", "", "ZMP margin", "mm", 1e3),
+        *(Quantity("h_min", name, f"h {name}", "mm/s", 1e3) for name in keys("h_min")),
+        *(Quantity("push", way, f"push {way}", "N s") for way in keys("push")),
+        Quantity("certified_area", "", "certified", "m²/s"),
+        Quantity("speed", "", "speed", "m/s"),
     ]
+    return [column for column in columns if any(column.read(gait) is not None for gait in gaits)]
 
 
 def document(scenario: Scenario, gaits: Sequence[GaitMeasures]) -> dict[str, Any]:
     """The contents of `gait.json`."""
-    units = {"torque": "N m", "speed": "m/s", "zmp_beyond": "m", "push": "N s", "certified_area": "m²/s"}
+    units = {
+        "torque": "N m",
+        "speed": "m/s",
+        "zmp_beyond": "m",
+        "zmp_margin": "m",
+        "push": "N s",
+        "certified_area": "m²/s",
+    }
     own = {key: getattr(scenario.gait, key) for key in _keys(gaits)}
     return {"scenario": scenario.name, "own": own, "units": units, "gaits": [gait._asdict() for gait in gaits]}
 
