@@ -106,4 +106,4 @@ def test_the_command_writes_table_map_and_lines(tmp_path: Path, capsys: pytest.C
 
 def test_a_wrong_value_list_is_one_sentence(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["gait", "vhip", "--vary", "com_height=tall"]) == 1
-    assert "KEY=LIST is needed" in capsys.readouterr().err
+    assert "--vary: KEY=LIST with one of com_height_phase" in capsys.readouterr().err
