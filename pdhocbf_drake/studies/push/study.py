@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
-from pdhocbf_drake.errors import InputError, PdhocbfError, reason
+from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.files.file import replaced_file, write_text
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.pages import page
@@ -20,7 +20,7 @@ from pdhocbf_drake.studies.push.results import Impulse, document, draw_phases, d
 from pdhocbf_drake.studies.push.search import Settings, search_all
 from pdhocbf_drake.studies.shared.cases import CASES
 from pdhocbf_drake.studies.shared.events import DIRECTIONS
-from pdhocbf_drake.studies.shared.results import write_json
+from pdhocbf_drake.studies.shared.results import collected, write_json
 from pdhocbf_drake.yaml_text import write_yaml
 
 RESULT = "push.json"
@@ -83,16 +83,8 @@ def push(
     if scenario.system != "biped":
         raise InputError(f"scenario.system: only a 'biped' can be pushed here (given: {scenario.system!r})")
     with nullcontext() if out is None else new_folder(Path(out), _ENTRIES, "a folder of push") as folder:
-        mass, impulses, stopped = Biped.load(scenario.robot).mass, list[Impulse](), ""
-        try:
-            for more in search_all(scenario, barriers, directions, at, settings, workers, mass):
-                impulses += more
-                if progress is not None:
-                    progress(len(impulses))
-        except (KeyboardInterrupt, PdhocbfError) as error:
-            if folder is None or not impulses:
-                raise
-            stopped = reason(error)
+        searches = search_all(scenario, barriers, directions, at, settings, workers, Biped.load(scenario.robot).mass)
+        impulses, stopped = collected(searches, folder is not None, progress)
         with stop_requests():  # what has been found is written before such a request takes effect
             impulses.sort(key=lambda impulse: [*map(list.index, lists, impulse[:3])])
             if found is not None:

@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.stopping import ctrl_c_blocked
 
 Work = TypeVar("Work")
 Result = TypeVar("Result")
@@ -24,7 +25,7 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     at once; Ctrl-C, which a terminal sends to them too, only by that way.
     """
     others = multiprocessing.active_children()
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), _ignore_ctrl_c) as pool:
+    with _Pool(workers, multiprocessing.get_context("spawn"), _ignore_ctrl_c) as pool:
         try:
             yield pool
         except BaseException:
@@ -34,6 +35,14 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
             raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+class _Pool(ProcessPoolExecutor):
+    """A pool whose processes start with Ctrl-C blocked, until `_ignore_ctrl_c` runs in them."""
+
+    def submit(self, *args: Any, **kwargs: Any) -> Future[Any]:
+        with ctrl_c_blocked():
+            return super().submit(*args, **kwargs)
 
 
 def _ignore_ctrl_c() -> None:

@@ -1,13 +1,40 @@
-"""JSON without NaN."""
+"""Results of long work as far as it went, and JSON without NaN."""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from pdhocbf_drake.errors import PdhocbfError, reason
 from pdhocbf_drake.files.file import write_text
+
+Result = TypeVar("Result")
+
+
+def collected(
+    found: Iterable[Sequence[Result]], keep: bool, progress: Callable[[int], None] | None = None
+) -> tuple[list[Result], str]:
+    """Results as they come, and why no more came: "" after the last one.
+
+    Args:
+        found: the results, some at a time.
+        keep: whether Ctrl-C, or an error for users, only ends the work where there are results.
+        progress: called with the number of results so far.
+    """
+    results: list[Result] = []
+    try:
+        for more in found:
+            results += more
+            if progress is not None:
+                progress(len(results))
+    except (KeyboardInterrupt, PdhocbfError) as error:
+        if not (keep and results):
+            raise
+        return results, reason(error)
+    return results, ""
 
 
 def write_json(path: Path, data: Any, indent: int = 1) -> None:
