@@ -55,7 +55,7 @@ def sensitivity(runs: Runs) -> Section:
             "same least distance m, M = m/(m + r), with r the ripple: peak less mean. The lines are that formula; "
             "the points are walks, measured over ten steps once they have settled. With γ = 1 they lie on the lines to "
             f"{law:.1g} percentage points. A margin can be too small to be one: {1e3 * _TOO_SMALL:g} mm/s above the "
-            f"walk, the periodic bound holds it back, to {tight:.3f} m/s of {nominal:.3f} after 24 s, and M says nothing.",
+            f"walk, the periodic bound holds it back, to {tight:.3f} m/s of {nominal:.3f} after 24 s.",
             f"With the gait fixed, the choice of the margin alone moves M from {spread.min():.0f} % to "
             f"{spread.max():.0f} %; with the margin fixed, stride, Δz and step time move it from {gaits.min():.0f} % "
             f"to {gaits.max():.0f} %. γ leaves it at {slow[-1]:.0f} % unless it is so small that the constant barrier "
