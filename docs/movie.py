@@ -1,7 +1,7 @@
 """Makes the moving picture of the README: `python docs/movie.py` writes walk.gif beside this file.
 
-It walks `walking`, opens the replay in headless Chromium (needs playwright and Chromium), and takes a picture every 80 ms
-of two gaits.
+It walks `walking`, opens the replay in headless Chromium (needs playwright and Chromium), and takes a picture every
+80 ms of two gaits.
 """
 
 from __future__ import annotations
