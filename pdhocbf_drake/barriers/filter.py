@@ -11,8 +11,9 @@ from pydrake.solvers import ClarabelSolver, MathematicalProgram, MathematicalPro
 
 from pdhocbf_drake.barriers.barrier import Barrier
 from pdhocbf_drake.barriers.checks import finite_number, number_array, vector
-from pdhocbf_drake.barriers.dynamics import PeriodicSystem
-from pdhocbf_drake.barriers.relative_degree import check_relative_degree, enforced_psi, phases_of
+from pdhocbf_drake.barriers.dynamics import PeriodicSystem, check_system
+from pdhocbf_drake.barriers.relative_degree import enforced_row
+from pdhocbf_drake.barriers.requirements import check_barriers
 from pdhocbf_drake.errors import InputError
 
 _SLACK_WEIGHT = 1e6  # per squared unit of input; for the soft program, solved where the hard one has no solution
@@ -51,6 +52,7 @@ class BarrierFilter:
         barriers: any number, with different relative degrees if need be.
         lower, upper: limits of the input, (n_u,); None for none.
         tightening: d̄ ≥ 0 [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
+        states: (S, n), states at which h and the dynamics are defined, where they are checked.
 
     Raises:
         InputError: a declared relative degree is not the computed one; ψ_m is not affine in the input; limits that
@@ -64,9 +66,10 @@ class BarrierFilter:
         lower: ArrayLike | None = None,
         upper: ArrayLike | None = None,
         tightening: float = 0.0,
+        states: ArrayLike | None = None,
     ) -> None:
-        self.system = system
-        self.barriers = tuple(barriers)
+        self.system = check_system(system)
+        self.barriers = check_barriers(barriers, system, states, "BarrierFilter")
         self.lower = np.full(system.m, -np.inf) if lower is None else number_array("the lower limits", lower)
         self.upper = np.full(system.m, np.inf) if upper is None else number_array("the upper limits", upper)
         self.tightening = finite_number("the tightening", tightening, 0.0)
@@ -75,9 +78,6 @@ class BarrierFilter:
             raise InputError(
                 f"input limits must be two vectors of {system.m}, lower <= upper, given {lower!r} and {upper!r}"
             )
-        for barrier in self.barriers:
-            check_relative_degree(barrier, system)
-            _check_affine_in_input(barrier, system)
 
     def __call__(self, k: int, x: ArrayLike, wanted: ArrayLike) -> FilterResult:
         """The filtered input at tick k and state x (n,), for the wanted input (n_u,).
@@ -91,7 +91,7 @@ class BarrierFilter:
         unknown = np.full(len(self.barriers), np.nan)
         if not (np.all(np.isfinite(state)) and np.all(np.isfinite(target))):
             return FilterResult(clipped, "failed", unknown, unknown, "the state or the wanted input is not finite")
-        at_clipped = [enforced_psi(barrier, self.system, k, state, clipped) for barrier in self.barriers]
+        at_clipped = [enforced_row(barrier, self.system, k, state, clipped)[:2] for barrier in self.barriers]
         psi = np.array([value for value, _ in at_clipped])
         gradient = np.array([slope for _, slope in at_clipped]).reshape(-1, self.system.m)
         if not (np.all(np.isfinite(psi)) and np.all(np.isfinite(gradient))):
@@ -142,14 +142,3 @@ def _options() -> SolverOptions:
     for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
         options.SetOption(ClarabelSolver.id(), name, _TOLERANCE)
     return options
-
-
-def _check_affine_in_input(barrier: Barrier, system: PeriodicSystem) -> None:
-    random = np.random.default_rng(0)
-    for phase, x in ((k, x) for k in phases_of(barrier, system) for x in random.standard_normal((3, system.n))):
-        slopes = [enforced_psi(barrier, system, phase, x, random.standard_normal(system.m))[1] for _ in range(2)]
-        if not np.allclose(slopes[0], slopes[1], rtol=1e-9, atol=0.0):
-            raise InputError(
-                f'barrier "{barrier.name}": psi_{barrier.order} is not affine in the input, which the filter needs; '
-                "add_nonlinear_barrier_rows takes any"
-            )
