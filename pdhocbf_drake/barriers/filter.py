@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.solvers import ClarabelSolver, MathematicalProgram, MathematicalProgramResult, SolverOptions
 
 from pdhocbf_drake.barriers.barrier import Barrier
-from pdhocbf_drake.barriers.checks import finite_number, number_array, vector
+from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, vector
 from pdhocbf_drake.barriers.dynamics import PeriodicSystem, check_system
-from pdhocbf_drake.barriers.relative_degree import enforced_row
-from pdhocbf_drake.barriers.requirements import check_barriers
+from pdhocbf_drake.barriers.priorities import nearest_kept
+from pdhocbf_drake.barriers.relative_degree import enforced_row, enforced_values
+from pdhocbf_drake.barriers.requirements import check_affine_in_input, check_barriers
 from pdhocbf_drake.errors import InputError
 
-_SLACK_WEIGHT = 1e6  # per squared unit of input; for the soft program, solved where the hard one has no solution
-_TOLERANCE = 1e-11
-_ACCEPTED = 1e-8  # largest violation of ψ_m ≥ tightening by a solution, as a share of 1 + |ψ_m| without it
+Array = NDArray[np.float64]
+
+_ROUNDING = 1e-10  # of ψ_m, as a share of the largest |h| in it
+_SETTLED = 1e-9  # a linear ψ_m that errs by less than the effect of this share of the input is exact
+_LINEARISATIONS = 5  # of ψ_m from one starting point, where it is not affine in the input
+_EXCLUDED = "no input satisfies every barrier at once"
+_NOT_AFFINE = "psi is not affine in the input here, and no input was found that satisfies every barrier"
 
 
 class FilterResult(NamedTuple):
@@ -26,11 +30,13 @@ class FilterResult(NamedTuple):
 
     Attributes:
         input: u(k), (n_u,).
-        status: "solved"; "softened", where no input satisfies every row and the violations are least in the sum of
-            their squares; "failed", where the input is the wanted one, clipped to its limits.
-        psi: each barrier's ψ_m at that input, (n_b,) [unit of its h].
-        slack: by how much each ψ_m falls short of its tightening, ≥ 0, (n_b,) [unit of its h].
-        reason: a sentence for anything but "solved".
+        status: "solved"; "softened", where some barrier is missed: those that can be kept are, the others are missed
+            by as little as possible, in the filter's order of priority; "failed", where the input is the wanted one,
+            clipped to its limits.
+        psi: each barrier's ψ_m, evaluated at that input, (n_b,) [unit of its h].
+        slack: by how much each ψ_m falls short of its tightening, ≥ 0, (n_b,) [unit of its h]; 0 within rounding.
+        reason: a sentence for anything but "solved". "no input satisfies every barrier at once" is proved by a
+            combination of the rows.
     """
 
     input: NDArray[np.float64]
@@ -40,23 +46,47 @@ class FilterResult(NamedTuple):
     reason: str = ""
 
 
+class _Rows(NamedTuple):
+    """ψ_m ≈ psi + gradient·(u − point), and the largest |h| in each."""
+
+    point: Array
+    psi: Array
+    gradient: Array
+    size: Array
+
+
+class _Answer(NamedTuple):
+    """An input, ψ_m and its shortfall there, and whether the rows that gave the input are exact at it."""
+
+    input: Array
+    psi: Array
+    slack: Array
+    exact: bool
+
+
 class BarrierFilter:
     """min_u ‖u − u_wanted‖² subject to ψ_m(k) ≥ tightening for each barrier, and lower ≤ u ≤ upper.
 
     ψ_m must be affine in u(k), as it is for control-affine dynamics and an h that is affine in the states that the
-    input reaches; the class-K functions may be nonlinear, since their arguments do not depend on u(k). Each row is
-    divided by the norm of its gradient, so that "softened" weighs a violation by the change of input that removes it.
+    input reaches; the class-K functions may be nonlinear, since their arguments do not depend on u(k). Where the
+    dynamics clip their input, ψ_m is linearised anew at the answer, until it is exact there.
+
+    Where no input satisfies all rows, the limits hold, a barrier is kept if it can be kept together with those of
+    higher priority that are kept, and each other one is missed by as little as possible, in the same order
+    (`barriers.priorities`). A common factor on all inputs, on the states, or on one h changes nothing else.
 
     Args:
         system: the dynamics.
         barriers: any number, with different relative degrees if need be.
         lower, upper: limits of the input, (n_u,); None for none.
         tightening: d̄ ≥ 0 [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
+        priority: names of barriers, the most important one first; the others follow in the order of `barriers`.
         states: (S, n), states at which h and the dynamics are defined, where they are checked.
 
     Raises:
-        InputError: a declared relative degree is not the computed one; ψ_m is not affine in the input; limits that
-            leave no input; or a tightening that is negative or not finite.
+        InputError: a declared relative degree is not the computed one; ψ_m is not affine in the input within its
+            limits; limits that leave no input; a tightening that is negative or not finite; or a priority that is no
+            list of different names of barriers.
     """
 
     def __init__(
@@ -66,10 +96,11 @@ class BarrierFilter:
         lower: ArrayLike | None = None,
         upper: ArrayLike | None = None,
         tightening: float = 0.0,
+        priority: Sequence[str] = (),
         states: ArrayLike | None = None,
     ) -> None:
         self.system = check_system(system)
-        self.barriers = check_barriers(barriers, system, states, "BarrierFilter")
+        self.barriers = check_barriers(barriers, system, states)
         self.lower = np.full(system.m, -np.inf) if lower is None else number_array("the lower limits", lower)
         self.upper = np.full(system.m, np.inf) if upper is None else number_array("the upper limits", upper)
         self.tightening = finite_number("the tightening", tightening, 0.0)
@@ -78,6 +109,15 @@ class BarrierFilter:
             raise InputError(
                 f"input limits must be two vectors of {system.m}, lower <= upper, given {lower!r} and {upper!r}"
             )
+        self._order = _order([barrier.name for barrier in self.barriers], priority)
+        eye, below, above = np.eye(system.m), np.isfinite(self.lower), np.isfinite(self.upper)
+        self._limit_rows = np.vstack([eye[below], -eye[above]])
+        self._limit_bounds = np.concatenate([self.lower[below], -self.upper[above]]).astype(float)
+        self._check_inputs(states)
+
+    def _check_inputs(self, states: ArrayLike | None) -> None:
+        for barrier in self.barriers:
+            check_affine_in_input(barrier, self.system, states, self.lower, self.upper, "BarrierFilter")
 
     def __call__(self, k: int, x: ArrayLike, wanted: ArrayLike) -> FilterResult:
         """The filtered input at tick k and state x (n,), for the wanted input (n_u,).
@@ -91,54 +131,93 @@ class BarrierFilter:
         unknown = np.full(len(self.barriers), np.nan)
         if not (np.all(np.isfinite(state)) and np.all(np.isfinite(target))):
             return FilterResult(clipped, "failed", unknown, unknown, "the state or the wanted input is not finite")
-        at_clipped = [enforced_row(barrier, self.system, k, state, clipped)[:2] for barrier in self.barriers]
-        psi = np.array([value for value, _ in at_clipped])
-        gradient = np.array([slope for _, slope in at_clipped]).reshape(-1, self.system.m)
-        if not (np.all(np.isfinite(psi)) and np.all(np.isfinite(gradient))):
-            return FilterResult(clipped, "failed", psi, unknown, "a barrier is not finite at this state")
-        if np.all(psi >= self.tightening):  # the nearest input within the limits is safe: no program to solve
-            return FilterResult(clipped, "solved", psi, np.zeros(len(psi)))
-        for status, soft in (("solved", False), ("softened", True)):
-            delta, result = self._solve(clipped, target, psi, gradient, soft)
-            if delta is not None:
-                after = psi + gradient @ delta
-                if not soft and np.any(self.tightening - after > _ACCEPTED * (1 + np.abs(psi))):
-                    continue  # a row that does not depend on the input here, or numbers too large for the solver
-                slack = np.maximum(self.tightening - after, 0.0) if soft else np.zeros(len(psi))
-                reason = "no input satisfies every barrier at once" if soft else ""
-                return FilterResult(clipped + delta, status, after, slack, reason)  # type: ignore[arg-type]
-        reason = f"the solver stopped with {result.get_solution_result().name}"
-        return FilterResult(clipped, "failed", psi, np.maximum(self.tightening - psi, 0.0), reason)
+        rows = self._rows(k, state, clipped)
+        if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
+            return FilterResult(clipped, "failed", rows.psi, unknown, "a barrier is not finite at this state")
+        if np.all(rows.psi >= self.tightening):  # the nearest input within the limits is safe: nothing to solve
+            return FilterResult(clipped, "solved", rows.psi, np.zeros(len(rows.psi)))
+        answers = list(self._answers(k, state, target, rows))
+        affine = bool(answers) and answers[-1].exact
+        if affine and not np.any(answers[-1].slack):
+            answers = answers[-1:]
+        else:
+            for start in self._starts(clipped):  # rows that hold elsewhere too prove that no input satisfies them
+                psi, size = enforced_values(self.barriers, self.system, k, state, start)
+                error = np.abs(psi - rows.psi - rows.gradient @ (start - rows.point))
+                terms = size + rows.size + np.abs(rows.gradient) @ np.abs(start - rows.point)
+                if not np.all(error <= _SETTLED * terms):
+                    affine = False
+                    answers += self._answers(k, state, target, self._rows(k, state, start))
+        if not answers:
+            slack = np.maximum(self.tightening - rows.psi, 0.0)
+            return FilterResult(clipped, "failed", rows.psi, slack, "the active-set method did not end")
+        best = answers[-1] if affine else min(answers, key=self._rank)
+        if not np.any(best.slack):
+            return FilterResult(best.input, "solved", best.psi, best.slack)
+        return FilterResult(best.input, "softened", best.psi, best.slack, _EXCLUDED if affine else _NOT_AFFINE)
 
-    def _solve(
-        self, base: NDArray[Any], target: NDArray[Any], psi: NDArray[Any], gradient: NDArray[Any], soft: bool
-    ) -> tuple[NDArray[np.float64] | None, MathematicalProgramResult]:
-        prog = MathematicalProgram()
-        delta = prog.NewContinuousVariables(self.system.m, "du")
-        prog.AddQuadraticErrorCost(np.eye(self.system.m), target - base, delta).evaluator().set_description(
-            "nearest input"
+    def _rows(self, k: int, state: Array, point: Array) -> _Rows:
+        """The linear ψ_m at an input."""
+        found = [enforced_row(barrier, self.system, k, state, point) for barrier in self.barriers]
+        psi, gradient, size = (list(column) for column in zip(*found, strict=True)) if found else ([], [], [])
+        return _Rows(point, np.array(psi), np.array(gradient).reshape(-1, self.system.m), np.array(size))
+
+    def _answers(self, k: int, state: Array, target: Array, rows: _Rows) -> Iterator[_Answer]:
+        """The answers to `rows` and to those linearised anew at each answer, until ψ_m there is as predicted."""
+        for _ in range(_LINEARISATIONS):
+            u = self._nearest(target, rows)
+            if u is None:
+                return
+            psi, size = enforced_values(self.barriers, self.system, k, state, u)
+            rounding = _SETTLED * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u) + _ROUNDING * size
+            error = np.abs(psi - rows.psi - rows.gradient @ (u - rows.point))
+            moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
+            exact = bool(np.all(error <= rounding)) or not np.any(moved)
+            short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
+            yield _Answer(u, psi, np.where(short > rounding, short, 0.0), exact)
+            if exact:
+                return
+            rows = self._rows(k, state, u)
+            if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
+                return
+
+    def _nearest(self, target: Array, rows: _Rows) -> Array | None:
+        """The input nearest to `target` under linear ψ_m, as a change from their point; see `nearest_kept`."""
+        largest = np.abs(rows.gradient).max(axis=1, initial=0.0)
+        with np.errstate(all="ignore"):  # rows without an input are left out
+            length = largest * np.linalg.norm(rows.gradient / largest[:, None], axis=1)
+            bounds, rounding = (self.tightening - rows.psi) / length, _ROUNDING * rows.size / length
+        usable = np.flatnonzero(np.isfinite(bounds) & np.isfinite(rounding))
+        place = {int(row): i for i, row in enumerate(usable)}
+        found = nearest_kept(
+            target - rows.point,
+            rows.gradient[usable] / length[usable, None],
+            bounds[usable],
+            rounding[usable],
+            (self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point),
+            [place[row] for row in self._order if row in place],
         )
-        limits = prog.AddBoundingBoxConstraint(self.lower - base, self.upper - base, delta)
-        limits.evaluator().set_description("input limits")
-        slack = prog.NewContinuousVariables(len(psi), "slack") if soft else np.zeros(0)
-        if soft:
-            prog.AddBoundingBoxConstraint(0.0, np.inf, slack).evaluator().set_description("slack")
-            prog.AddQuadraticErrorCost(_SLACK_WEIGHT * np.eye(len(psi)), np.zeros(len(psi)), slack)
-        for i, barrier in enumerate(self.barriers):
-            norm = float(np.linalg.norm(gradient[i]))
-            if norm > 0:  # otherwise it does not depend on the input at this state
-                row = np.concatenate([gradient[i] / norm, [1.0] if soft else []])[np.newaxis]
-                variables = np.concatenate([delta, slack[i : i + 1]])
-                lower = np.array([(self.tightening - psi[i]) / norm])
-                binding = prog.AddLinearConstraint(row, lower, np.array([np.inf]), variables)
-                binding.evaluator().set_description(f"barrier {barrier.name}")
-        result = ClarabelSolver().Solve(prog, None, _options())
-        # A failed solve has no solution.
-        return (np.asarray(result.GetSolution(delta)) if result.is_success() else None), result
+        return None if found is None else np.clip(rows.point + found.input, self.lower, self.upper)
+
+    def _starts(self, clipped: Array) -> list[Array]:
+        """Inputs from the one nearest to zero to the wanted one: where dynamics clip their input, some are inside."""
+        middle = np.clip(np.zeros(self.system.m), self.lower, self.upper)
+        return [middle + share * (clipped - middle) for share in (0.0, 0.25, 0.5)]
+
+    def _rank(self, answer: _Answer) -> tuple[Any, ...]:
+        """Smaller for a better answer: fewer barriers of high priority missed, and by less."""
+        slack = answer.slack[self._order]
+        return (*(slack > 0), *slack)
 
 
-def _options() -> SolverOptions:
-    options = SolverOptions()
-    for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
-        options.SetOption(ClarabelSolver.id(), name, _TOLERANCE)
-    return options
+def _order(names: list[str], priority: Sequence[str]) -> list[int]:
+    """The indices of the barriers, the most important one first; raises `InputError`."""
+    given = list(priority) if not isinstance(priority, str) and np.iterable(priority) else [None]
+    wrong = next((name for i, name in enumerate(given) if name not in names or name in given[:i]), None)
+    if wrong is not None or None in given:
+        raise InputError(
+            f"the priority is a list of different names among {', '.join(names) or 'no barriers'}, "
+            f"given {shown(priority)}"
+        )
+    first = [i for name in given for i, other in enumerate(names) if other == name]
+    return [*first, *(i for i in range(len(names)) if i not in first)]

@@ -150,6 +150,24 @@ def with_samples(x: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.vstack([x, np.random.default_rng(0).standard_normal((_SAMPLES, len(x)))])
 
 
+def enforced_values(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """ψ_m of `enforced_psi` for each barrier and the largest |h| in it, (n_b,) each, along one rollout of floats."""
+    if not barriers:
+        return np.zeros(0), np.zeros(0)
+    inputs = np.zeros((max(barrier.relative_degree for barrier in barriers), system.m))
+    inputs[0] = u
+    states = rollout(system, k, x, inputs)
+    values, sizes = [], []
+    for barrier in barriers:
+        first, last = barrier.relative_degree - barrier.order, barrier.relative_degree
+        h = [float(barrier.h(k + j, states[j])) for j in range(first, last + 1)]
+        values.append(float(psi_from_h(h, barrier.class_k)[-1]))
+        sizes.append(max(map(abs, h)))
+    return np.array(values), np.array(sizes)
+
+
 def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases: Sequence[int]) -> list[int | None]:
     """All phases at once, because every call that adds rows checks them."""
     barrier.check_fits(system.n)

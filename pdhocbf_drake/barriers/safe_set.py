@@ -97,7 +97,7 @@ def input_interval(system: PeriodicSystem, barriers: Sequence[Barrier], k: int, 
     """
     _check_one_input(system)
     k, x = whole_ticks("the tick k", k), finite_vector("the state x", x, system.n)
-    samples = with_samples(x)
+    samples, unlimited = with_samples(x), np.full(1, np.inf)
     lower, upper = -np.inf, np.inf
     for barrier in barrier_list(barriers):
         value, gradient, _ = enforced_row(barrier, system, k, x, np.zeros(1))
@@ -105,7 +105,7 @@ def input_interval(system: PeriodicSystem, barriers: Sequence[Barrier], k: int, 
         if np.isnan(value) or np.isnan(slope):
             return np.inf, -np.inf
         check_degrees(barrier, system, [k], samples)
-        check_affine_in_input(barrier, system, [k], samples, "input_interval")
+        check_affine_in_input(barrier, system, samples, -unlimited, unlimited, "input_interval", [k])
         if slope > 0:
             lower = max(lower, -value / slope)
         elif slope < 0:
@@ -127,9 +127,9 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
             tick k, no state in the common safe set, or limits that overflow.
     """
     _check_one_input(system)
-    k, barriers = whole_ticks("the tick k", k), barrier_list(barriers)
+    k = whole_ticks("the tick k", k)
     worst = WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
-    if not barriers:
+    if not barrier_list(barriers):
         return worst
     for barrier in barriers:
         check_affine(barrier, system)
