@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.barriers.barrier import Barrier
-from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, vector
+from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, vector, whole_ticks
 from pdhocbf_drake.barriers.dynamics import PeriodicSystem, check_system
 from pdhocbf_drake.barriers.priorities import nearest_kept
 from pdhocbf_drake.barriers.relative_degree import enforced_row, enforced_values
@@ -46,7 +46,7 @@ class FilterResult(NamedTuple):
     reason: str = ""
 
 
-class _Rows(NamedTuple):
+class Linearisation(NamedTuple):
     """ψ_m ≈ psi + gradient·(u − point), and the largest |h| in each."""
 
     point: Array
@@ -125,17 +125,30 @@ class BarrierFilter:
         Raises:
             InputError: shapes that do not fit the system. Numbers that are not finite give the status "failed".
         """
+        k = whole_ticks("the tick k", k)
         state, target = vector("the state x", x, self.system.n), vector("the wanted input", wanted, self.system.m)
         state, target = state.astype(float), target.astype(float)
         clipped = np.clip(np.nan_to_num(target), self.lower, self.upper)
         unknown = np.full(len(self.barriers), np.nan)
         if not (np.all(np.isfinite(state)) and np.all(np.isfinite(target))):
             return FilterResult(clipped, "failed", unknown, unknown, "the state or the wanted input is not finite")
-        rows = self._rows(k, state, clipped)
+        try:
+            return self._filtered(k, state, target, clipped)
+        except Exception as error:  # of a user's function at this state: nothing in a control loop raises
+            reason = f"h or the dynamics raised {type(error).__name__} ({error})"
+            return FilterResult(clipped, "failed", unknown, unknown, reason)
+
+    def _filtered(self, k: int, state: Array, target: Array, clipped: Array) -> FilterResult:
+        rows, unknown = self._rows(k, state, clipped), np.full(len(self.barriers), np.nan)
         if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
             return FilterResult(clipped, "failed", rows.psi, unknown, "a barrier is not finite at this state")
         if np.all(rows.psi >= self.tightening):  # the nearest input within the limits is safe: nothing to solve
             return FilterResult(clipped, "solved", rows.psi, np.zeros(len(rows.psi)))
+        return self._search(k, state, target, rows)
+
+    def _search(self, k: int, state: Array, target: Array, rows: Linearisation) -> FilterResult:
+        """The answer where the wanted input within its limits, at which `rows` are linearised, is not safe."""
+        clipped = rows.point
         answers = list(self._answers(k, state, target, rows))
         affine = bool(answers) and answers[-1].exact
         if affine and not np.any(answers[-1].slack):
@@ -156,48 +169,53 @@ class BarrierFilter:
             return FilterResult(best.input, "solved", best.psi, best.slack)
         return FilterResult(best.input, "softened", best.psi, best.slack, _EXCLUDED if affine else _NOT_AFFINE)
 
-    def _rows(self, k: int, state: Array, point: Array) -> _Rows:
+    def _rows(self, k: int, state: Array, point: Array) -> Linearisation:
         """The linear ψ_m at an input."""
         found = [enforced_row(barrier, self.system, k, state, point) for barrier in self.barriers]
         psi, gradient, size = (list(column) for column in zip(*found, strict=True)) if found else ([], [], [])
-        return _Rows(point, np.array(psi), np.array(gradient).reshape(-1, self.system.m), np.array(size))
+        return Linearisation(point, np.array(psi), np.array(gradient).reshape(-1, self.system.m), np.array(size))
 
-    def _answers(self, k: int, state: Array, target: Array, rows: _Rows) -> Iterator[_Answer]:
+    def _answers(self, k: int, state: Array, target: Array, rows: Linearisation) -> Iterator[_Answer]:
         """The answers to `rows` and to those linearised anew at each answer, until ψ_m there is as predicted."""
         for _ in range(_LINEARISATIONS):
             u = self._nearest(target, rows)
             if u is None:
                 return
             psi, size = enforced_values(self.barriers, self.system, k, state, u)
-            rounding = _SETTLED * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u) + _ROUNDING * size
+            allowed = rounding(rows, u, size)
             error = np.abs(psi - rows.psi - rows.gradient @ (u - rows.point))
             moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
-            exact = bool(np.all(error <= rounding)) or not np.any(moved)
-            short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
-            yield _Answer(u, psi, np.where(short > rounding, short, 0.0), exact)
+            exact = bool(np.all(error <= allowed)) or not np.any(moved)
+            yield _Answer(u, psi, self._shortfall(psi, allowed), exact)
             if exact:
                 return
             rows = self._rows(k, state, u)
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 return
 
-    def _nearest(self, target: Array, rows: _Rows) -> Array | None:
-        """The input nearest to `target` under linear ψ_m, as a change from their point; see `nearest_kept`."""
+    def _nearest(self, target: Array, rows: Linearisation, levels: Array | None = None) -> Array | None:
+        """The input nearest to `target` with linear ψ_m ≥ levels, by default the tightening; see `nearest_kept`."""
+        levels = np.full(len(rows.psi), self.tightening) if levels is None else levels
         largest = np.abs(rows.gradient).max(axis=1, initial=0.0)
         with np.errstate(all="ignore"):  # rows without an input are left out
             length = largest * np.linalg.norm(rows.gradient / largest[:, None], axis=1)
-            bounds, rounding = (self.tightening - rows.psi) / length, _ROUNDING * rows.size / length
-        usable = np.flatnonzero(np.isfinite(bounds) & np.isfinite(rounding))
+            bounds, allowed = (levels - rows.psi) / length, _ROUNDING * rows.size / length
+        usable = np.flatnonzero(np.isfinite(bounds) & np.isfinite(allowed))
         place = {int(row): i for i, row in enumerate(usable)}
         found = nearest_kept(
             target - rows.point,
             rows.gradient[usable] / length[usable, None],
             bounds[usable],
-            rounding[usable],
+            allowed[usable],
             (self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point),
             [place[row] for row in self._order if row in place],
         )
         return None if found is None else np.clip(rows.point + found.input, self.lower, self.upper)
+
+    def _shortfall(self, psi: Array, allowed: Array) -> Array:
+        """By how much ψ_m falls short of the tightening; 0 within rounding, infinite where ψ_m is no number."""
+        short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
+        return np.where(short > allowed, short, 0.0)
 
     def _starts(self, clipped: Array) -> list[Array]:
         """Inputs from the one nearest to zero to the wanted one: where dynamics clip their input, some are inside."""
@@ -208,6 +226,11 @@ class BarrierFilter:
         """Smaller for a better answer: fewer barriers of high priority missed, and by less."""
         slack = answer.slack[self._order]
         return (*(slack > 0), *slack)
+
+
+def rounding(rows: Linearisation, u: Array, size: Array) -> Array:
+    """The rounding of each ψ_m at u, (n_b,), with `size` the largest |h| in it."""
+    return _SETTLED * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u) + _ROUNDING * size
 
 
 def _order(names: list[str], priority: Sequence[str]) -> list[int]:

@@ -1,0 +1,178 @@
+"""A safety filter for any differentiable h and dynamics: an obstacle in the plane, a clipped or squared input."""
+
+from __future__ import annotations
+
+import importlib
+from itertools import product
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from pdhocbf_drake.barriers.filter import Array, BarrierFilter, FilterResult, Linearisation, rounding
+from pdhocbf_drake.barriers.relative_degree import enforced_values
+
+_STEPS = 12  # linearisations from one starting point
+_SHARES = 0.5 ** np.arange(9)  # of a step, until it is an improvement
+_STARTS = 5  # further starting points, the best ones of those that are tried
+_SETTLED = 1e-9  # a step of this share of the distance to the wanted input is none
+_NOT_FOUND = "no input was found that satisfies every barrier at once"
+
+
+class _Point(NamedTuple):
+    """An input with ψ_m there and its shortfalls, and its rank: the smaller, the better."""
+
+    input: Array
+    psi: Array
+    slack: Array
+    rank: tuple[float, ...]
+
+
+class NonlinearFilter(BarrierFilter):
+    """min_u ‖u − u_wanted‖² subject to ψ_m(k) ≥ tightening for each barrier, and lower ≤ u ≤ upper, ψ_m nonlinear in u.
+
+    A sequence of convex programs: ψ_m is linearised at an input, the input nearest to the wanted one is found as in
+    `BarrierFilter`, with the same priorities, and a step towards it is shortened until ψ_m itself confirms that it is
+    an improvement. It starts at the wanted input within its limits. Where that ends at an input that misses a barrier,
+    it starts again from others; where it ends at a safe one, SLSQP of SciPy makes it the nearest one around. Then:
+
+    - "solved": ψ_m ≥ tightening for all barriers at the answer, within rounding. No input near it is nearer to the
+      wanted one; one far from it may be.
+    - "softened": no input with ψ_m ≥ tightening for all was found, which is no proof that there is none. The barriers
+      of higher priority are kept, or missed by less.
+    - "failed": a number that is not finite, or an exception in h or the dynamics; the input is the wanted one, clipped.
+
+    A call costs a few milliseconds where the wanted input is not safe. `BarrierFilter` is faster and finds the nearest
+    of all inputs, or proves that there is none, where ψ_m is affine in the input.
+
+    Args:
+        system, barriers, lower, upper, tightening, priority, states: as in `BarrierFilter`.
+
+    Raises:
+        InputError: as `BarrierFilter`, but for a ψ_m that is not affine.
+    """
+
+    def _check_inputs(self, states: ArrayLike | None) -> None:
+        """Any ψ_m will do. Loads what the first call would otherwise wait for."""
+        importlib.import_module("scipy.optimize")
+
+    def _search(self, k: int, state: Array, target: Array, rows: Linearisation) -> FilterResult:
+        best = self._descend(k, state, target, rows)
+        if np.any(best.slack):
+            tried = [self._point(k, state, target, rows, start) for start in self._others(k, state, rows)]
+            for start in sorted(tried, key=lambda point: point.rank)[:_STARTS]:
+                best = min(best, self._descend(k, state, target, self._rows(k, state, start.input)), key=_rank)
+        best = self._polished(k, state, target, best)
+        if np.any(best.slack):
+            return FilterResult(best.input, "softened", best.psi, best.slack, _NOT_FOUND)
+        return FilterResult(best.input, "solved", best.psi, best.slack)
+
+    def _point(self, k: int, state: Array, target: Array, rows: Linearisation, u: Array) -> _Point:
+        """ψ_m at u, and what it falls short of by more than the rounding of the terms in `rows`."""
+        psi, size = enforced_values(self.barriers, self.system, k, state, u)
+        slack = self._shortfall(psi, rounding(rows, u, size))
+        ordered = slack[self._order]
+        return _Point(u, psi, slack, (*(ordered > 0.0), *ordered, float(np.linalg.norm(u - target))))
+
+    def _descend(self, k: int, state: Array, target: Array, rows: Linearisation) -> _Point:
+        """The first input on the way from that of `rows` that misses no barrier, or the best one."""
+        here = self._point(k, state, target, rows, rows.point)
+        for _ in range(_STEPS):
+            if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
+                break
+            aim = self._nearest(target, rows)
+            if aim is None or not np.linalg.norm(aim - here.input) > _SETTLED * np.linalg.norm(aim - target):
+                break
+            steps = (self._point(k, state, target, rows, here.input + share * (aim - here.input)) for share in _SHARES)
+            after = next((point for point in steps if point.rank < here.rank), None)
+            if after is None:
+                break
+            here = after
+            if not np.any(here.slack):
+                break
+            rows = self._rows(k, state, here.input)
+        return here
+
+    def _others(self, k: int, state: Array, rows: Linearisation) -> list[Array]:
+        """Further starting points: as far from that of `rows` as it takes to change a missed ψ_m, and corners."""
+        count = self.system.m
+        directions = [np.array(signs, dtype=float) for signs in product((-1, 0, 1), repeat=min(count, 3)) if any(signs)]
+        directions = [np.resize(signs, count) for signs in directions]
+        missed = self.tightening - rows.psi
+        reach = 1.0
+        for reach in 10.0 ** np.arange(-12, 13):
+            psi, _ = enforced_values(self.barriers, self.system, k, state, rows.point + reach * directions[-1])
+            if np.any((np.abs(psi - rows.psi) > 0.5 * missed) & (missed > 0)):
+                break
+        around = [rows.point + share * reach * way for share in (1.0, 3.0) for way in directions]
+        bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
+        low, high = np.where(bounded, self.lower, rows.point), np.where(bounded, self.upper, rows.point)
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        inside = [middle + share * half * way for share in (0.0, 0.5, 1.0) for way in directions]
+        return [np.clip(point, self.lower, self.upper) for point in (*around, *inside)]
+
+    def _polished(self, k: int, state: Array, target: Array, best: _Point) -> _Point:
+        """The missed ψ_m raised one after the other, as far as kept ones and those before allow; then the nearest."""
+        missed = [i for i in self._order if best.slack[i] > 0.0]
+        for place, i in enumerate(missed):
+            levels = np.where(best.slack > 0.0, best.psi, self.tightening)
+            levels[missed[place:]] = -np.inf
+            best = min(best, self._program(k, state, target, best, levels, i), key=_rank)
+        levels = np.where(best.slack > 0.0, best.psi, self.tightening)
+        nearest = self._program(k, state, target, best, levels, None)
+        return nearest if nearest.rank[-1] < best.rank[-1] and self._no_worse(nearest, best) else best
+
+    def _no_worse(self, point: _Point, than: _Point) -> bool:
+        return bool(np.all(point.slack <= than.slack * (1.0 + _SETTLED)))
+
+    def _program(self, k: int, state: Array, target: Array, start: _Point, levels: Array, raised: int | None) -> _Point:
+        """The input around `start` nearest to the wanted one, or with the largest ψ_m of one barrier, by SLSQP.
+
+        Constraints are ψ_m ≥ levels and the limits. Inputs are in units of the distance to the wanted one and each
+        ψ_m in units of its slope, so that the program does not depend on the user's units.
+        """
+        from scipy.optimize import minimize  # takes a fifth of a second to load, which is for users of this filter
+
+        rows = self._rows(k, state, start.input)
+        slope = np.linalg.norm(rows.gradient, axis=1)
+        scale = float(np.linalg.norm(start.input - target))
+        if raised is not None and slope[raised] > 0.0:
+            scale = max(scale, float(start.slack[raised] / slope[raised]))
+        length = scale * slope
+        used = np.flatnonzero((length > 0.0) & np.isfinite(levels))
+        if not (scale > 0.0 and np.all(np.isfinite(slope)) and (raised is None or slope[raised] > 0.0)):
+            return start
+
+        def values(v: Array) -> Array:
+            return enforced_values(self.barriers, self.system, k, state, start.input + scale * v)[0]
+
+        def slopes(v: Array) -> Array:
+            return self._rows(k, state, start.input + scale * v).gradient * scale
+
+        wanted = (target - start.input) / scale
+        if raised is None:
+            objective: Any = lambda v: 0.5 * float((v - wanted) @ (v - wanted))  # noqa: E731
+            slope_of_it: Any = lambda v: v - wanted  # noqa: E731
+        else:
+            objective = lambda v: (start.psi[raised] - values(v)[raised]) / length[raised]  # noqa: E731
+            slope_of_it = lambda v: -slopes(v)[raised] / length[raised]  # noqa: E731
+        with np.errstate(all="ignore"):
+            found = minimize(
+                objective, np.zeros(self.system.m), jac=slope_of_it, method="SLSQP",
+                bounds=list(zip((self.lower - start.input) / scale, (self.upper - start.input) / scale, strict=True)),
+                constraints={
+                    "type": "ineq",
+                    "fun": lambda v: (values(v)[used] - levels[used]) / length[used],
+                    "jac": lambda v: slopes(v)[used] / length[used, None],
+                },
+                options={"ftol": 1e-14, "maxiter": 50},
+            )  # fmt: skip
+        if not np.all(np.isfinite(found.x)):
+            return start
+        rows = self._rows(k, state, np.clip(start.input + scale * found.x, self.lower, self.upper))
+        u = self._nearest(rows.point, rows, levels)  # back onto the levels, which SLSQP misses by its tolerance
+        return self._point(k, state, target, rows, rows.point if u is None else u)
+
+
+def _rank(point: _Point) -> tuple[float, ...]:
+    return point.rank
