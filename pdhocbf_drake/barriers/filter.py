@@ -8,17 +8,18 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pdhocbf_drake.barriers.barrier import Barrier
+from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, vector, whole_ticks
-from pdhocbf_drake.barriers.dynamics import PeriodicSystem, check_system
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, check_system
 from pdhocbf_drake.barriers.priorities import nearest_kept
-from pdhocbf_drake.barriers.relative_degree import enforced_row, enforced_values
+from pdhocbf_drake.barriers.relative_degree import enforced_row, enforced_values, psi_sizes
 from pdhocbf_drake.barriers.requirements import check_affine_in_input, check_barriers
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[np.float64]
 
-_ROUNDING = 1e-10  # of ψ_m, as a share of the largest |h| in it
+_ROUNDING = 1e-12  # of ψ_m, as a share of its `psi_sizes`
+_ROUNDING_OF_INPUT = 2e-15  # of an answer, as a share of the wanted input
 _SETTLED = 1e-9  # a linear ψ_m that errs by less than the effect of this share of the input is exact
 _LINEARISATIONS = 5  # of ψ_m from one starting point, where it is not affine in the input
 _EXCLUDED = "no input satisfies every barrier at once"
@@ -47,12 +48,14 @@ class FilterResult(NamedTuple):
 
 
 class Linearisation(NamedTuple):
-    """ψ_m ≈ psi + gradient·(u − point), and the largest |h| in each."""
+    """ψ_m ≈ psi + gradient·(u − point)."""
 
     point: Array
     psi: Array
     gradient: Array
-    size: Array
+
+    def __call__(self, u: Array) -> Array:
+        return self.psi + self.gradient @ (u - self.point)
 
 
 class _Answer(NamedTuple):
@@ -113,6 +116,9 @@ class BarrierFilter:
         eye, below, above = np.eye(system.m), np.isfinite(self.lower), np.isfinite(self.upper)
         self._limit_rows = np.vstack([eye[below], -eye[above]])
         self._limit_bounds = np.concatenate([self.lower[below], -self.upper[above]]).astype(float)
+        self._affine = isinstance(system, PeriodicAffineSystem) and all(
+            isinstance(barrier, AffineBarrier) for barrier in self.barriers
+        )
         self._check_inputs(states)
 
     def _check_inputs(self, states: ArrayLike | None) -> None:
@@ -139,8 +145,9 @@ class BarrierFilter:
             return FilterResult(clipped, "failed", unknown, unknown, reason)
 
     def _filtered(self, k: int, state: Array, target: Array, clipped: Array) -> FilterResult:
-        rows, unknown = self._rows(k, state, clipped), np.full(len(self.barriers), np.nan)
+        rows = self._rows(k, state, clipped)
         if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
+            unknown = np.full(len(self.barriers), np.nan)
             return FilterResult(clipped, "failed", rows.psi, unknown, "a barrier is not finite at this state")
         if np.all(rows.psi >= self.tightening):  # the nearest input within the limits is safe: nothing to solve
             return FilterResult(clipped, "solved", rows.psi, np.zeros(len(rows.psi)))
@@ -150,87 +157,99 @@ class BarrierFilter:
         """The answer where the wanted input within its limits, at which `rows` are linearised, is not safe."""
         clipped = rows.point
         answers = list(self._answers(k, state, target, rows))
-        affine = bool(answers) and answers[-1].exact
-        if affine and not np.any(answers[-1].slack):
-            answers = answers[-1:]
-        else:
-            for start in self._starts(clipped):  # rows that hold elsewhere too prove that no input satisfies them
-                psi, size = enforced_values(self.barriers, self.system, k, state, start)
-                error = np.abs(psi - rows.psi - rows.gradient @ (start - rows.point))
-                terms = size + rows.size + np.abs(rows.gradient) @ np.abs(start - rows.point)
-                if not np.all(error <= _SETTLED * terms):
-                    affine = False
+        exact = bool(answers) and answers[-1].exact
+        if not exact or np.any(answers[-1].slack):
+            starts = self._starts(clipped)
+            # Rows that hold at other inputs too prove that no input satisfies them.
+            if not self._affine and self._bends(k, state, rows, [*starts[:2], *(answer.input for answer in answers)]):
+                exact = False
+                for start in starts:
                     answers += self._answers(k, state, target, self._rows(k, state, start))
         if not answers:
             slack = np.maximum(self.tightening - rows.psi, 0.0)
             return FilterResult(clipped, "failed", rows.psi, slack, "the active-set method did not end")
-        best = answers[-1] if affine else min(answers, key=self._rank)
+        best = answers[-1] if exact else min(answers, key=self._rank)
         if not np.any(best.slack):
             return FilterResult(best.input, "solved", best.psi, best.slack)
-        return FilterResult(best.input, "softened", best.psi, best.slack, _EXCLUDED if affine else _NOT_AFFINE)
+        return FilterResult(best.input, "softened", best.psi, best.slack, _EXCLUDED if exact else _NOT_AFFINE)
 
     def _rows(self, k: int, state: Array, point: Array) -> Linearisation:
         """The linear ψ_m at an input."""
         found = [enforced_row(barrier, self.system, k, state, point) for barrier in self.barriers]
-        psi, gradient, size = (list(column) for column in zip(*found, strict=True)) if found else ([], [], [])
-        return Linearisation(point, np.array(psi), np.array(gradient).reshape(-1, self.system.m), np.array(size))
+        psi, gradient = np.array([value for value, _ in found]), np.array([slope for _, slope in found])
+        return Linearisation(point, psi, gradient.reshape(-1, self.system.m))
 
     def _answers(self, k: int, state: Array, target: Array, rows: Linearisation) -> Iterator[_Answer]:
         """The answers to `rows` and to those linearised anew at each answer, until ψ_m there is as predicted."""
         for _ in range(_LINEARISATIONS):
-            u = self._nearest(target, rows)
+            u = self._nearest(k, state, target, rows)
             if u is None:
                 return
-            psi, size = enforced_values(self.barriers, self.system, k, state, u)
-            allowed = rounding(rows, u, size)
-            error = np.abs(psi - rows.psi - rows.gradient @ (u - rows.point))
+            psi = enforced_values(self.barriers, self.system, k, state, u)
+            short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
+            error, effect = np.abs(psi - rows(u)), np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u)
+            if np.any(short) or np.any(error > _SETTLED * effect):
+                rounding = self._rounding(k, state, u, rows)
+                short = np.where(short > rounding, short, 0.0)
+                effect += rounding / _SETTLED
             moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
-            exact = bool(np.all(error <= allowed)) or not np.any(moved)
-            yield _Answer(u, psi, self._shortfall(psi, allowed), exact)
+            exact = bool(np.all(error <= _SETTLED * effect)) or not np.any(moved)
+            yield _Answer(u, psi, short, exact)
             if exact:
                 return
             rows = self._rows(k, state, u)
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 return
 
-    def _nearest(self, target: Array, rows: Linearisation, levels: Array | None = None) -> Array | None:
+    def _nearest(
+        self, k: int, state: Array, target: Array, rows: Linearisation, levels: Array | None = None
+    ) -> Array | None:
         """The input nearest to `target` with linear ψ_m ≥ levels, by default the tightening; see `nearest_kept`."""
         levels = np.full(len(rows.psi), self.tightening) if levels is None else levels
         largest = np.abs(rows.gradient).max(axis=1, initial=0.0)
         with np.errstate(all="ignore"):  # rows without an input are left out
             length = largest * np.linalg.norm(rows.gradient / largest[:, None], axis=1)
-            bounds, allowed = (levels - rows.psi) / length, _ROUNDING * rows.size / length
-        usable = np.flatnonzero(np.isfinite(bounds) & np.isfinite(allowed))
+            bounds = (levels - rows.psi) / length
+        usable = np.flatnonzero(np.isfinite(bounds))
         place = {int(row): i for i, row in enumerate(usable)}
+
         found = nearest_kept(
             target - rows.point,
             rows.gradient[usable] / length[usable, None],
             bounds[usable],
-            allowed[usable],
             (self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point),
             [place[row] for row in self._order if row in place],
+            lambda: self._rounding(k, state, rows.point, rows)[usable] / length[usable],
         )
-        return None if found is None else np.clip(rows.point + found.input, self.lower, self.upper)
+        return None if found is None else np.clip(rows.point + found, self.lower, self.upper)
 
-    def _shortfall(self, psi: Array, allowed: Array) -> Array:
-        """By how much ψ_m falls short of the tightening; 0 within rounding, infinite where ψ_m is no number."""
-        short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
-        return np.where(short > allowed, short, 0.0)
+    def _rounding(self, k: int, state: Array, u: Array, rows: Linearisation) -> Array:
+        """By how much each ψ_m may fall short at an answer u because of rounding, (n_b,) [unit of its h]."""
+        of_answer = _ROUNDING_OF_INPUT * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(rows.point)
+        return _ROUNDING * psi_sizes(self.barriers, self.system, k, state, u) + of_answer
+
+    def _bends(self, k: int, state: Array, rows: Linearisation, points: list[Array]) -> bool:
+        """Whether ψ_m differs from its linear form at one of some inputs."""
+        size = psi_sizes(self.barriers, self.system, k, state, rows.point)
+        for u in points:
+            terms = size + np.abs(rows.gradient) @ np.abs(u - rows.point)
+            psi = enforced_values(self.barriers, self.system, k, state, u)
+            if not np.all(np.abs(psi - rows(u)) <= _SETTLED * terms):
+                return True
+        return False
 
     def _starts(self, clipped: Array) -> list[Array]:
-        """Inputs from the one nearest to zero to the wanted one: where dynamics clip their input, some are inside."""
-        middle = np.clip(np.zeros(self.system.m), self.lower, self.upper)
-        return [middle + share * (clipped - middle) for share in (0.0, 0.25, 0.5)]
+        """Inputs on both sides of the middle of the limits; where dynamics clip their input, some are not clipped."""
+        bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
+        low, high = np.where(bounded, self.lower, -np.abs(clipped)), np.where(bounded, self.upper, np.abs(clipped))
+        middle = np.clip(0.5 * (low + high), self.lower, self.upper)
+        shares = (0.0, -1.0, 0.25, 0.5, -0.5)
+        return [np.clip(middle + share * (clipped - middle), self.lower, self.upper) for share in shares]
 
     def _rank(self, answer: _Answer) -> tuple[Any, ...]:
         """Smaller for a better answer: fewer barriers of high priority missed, and by less."""
         slack = answer.slack[self._order]
         return (*(slack > 0), *slack)
-
-
-def rounding(rows: Linearisation, u: Array, size: Array) -> Array:
-    """The rounding of each ψ_m at u, (n_b,), with `size` the largest |h| in it."""
-    return _SETTLED * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u) + _ROUNDING * size
 
 
 def _order(names: list[str], priority: Sequence[str]) -> list[int]:

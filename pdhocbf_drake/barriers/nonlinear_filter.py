@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pdhocbf_drake.barriers.filter import Array, BarrierFilter, FilterResult, Linearisation, rounding
+from pdhocbf_drake.barriers.filter import Array, BarrierFilter, FilterResult, Linearisation
 from pdhocbf_drake.barriers.relative_degree import enforced_values
 
 _STEPS = 12  # linearisations from one starting point
@@ -69,8 +69,10 @@ class NonlinearFilter(BarrierFilter):
 
     def _point(self, k: int, state: Array, target: Array, rows: Linearisation, u: Array) -> _Point:
         """ψ_m at u, and what it falls short of by more than the rounding of the terms in `rows`."""
-        psi, size = enforced_values(self.barriers, self.system, k, state, u)
-        slack = self._shortfall(psi, rounding(rows, u, size))
+        psi = enforced_values(self.barriers, self.system, k, state, u)
+        slack = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
+        if np.any(slack):
+            slack = np.where(slack > self._rounding(k, state, u, rows), slack, 0.0)
         ordered = slack[self._order]
         return _Point(u, psi, slack, (*(ordered > 0.0), *ordered, float(np.linalg.norm(u - target))))
 
@@ -80,7 +82,7 @@ class NonlinearFilter(BarrierFilter):
         for _ in range(_STEPS):
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 break
-            aim = self._nearest(target, rows)
+            aim = self._nearest(k, state, target, rows)
             if aim is None or not np.linalg.norm(aim - here.input) > _SETTLED * np.linalg.norm(aim - target):
                 break
             steps = (self._point(k, state, target, rows, here.input + share * (aim - here.input)) for share in _SHARES)
@@ -101,7 +103,7 @@ class NonlinearFilter(BarrierFilter):
         missed = self.tightening - rows.psi
         reach = 1.0
         for reach in 10.0 ** np.arange(-12, 13):
-            psi, _ = enforced_values(self.barriers, self.system, k, state, rows.point + reach * directions[-1])
+            psi = enforced_values(self.barriers, self.system, k, state, rows.point + reach * directions[-1])
             if np.any((np.abs(psi - rows.psi) > 0.5 * missed) & (missed > 0)):
                 break
         around = [rows.point + share * reach * way for share in (1.0, 3.0) for way in directions]
@@ -144,7 +146,7 @@ class NonlinearFilter(BarrierFilter):
             return start
 
         def values(v: Array) -> Array:
-            return enforced_values(self.barriers, self.system, k, state, start.input + scale * v)[0]
+            return enforced_values(self.barriers, self.system, k, state, start.input + scale * v)
 
         def slopes(v: Array) -> Array:
             return self._rows(k, state, start.input + scale * v).gradient * scale
@@ -169,8 +171,10 @@ class NonlinearFilter(BarrierFilter):
             )  # fmt: skip
         if not np.all(np.isfinite(found.x)):
             return start
-        rows = self._rows(k, state, np.clip(start.input + scale * found.x, self.lower, self.upper))
-        u = self._nearest(rows.point, rows, levels)  # back onto the levels, which SLSQP misses by its tolerance
+        u: Array | None = np.clip(start.input + scale * found.x, self.lower, self.upper)
+        for _ in range(2):  # back onto the levels, which SLSQP misses by its tolerance
+            rows = self._rows(k, state, u) if u is not None else rows
+            u = self._nearest(k, state, rows.point, rows, levels)
         return self._point(k, state, target, rows, rows.point if u is None else u)
 
 

@@ -11,83 +11,96 @@ So a row that is out of reach costs no row that is within reach, whatever their 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from pdhocbf_drake.barriers.projection import Array, project
+from pdhocbf_drake.barriers.projection import Array, Projection, project
 
+_ATTEMPTS = 30  # to lower a bound
+_MARGIN_OF_NOISE = 1e-6
 _MARGIN = 1e-13  # by which a bound stays below its supremum, as a share of the terms that it is the sum of
 
 
-class Kept(NamedTuple):
-    """The answer of `nearest_kept`.
-
-    Attributes:
-        input: u, (n_u,).
-        missed: by how much each row is missed, ≥ 0, (r,) [unit of its b]; 0 for rows that are kept.
-    """
-
-    input: Array
-    missed: Array
-
-
 def nearest_kept(
-    target: Array, A: Array, b: Array, rounding: Array, limits: tuple[Array, Array], order: Sequence[int]
-) -> Kept | None:
-    """The input of this module's three rules; None where the iterations of `project` did not suffice.
+    target: Array,
+    A: Array,
+    b: Array,
+    limits: tuple[Array, Array],
+    order: Sequence[int],
+    rounding: Callable[[], Array],
+) -> Array | None:
+    """The input of this module's three rules, (n_u,); None where the iterations of `project` did not suffice.
 
     Args:
         target: the wanted input, (n_u,).
         A: rows of length 1, (r, n_u).
         b: (r,).
-        rounding: rows that are missed by no more than this count as kept, (r,) [unit of b].
         limits: further rows and their bounds, which hold for some input.
         order: the indices of the rows, the most important one first.
+        rounding: rows that are missed by no more than this count as kept, (r,) [unit of b]; asked for if needed.
     """
     rows, bounds = np.vstack([A, limits[0]]), np.concatenate([b, limits[1]])
-    found = project(target, rows, bounds)
+    always, ahead, lost = list(range(len(b), len(bounds))), list(order), set[int]()
+    found = _solve(target, rows, bounds, [*ahead, *always])
     if found.point is not None:
-        return Kept(found.point, np.zeros(len(b)))
-    used = np.arange(len(bounds)) >= len(b)
-    lost = []
-    for i in order:
-        used[i] = True
-        if not _lower(i, target, rows, bounds, used, rounding[i]):
-            used[i] = False
-            lost.append(i)
-    for i in lost:
-        used[i] = True
-        used[i] = _lower(i, target, rows, bounds, used, np.inf)
-    found = project(target, rows[used], bounds[used])
-    missed = np.where(np.isin(np.arange(len(b)), lost), np.maximum(b - bounds[: len(b)], 0.0), 0.0)
-    return None if found.point is None else Kept(found.point, missed)
-
-
-def _lower(i: int, target: Array, rows: Array, bounds: Array, used: Array, most: float) -> bool:
-    """Lowers bound i until some input satisfies all used rows, but by `most` at most; whether that was enough.
-
-    Each proof that there is no such input, Σ y_j a_j = 0 with Σ y_j b_j > 0, bounds a_i·u from above by
-    −Σ_{j≠i} y_j b_j / y_i. The bound falls with each of them to the next value of finitely many.
-    """
-    wanted, places = bounds[i], np.flatnonzero(used)
-    for _ in range(10 * (len(places) + 2)):
-        found = project(target, rows[used], bounds[used])
+        return found.point
+    noise = rounding()
+    for attempt in range(_ATTEMPTS * (len(b) + 1)):
+        # The first row that the ones before it exclude: the last one of some proof, those before it being possible.
+        while (last := _last(ahead, found)) > 0 and _last(ahead[:last], found) >= 0:
+            before = _solve(target, rows, bounds, [*ahead[:last], *always])
+            if before.point is not None:
+                break
+            found = before
+        if last < 0:
+            return None
+        i = ahead[last]
+        highest = _highest(i, bounds, found, noise[i], attempt)
+        if b[i] - highest <= noise[i]:
+            bounds[i] = highest
+        else:
+            lost.add(ahead.pop(last))
+        found = _solve(target, rows, bounds, [*ahead, *always])
         if found.point is not None:
-            return True
-        if found.proof is None:
             break
-        terms = found.proof * bounds[used]
-        own = int(np.searchsorted(places, i))
-        share = found.proof[own]
-        if share == 0.0:  # the others exclude each other by rounding
-            break
-        terms[own] = 0.0
-        highest = -(float(terms.sum()) + _MARGIN * float(np.abs(terms).sum())) / share
-        highest = min(highest, np.nextafter(bounds[i], -np.inf))
-        if not wanted - highest <= most:
-            break
-        bounds[i] = highest
-    bounds[i] = wanted
-    return False
+    for i in (i for i in order if i in lost):
+        ahead.append(i)
+        for attempt in range(_ATTEMPTS):
+            found = _solve(target, rows, bounds, [*ahead, *always])
+            if found.point is not None or found.proof is None or found.proof[i] == 0:
+                break
+            bounds[i] = _highest(i, bounds, found, noise[i], attempt)
+        if found.point is None:
+            ahead.pop()
+    return _solve(target, rows, bounds, [*ahead, *always]).point if found.point is None else found.point
+
+
+def _last(ahead: list[int], found: Projection) -> int:
+    """The place of the last row of a proof among the ones ahead, −1 for none."""
+    proof = found.proof
+    return -1 if proof is None else max((place for place, i in enumerate(ahead) if proof[i] > 0), default=-1)
+
+
+def _solve(target: Array, rows: Array, bounds: Array, used: list[int]) -> Projection:
+    """`project` onto some of the rows, its proof in terms of all of them."""
+    found = project(target, rows[used], bounds[used])
+    if found.proof is None:
+        return found
+    proof = np.zeros(len(bounds))
+    proof[used] = found.proof
+    return Projection(None, proof)
+
+
+def _highest(i: int, bounds: Array, found: Projection, noise: float, attempt: int) -> float:
+    """A lower bound for row i, the highest that the proof y allows: a_i·u ≤ −Σ_{j≠i} y_j b_j / y_i.
+
+    It falls with each proof to another one of finitely many values; after the first attempt, by a share of its
+    rounding more each time.
+    """
+    proof = np.zeros(len(bounds)) if found.proof is None else found.proof
+    terms = proof * bounds
+    terms[i] = 0.0
+    margin = _MARGIN * float(np.abs(terms).sum()) / float(proof[i]) + (_MARGIN_OF_NOISE * noise if attempt else 0.0)
+    highest = -float(terms.sum()) / float(proof[i]) - 2.0**attempt * margin
+    return min(highest, float(np.nextafter(bounds[i], -np.inf)))

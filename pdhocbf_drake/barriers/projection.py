@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 _EPS = 32 * float(np.finfo(float).eps)  # rounding of b_i − a_i·x, as a share of its terms
+_STARTS = 3
+_CYCLING = 1e-12  # rows missed by more, as a share of their terms, are not missed by rounding
 _DEPENDENT = 1e-12  # a unit row that differs by less from a combination of others is that combination
 
 
@@ -30,52 +33,96 @@ def project(target: Array, A: Array, b: Array) -> Projection:
     """min_x ‖x − target‖² subject to A x ≥ b, by the dual active-set method of Goldfarb and Idnani (1983).
 
     Every comparison is relative to the numbers compared, so that a common factor on b and target is one on x. The
-    active rows are held in a QR factorization, so that rows at an angle of 1e-6 are told apart to ten digits.
+    active rows are held as W = R Qᵀ with orthonormal columns Q, so that rows at an angle of 1e-6 are told apart to ten
+    digits.
 
     Args:
         target: (n,).
         A: rows of length 1, (r, n).
         b: (r,).
     """
-    x, active, multipliers = target, list[int](), np.zeros(0)
-    Q, R = np.zeros((len(target), 0)), np.zeros((0, 0))
-    entering = -1
-    for _ in range(10 * (len(b) + 2)):
-        if entering < 0:
-            short = b - A @ x - _EPS * (np.abs(b) + np.abs(A) @ np.abs(x))
-            short[active] = 0.0
-            entering = int(np.argmax(short)) if len(short) else -1
-            if entering < 0 or short[entering] <= 0:
-                return Projection(x)
-            price = 0.0
-        row = A[entering]
-        part = Q.T @ row
-        across = row - Q @ part
-        again = Q.T @ across  # twice, since across may be small
-        across, part = across - Q @ again, part + again
-        weights = np.linalg.solve(R, part) if active else part
-        length = float(across @ across)
-        full = (b[entering] - row @ x) / length if length > _DEPENDENT**2 else np.inf
-        falling = weights > _DEPENDENT * max(1.0, np.abs(weights).max(initial=0.0))
-        ratios = np.full(len(active), np.inf)
-        ratios[falling] = multipliers[falling] / weights[falling]
-        leaving = int(np.argmin(ratios)) if active else -1
-        partial = ratios[leaving] if active else np.inf
-        step = min(full, partial)
-        if step == np.inf:
-            proof = np.zeros(len(b))
-            proof[active], proof[entering] = np.maximum(-weights, 0.0), 1.0
-            return Projection(None, proof)
-        price += step
-        multipliers = np.maximum(multipliers - step * weights, 0.0)
-        if partial < full:  # the row that leaves would pull x in its direction
-            x = x + step * across if np.isfinite(full) else x
+    start = target
+    for _ in range(_STARTS):
+        found, settled = _dual(start, A, b)
+        if settled or found.point is None:
+            break
+        start = found.point  # rounding is that of the target: nearer to the answer there is less of it
+    return found
+
+
+def _dual(target: Array, A: Array, b: Array) -> tuple[Projection, bool]:
+    """The answer of `project`, and False where rows are left that it misses, by rounding alone."""
+    x, sizes = target, np.abs(A)
+    active, prices, basis = list[int](), np.zeros(0), _Basis.of(A[:0])
+    doubtful = list[int]()
+    for _ in range(6 * (len(b) + 2)):
+        short = b - A @ x - _EPS * (np.abs(b) + sizes @ np.abs(x))
+        short[active] = 0.0
+        short[doubtful] = 0.0
+        entering = int(short.argmax()) if len(short) else -1
+        if entering < 0 or short[entering] <= 0:
+            return Projection(x), not doubtful
+        row, price = A[entering], 0.0
+        while True:
+            along, across, length = basis.split(row)
+            weights = along @ basis.inverse
+            full = float(b[entering] - row @ x) / length**2 if length > _DEPENDENT else np.inf
+            least = _DEPENDENT * max(1.0, max(map(abs, weights), default=0.0))
+            ratios = [price_j / w if w > least else np.inf for price_j, w in zip(prices, weights, strict=True)]
+            partial = min(ratios, default=np.inf)
+            step = min(full, partial)
+            if step == np.inf:
+                break
+            price += step
+            prices = np.maximum(prices - step * weights, 0.0)
+            if full <= partial:
+                break
+            x = x + step * across if full < np.inf else x
+            leaving = ratios.index(partial)  # this row would pull x towards itself
             del active[leaving]
-            multipliers = np.delete(multipliers, leaving)
-            Q, R = np.linalg.qr(A[active].T)
+            prices, basis = np.delete(prices, leaving), _Basis.of(A[active])
+        if step < np.inf:
+            active.append(entering)
+            prices, basis = np.append(prices, price), basis.extended(along, across, length)
+            x = (target - basis.Q @ (target @ basis.Q)) + basis.Q @ (basis.inverse @ b[active])
             continue
-        active.append(entering)
-        Q, R = np.linalg.qr(A[active].T)
-        x = (target - Q @ (Q.T @ target)) + Q @ np.linalg.solve(R.T, b[active])
-        multipliers, entering = np.append(multipliers, price), -1
-    return Projection(None)
+        proof = np.zeros(len(b))
+        proof[active], proof[entering] = np.maximum(-weights, 0.0), 1.0
+        if proof @ b > _EPS * (proof @ np.abs(b)):
+            return Projection(None, proof), True
+        doubtful.append(entering)
+    missed = b - A @ x
+    small = np.all(missed <= _CYCLING * (np.abs(b) + sizes @ np.abs(x) + np.abs(target).max()))
+    return Projection(x if small else None), False
+
+
+class _Basis(NamedTuple):
+    """Independent rows W = R Qᵀ, (k, n): orthonormal columns Q, (n, k), and R⁻¹, lower triangular, (k, k)."""
+
+    Q: Array
+    inverse: Array
+
+    @classmethod
+    def of(cls, rows: Array) -> _Basis:
+        basis = cls(np.zeros((rows.shape[1], 0)), np.zeros((0, 0)))
+        for row in rows:
+            basis = basis.extended(*basis.split(row))
+        return basis
+
+    def split(self, row: Array) -> tuple[Array, Array, float]:
+        """A row's coordinates along Q, its part across Q, and the length of that."""
+        if not self.Q.shape[1]:
+            return np.zeros(0), row, 1.0
+        along = row @ self.Q
+        across = row - self.Q @ along
+        again = across @ self.Q  # twice, since the part across may be small
+        across = across - self.Q @ again
+        return along + again, across, math.sqrt(float(across @ across))
+
+    def extended(self, along: Array, across: Array, length: float) -> _Basis:
+        """The basis with one more row, from its parts."""
+        k = len(along)
+        Q, inverse = np.empty((len(across), k + 1)), np.zeros((k + 1, k + 1))
+        Q[:, :k], Q[:, k] = self.Q, across / length
+        inverse[:k, :k], inverse[k, :k], inverse[k, k] = self.inverse, -(along @ self.inverse) / length, 1.0 / length
+        return _Basis(Q, inverse)

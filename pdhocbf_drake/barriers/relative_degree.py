@@ -25,6 +25,7 @@ from pdhocbf_drake.errors import InputError
 # A derivative below this share of its summed terms is their rounding error.
 _ROUNDING = 1e-12
 _SAMPLES = 4
+_STEP = 2.0**-20  # share of a state or input, for a difference quotient
 
 
 def relative_degree(
@@ -131,18 +132,17 @@ def enforced_psi(
     """
     check_system(system)
     check_degrees(barrier, system, [whole_ticks("the tick k", k)], with_samples(vector("the state x", x, system.n)))
-    value, gradient, _ = enforced_row(barrier, system, k, x, u)
-    return value, gradient
+    return enforced_row(barrier, system, k, x, u)
 
 
 def enforced_row(
     barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike
-) -> tuple[float, NDArray[np.float64], float]:
-    """The two results of `enforced_psi`, and the largest |h| in that ψ_m, which its rounding is a share of."""
+) -> tuple[float, NDArray[np.float64]]:
+    """`enforced_psi` without a check of the relative degree, for loops."""
     h = _differentiated_h(barrier, system, k, x, u, barrier.relative_degree)[barrier.relative_degree - barrier.order :]
     # No h before the last one depends on u(k); as floats they suit class-K functions that can't take AutoDiffXd.
     last = psi_from_h([*map(_value, h[:-1]), h[-1]], barrier.class_k)[-1]
-    return _value(last), _gradient(last, system.m), max(abs(_value(entry)) for entry in h)
+    return _value(last), _gradient(last, system.m)
 
 
 def with_samples(x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -151,21 +151,39 @@ def with_samples(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def enforced_values(
-    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """ψ_m of `enforced_psi` for each barrier and the largest |h| in it, (n_b,) each, along one rollout of floats."""
-    if not barriers:
-        return np.zeros(0), np.zeros(0)
-    inputs = np.zeros((max(barrier.relative_degree for barrier in barriers), system.m))
-    inputs[0] = u
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """ψ_m of `enforced_psi` for each barrier, (n_b,), along one rollout of floats."""
+    along = _along(barriers, system, k, x, u)
+    return np.array([psi_from_h(h, b.class_k)[-1] for h, b in zip(along, barriers, strict=True)], dtype=float)
+
+
+def psi_sizes(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The size of the terms that each ψ_m is a difference of, which its rounding is a share of, (n_b,) [unit of h].
+
+    It is max_j |h(k+j)| + |∂h(k+j)/∂ log(x, u)|, the latter from one step in a generic direction.
+    """
+    generic = [1 + _STEP * np.sin(np.arange(1.0, size + 1.0) ** 2) for size in (system.n, system.m)]
+    here, there = (_along(barriers, system, k, *at) for at in ((x, u), (x * generic[0], u * generic[1])))
+    return np.array([
+        max(abs(a) + abs(b - a) / _STEP for a, b in zip(one, other, strict=True))
+        for one, other in zip(here, there, strict=True)
+    ])  # fmt: skip
+
+
+def _along(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> list[list[float]]:
+    """The h of each barrier that its first ψ_m with an effect of u(k) is made of; later inputs are zero."""
+    inputs = np.zeros((max((b.relative_degree for b in barriers), default=0), system.m))
+    inputs[:1] = u
     states = rollout(system, k, x, inputs)
-    values, sizes = [], []
-    for barrier in barriers:
-        first, last = barrier.relative_degree - barrier.order, barrier.relative_degree
-        h = [float(barrier.h(k + j, states[j])) for j in range(first, last + 1)]
-        values.append(float(psi_from_h(h, barrier.class_k)[-1]))
-        sizes.append(max(map(abs, h)))
-    return np.array(values), np.array(sizes)
+    return [
+        [float(b.h(k + j, states[j])) for j in range(b.relative_degree - b.order, b.relative_degree + 1)]
+        for b in barriers
+    ]
 
 
 def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases: Sequence[int]) -> list[int | None]:

@@ -100,7 +100,7 @@ def input_interval(system: PeriodicSystem, barriers: Sequence[Barrier], k: int, 
     samples, unlimited = with_samples(x), np.full(1, np.inf)
     lower, upper = -np.inf, np.inf
     for barrier in barrier_list(barriers):
-        value, gradient, _ = enforced_row(barrier, system, k, x, np.zeros(1))
+        value, gradient = enforced_row(barrier, system, k, x, np.zeros(1))
         slope = float(gradient[0])
         if np.isnan(value) or np.isnan(slope):
             return np.inf, -np.inf
@@ -181,7 +181,7 @@ def _enforced_row(
     system: PeriodicAffineSystem, barrier: AffineBarrier, k: int
 ) -> tuple[float, NDArray[np.float64], float]:
     """(a, b, c) with ψ_m(k) = a + b·x + c·u."""
-    offset, gradient, _ = enforced_row(barrier, system, k, np.zeros(system.n), np.zeros(1))
+    offset, gradient = enforced_row(barrier, system, k, np.zeros(system.n), np.zeros(1))
     on_state = [enforced_row(barrier, system, k, unit, np.zeros(1))[0] - offset for unit in np.eye(system.n)]
     return offset, np.array(on_state), float(gradient[0])
 
