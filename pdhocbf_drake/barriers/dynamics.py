@@ -156,11 +156,18 @@ def rollout(system: PeriodicSystem, k: int, x: ArrayLike, inputs: Sequence[Any] 
     Raises:
         InputError: shapes that do not fit the system, or a tick that is not a whole number.
     """
+    if not (isinstance(getattr(system, "n", None), int) and isinstance(getattr(system, "m", None), int)):
+        check_system(system)
     k, state, rows = whole_ticks("the tick k", k), vector("the state x", x, system.n), input_rows(system, inputs)
-    lift = _lift(state, rows) if not isinstance(system, PeriodicAffineSystem) else np.asarray
-    states, rows = [lift(state)], np.array([lift(u) for u in rows]).reshape(rows.shape)
-    for i, u in enumerate(rows):
-        states.append(lift(next_state(system, k + i, states[-1], u)))
+    if isinstance(system, PeriodicAffineSystem):
+        states = [state]
+        for i, u in enumerate(rows):
+            states.append(system.step(k + i, states[-1], u))
+        return np.array(states)
+    lift = _lift(state, rows)
+    states = [lift(state)]
+    for i, u in enumerate(rows):  # of copies, since a step may write into its arguments
+        states.append(lift(next_state(system, k + i, states[-1].copy(), lift(u).copy())))
     return np.array(states)
 
 

@@ -141,7 +141,8 @@ class BarrierFilter:
         try:
             return self._filtered(k, state, target, clipped)
         except Exception as error:  # of a user's function at this state: nothing in a control loop raises
-            reason = f"h or the dynamics raised {type(error).__name__} ({error})"
+            name = type(error).__name__
+            reason = str(error) if isinstance(error, InputError) else f"h or the dynamics raise {name} ({error})"
             return FilterResult(clipped, "failed", unknown, unknown, reason)
 
     def _filtered(self, k: int, state: Array, target: Array, clipped: Array) -> FilterResult:

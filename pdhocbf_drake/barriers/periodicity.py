@@ -61,15 +61,14 @@ def _compare(
 ) -> None:
     others = {k + period // 3, k + period // 2} - {k}  # for the magnitude at each point
     later = (k + period, k + 101 * period)  # the second one finds what begins late or drifts slowly
-    values = []
+    values, used = [], []
     with np.errstate(all="ignore"):
-        for i, point in enumerate(points):
+        for point in points:
             try:
                 near = [function(tick, point.copy()) for tick in (k, *others)]
             except Exception:
-                if i == 0:
-                    raise
-                continue  # the function is not defined at this random point
+                continue  # the function is not defined here, which who calls it will find where it matters
+            used.append(point)
             try:
                 values.append([*(function(tick, point.copy()) for tick in later), *near])
             except Exception as error:
@@ -77,6 +76,8 @@ def _compare(
                     f"{where} is declared with a period of {period} ticks and raised {type(error).__name__} ({error}) "
                     f"at tick {later[0]} or {later[1]}; it must take any tick: use k % N, or {vouch}"
                 ) from error
+        if not used:
+            return
         found = np.array(values)  # (points, ticks, entries)
         here, after = found[:, 2:3], found[:, :2]
         size = np.abs(found).max(axis=1, keepdims=True)
@@ -87,5 +88,5 @@ def _compare(
         raise InputError(
             f"{where} does not repeat with its period of {period} tick{'s' * (period > 1)}: it is "
             f"{here[point, 0, entry]:.9g} at tick {k} and {after[point, tick, entry]:.9g} at tick {later[tick]}, "
-            f"at {shown(points[point].tolist())}; {vouch}"
+            f"at {shown(used[point].tolist())}; {vouch}"
         )

@@ -87,7 +87,7 @@ def check_relative_degree(
         InputError: as `relative_degree`; at some phase the relative degree is not the declared one, with both of them;
             or h or the dynamics do not repeat with their period.
     """
-    return check_degrees(barrier, system, phases_of(barrier, system), states)
+    return check_degrees(barrier, system, phases_of(barrier, check_system(system)), states)
 
 
 def check_degrees(
