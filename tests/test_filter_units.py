@@ -17,15 +17,18 @@ class Problem:
 
     def __init__(self, seed: int) -> None:
         self.random = random = np.random.default_rng(seed)
-        self.n, self.m, count = int(random.integers(1, 4)), int(random.integers(1, 4)), int(random.integers(1, 5))
+        self.n, self.m, self.count = (int(random.integers(1, most)) for most in (4, 4, 5))
+        self.draw(random)
+        self.order = random.permutation(self.count).tolist()
+
+    def draw(self, random) -> None:
         self.A = np.eye(self.n) + 0.3 * random.normal(size=(self.n, self.n))
         self.B = random.normal(size=(self.n, self.m))
         self.x, self.wanted = random.normal(size=self.n), 2 * random.normal(size=self.m)
-        self.normals = random.normal(size=(count, self.n))
-        self.bounds = self.normals @ self.x + random.uniform(-1.0, 2.0) * random.uniform(0, 1, count)
-        self.gammas = random.uniform(0.1, 1.0, count)
+        self.normals = random.normal(size=(self.count, self.n))
+        self.bounds = self.normals @ self.x + random.uniform(-1.0, 2.0) * random.uniform(0, 1, self.count)
+        self.gammas = random.uniform(0.1, 1.0, self.count)
         self.limits = random.uniform(0.2, 4.0, (2, self.m)) * [[-1.0], [1.0]] if random.uniform() < 0.7 else None
-        self.order = random.permutation(count).tolist()
 
     def rows(self) -> tuple[np.ndarray, np.ndarray]:
         """a_i·u ≥ b_i with a_i of length 1, by hand: ψ = V̄ − n·(A x + B u) − (1 − γ)(V̄ − n·x)."""
@@ -52,17 +55,33 @@ class Problem:
         return result._replace(input=result.input / of_input, psi=result.psi / of_h, slack=result.slack / of_h)
 
 
+class SmallNumbers(Problem):
+    """Of entries −1, 0, 1 and halves: parallel and opposed rows, fixed inputs, corridors without width, ties."""
+
+    def draw(self, random) -> None:
+        n, m, count = self.n, self.m, self.count
+        self.A = np.eye(n) + 0.5 * random.integers(-1, 2, (n, n))
+        self.normals, self.B = np.zeros((count, n)), np.zeros((n, m))
+        while not np.all(np.any(self.normals @ self.B, axis=1)):
+            self.normals, self.B = random.integers(-1, 2, (count, n)) * 1.0, random.integers(-1, 2, (n, m)) * 1.0
+        self.x, self.wanted = random.integers(-2, 3, n) * 0.5, random.integers(-3, 4, m) * 1.0
+        self.bounds = self.normals @ self.x + random.integers(-1, 3, count) * 0.5
+        self.gammas = random.choice([0.25, 0.5, 1.0], count)
+        self.limits = random.integers(0, 3, (2, m)) * [[-1.0], [1.0]] if random.uniform() < 0.7 else None
+
+
 def units(random: np.random.Generator, count: int) -> tuple[float, float, np.ndarray]:
     one, other, *rest = 10.0 ** random.uniform(-9, 9, count + 2)
     return float(one), float(other), np.array(rest)
 
 
-@pytest.mark.parametrize("part", range(4))
-def test_the_answer_is_that_of_enumeration_in_any_units(part):
+@pytest.mark.parametrize("kind", [Problem, SmallNumbers])
+@pytest.mark.parametrize("part", range(2))
+def test_the_answer_is_that_of_enumeration_in_any_units(kind, part):
     """Where some input satisfies all barriers, the nearest one; elsewhere the lexicographic one."""
     statuses = []
-    for seed in range(part, PROBLEMS, 4):
-        problem = Problem(seed)
+    for seed in range(part, PROBLEMS, 2):
+        problem = kind(seed)
         a, b = problem.rows()
         result = problem.filtered(*units(problem.random, len(b)))
         limits = problem.limit_rows(1e3 * (1.0 + np.abs(b).max()))  # wider than any answer, where there are none
@@ -72,7 +91,7 @@ def test_the_answer_is_that_of_enumeration_in_any_units(part):
             expected, missed = kept_by_priority(problem.wanted, a, b, limits, problem.order)
         statuses.append(result.status)
         assert result.status == ("softened" if missed else "solved"), seed
-        assert result.input == pytest.approx(expected, abs=1e-6 * np.linalg.norm(expected)), seed
+        assert result.input == pytest.approx(expected, abs=1e-6 * np.linalg.norm(expected) + 1e-9), seed
         assert set(np.flatnonzero(result.slack)) == missed, seed
     assert 0.1 < np.mean([status == "softened" for status in statuses]) < 0.6
 

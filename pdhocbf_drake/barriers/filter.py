@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pdhocbf_drake.barriers.affine_input import check_affine_in_input
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, vector, whole_ticks
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, check_system
 from pdhocbf_drake.barriers.priorities import nearest_kept
 from pdhocbf_drake.barriers.relative_degree import enforced_row, enforced_values, psi_sizes
-from pdhocbf_drake.barriers.requirements import check_affine_in_input, check_barriers
+from pdhocbf_drake.barriers.requirements import check_barriers
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[np.float64]
 
+_NOTHING = 1e-4  # share of the above that ψ_m may fall short by
 _ROUNDING = 1e-12  # of ψ_m, as a share of its `psi_sizes`
 _ROUNDING_OF_INPUT = 2e-15  # of an answer, as a share of the wanted input
 _SETTLED = 1e-9  # a linear ψ_m that errs by less than the effect of this share of the input is exact
@@ -48,11 +51,12 @@ class FilterResult(NamedTuple):
 
 
 class Linearisation(NamedTuple):
-    """ψ_m ≈ psi + gradient·(u − point)."""
+    """ψ_m ≈ psi + gradient·(u − point), and the length of each gradient."""
 
     point: Array
     psi: Array
     gradient: Array
+    length: Array
 
     def __call__(self, u: Array) -> Array:
         return self.psi + self.gradient @ (u - self.point)
@@ -123,7 +127,7 @@ class BarrierFilter:
 
     def _check_inputs(self, states: ArrayLike | None) -> None:
         for barrier in self.barriers:
-            check_affine_in_input(barrier, self.system, states, self.lower, self.upper, "BarrierFilter")
+            check_affine_in_input(barrier, self.system, self.lower, self.upper, "BarrierFilter", states)
 
     def __call__(self, k: int, x: ArrayLike, wanted: ArrayLike) -> FilterResult:
         """The filtered input at tick k and state x (n,), for the wanted input (n_u,).
@@ -177,25 +181,27 @@ class BarrierFilter:
     def _rows(self, k: int, state: Array, point: Array) -> Linearisation:
         """The linear ψ_m at an input."""
         found = [enforced_row(barrier, self.system, k, state, point) for barrier in self.barriers]
-        psi, gradient = np.array([value for value, _ in found]), np.array([slope for _, slope in found])
-        return Linearisation(point, psi, gradient.reshape(-1, self.system.m))
+        psi, slopes = np.array([value for value, _ in found]), np.array([slope for _, slope in found])
+        gradient = slopes.reshape(-1, self.system.m)
+        return Linearisation(point, psi, gradient, np.sqrt((gradient * gradient).sum(axis=1)))
 
     def _answers(self, k: int, state: Array, target: Array, rows: Linearisation) -> Iterator[_Answer]:
         """The answers to `rows` and to those linearised anew at each answer, until ψ_m there is as predicted."""
         for _ in range(_LINEARISATIONS):
-            u = self._nearest(k, state, target, rows)
+            u, lost = self._nearest(k, state, target, rows)
             if u is None:
                 return
             psi = enforced_values(self.barriers, self.system, k, state, u)
-            short = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
-            error, effect = np.abs(psi - rows(u)), np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(u)
-            if np.any(short) or np.any(error > _SETTLED * effect):
-                rounding = self._rounding(k, state, u, rows)
-                short = np.where(short > rounding, short, 0.0)
-                effect += rounding / _SETTLED
-            moved = np.abs(u - rows.point) > _SETTLED * (np.abs(u) + np.abs(rows.point))
-            exact = bool(np.all(error <= _SETTLED * effect)) or not np.any(moved)
-            yield _Answer(u, psi, short, exact)
+            error, short = np.abs(psi - rows(u)), np.maximum(self.tightening - psi, 0.0)
+            allowed = (_SETTLED * math.sqrt(u @ u)) * rows.length
+            if np.all(error <= allowed) and np.all(lost | (short <= _NOTHING * allowed)):
+                slack, exact = np.where(lost, short, 0.0), True
+            else:
+                size = psi_sizes(self.barriers, self.system, k, state, u)
+                slack = np.where(short <= rounding_of(size, rows), 0.0, np.where(np.isnan(short), np.inf, short))
+                near = np.abs(u - rows.point) <= _SETTLED * (np.abs(u) + np.abs(rows.point))
+                exact = bool(np.all(error <= allowed + _ROUNDING * size) or np.all(near))
+            yield _Answer(u, psi, slack, exact)
             if exact:
                 return
             rows = self._rows(k, state, u)
@@ -203,31 +209,33 @@ class BarrierFilter:
                 return
 
     def _nearest(
-        self, k: int, state: Array, target: Array, rows: Linearisation, levels: Array | None = None
-    ) -> Array | None:
-        """The input nearest to `target` with linear ψ_m ≥ levels, by default the tightening; see `nearest_kept`."""
-        levels = np.full(len(rows.psi), self.tightening) if levels is None else levels
-        largest = np.abs(rows.gradient).max(axis=1, initial=0.0)
+        self, k: int, state: Array, target: Array, rows: Linearisation, levels: Array | float | None = None
+    ) -> tuple[Array | None, NDArray[np.bool_]]:
+        """The input nearest to `target` with linear ψ_m ≥ levels, by `nearest_kept`, and which barriers it misses.
+
+        The levels, (n_b,), are the tightening unless given.
+        """
+        levels = self.tightening if levels is None else levels
+        length = rows.length
         with np.errstate(all="ignore"):  # rows without an input are left out
-            length = largest * np.linalg.norm(rows.gradient / largest[:, None], axis=1)
-            bounds = (levels - rows.psi) / length
-        usable = np.flatnonzero(np.isfinite(bounds))
-        place = {int(row): i for i, row in enumerate(usable)}
+            directions, bounds = rows.gradient / length[:, None], (levels - rows.psi) / length
+        usable = np.isfinite(bounds) & (length > 0)
+        order = self._order
+        if not usable.all():
+            places = np.cumsum(usable) - 1
+            order = [int(places[row]) for row in order if usable[row]]
 
-        found = nearest_kept(
-            target - rows.point,
-            rows.gradient[usable] / length[usable, None],
-            bounds[usable],
-            (self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point),
-            [place[row] for row in self._order if row in place],
-            lambda: self._rounding(k, state, rows.point, rows)[usable] / length[usable],
-        )
-        return None if found is None else np.clip(rows.point + found, self.lower, self.upper)
+        def rounding() -> Array:
+            size = psi_sizes(self.barriers, self.system, k, state, rows.point)
+            return (rounding_of(size, rows) / length)[usable]
 
-    def _rounding(self, k: int, state: Array, u: Array, rows: Linearisation) -> Array:
-        """By how much each ψ_m may fall short at an answer u because of rounding, (n_b,) [unit of its h]."""
-        of_answer = _ROUNDING_OF_INPUT * np.linalg.norm(rows.gradient, axis=1) * np.linalg.norm(rows.point)
-        return _ROUNDING * psi_sizes(self.barriers, self.system, k, state, u) + of_answer
+        limits = self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point
+        found = nearest_kept(target - rows.point, directions[usable], bounds[usable], limits, order, rounding)
+        lost = np.zeros(len(length), dtype=bool)
+        if found is None:
+            return None, lost
+        lost[np.flatnonzero(usable)[found.lost]] = True
+        return np.clip(rows.point + found.input, self.lower, self.upper), lost
 
     def _bends(self, k: int, state: Array, rows: Linearisation, points: list[Array]) -> bool:
         """Whether ψ_m differs from its linear form at one of some inputs."""
@@ -251,6 +259,11 @@ class BarrierFilter:
         """Smaller for a better answer: fewer barriers of high priority missed, and by less."""
         slack = answer.slack[self._order]
         return (*(slack > 0), *slack)
+
+
+def rounding_of(size: Array, rows: Linearisation) -> Array:
+    """By how much each ψ_m may fall short because of rounding, its own and that of the answer, (n_b,) [unit of h]."""
+    return _ROUNDING * size + (_ROUNDING_OF_INPUT * math.sqrt(rows.point @ rows.point)) * rows.length
 
 
 def _order(names: list[str], priority: Sequence[str]) -> list[int]:

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from pdhocbf_drake.barriers.filter import Array, BarrierFilter, FilterResult, Linearisation
-from pdhocbf_drake.barriers.relative_degree import enforced_values
+from pdhocbf_drake.barriers.filter import Array, BarrierFilter, FilterResult, Linearisation, rounding_of
+from pdhocbf_drake.barriers.relative_degree import enforced_values, psi_sizes
 
 _STEPS = 12  # linearisations from one starting point
 _SHARES = 0.5 ** np.arange(9)  # of a step, until it is an improvement
@@ -72,7 +72,8 @@ class NonlinearFilter(BarrierFilter):
         psi = enforced_values(self.barriers, self.system, k, state, u)
         slack = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
         if np.any(slack):
-            slack = np.where(slack > self._rounding(k, state, u, rows), slack, 0.0)
+            size = psi_sizes(self.barriers, self.system, k, state, u)
+            slack = np.where(slack <= rounding_of(size, rows), 0.0, slack)
         ordered = slack[self._order]
         return _Point(u, psi, slack, (*(ordered > 0.0), *ordered, float(np.linalg.norm(u - target))))
 
@@ -82,7 +83,7 @@ class NonlinearFilter(BarrierFilter):
         for _ in range(_STEPS):
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 break
-            aim = self._nearest(k, state, target, rows)
+            aim, _ = self._nearest(k, state, target, rows)
             if aim is None or not np.linalg.norm(aim - here.input) > _SETTLED * np.linalg.norm(aim - target):
                 break
             steps = (self._point(k, state, target, rows, here.input + share * (aim - here.input)) for share in _SHARES)
@@ -174,7 +175,7 @@ class NonlinearFilter(BarrierFilter):
         u: Array | None = np.clip(start.input + scale * found.x, self.lower, self.upper)
         for _ in range(2):  # back onto the levels, which SLSQP misses by its tolerance
             rows = self._rows(k, state, u) if u is not None else rows
-            u = self._nearest(k, state, rows.point, rows, levels)
+            u, _ = self._nearest(k, state, rows.point, rows, levels)
         return self._point(k, state, target, rows, rows.point if u is None else u)
 
 

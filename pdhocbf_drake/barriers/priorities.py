@@ -12,6 +12,7 @@ So a row that is out of reach costs no row that is within reach, whatever their 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,18 @@ _MARGIN_OF_NOISE = 1e-6
 _MARGIN = 1e-13  # by which a bound stays below its supremum, as a share of the terms that it is the sum of
 
 
+class Kept(NamedTuple):
+    """The answer of `nearest_kept`.
+
+    Attributes:
+        input: u, (n_u,).
+        lost: the indices of the rows that are missed.
+    """
+
+    input: Array
+    lost: list[int]
+
+
 def nearest_kept(
     target: Array,
     A: Array,
@@ -29,8 +42,8 @@ def nearest_kept(
     limits: tuple[Array, Array],
     order: Sequence[int],
     rounding: Callable[[], Array],
-) -> Array | None:
-    """The input of this module's three rules, (n_u,); None where the iterations of `project` did not suffice.
+) -> Kept | None:
+    """The input of this module's three rules; None where the iterations of `project` did not suffice.
 
     Args:
         target: the wanted input, (n_u,).
@@ -41,39 +54,44 @@ def nearest_kept(
         rounding: rows that are missed by no more than this count as kept, (r,) [unit of b]; asked for if needed.
     """
     rows, bounds = np.vstack([A, limits[0]]), np.concatenate([b, limits[1]])
-    always, ahead, lost = list(range(len(b), len(bounds))), list(order), set[int]()
+    always, ahead = list(range(len(b), len(bounds))), list(order)
     found = _solve(target, rows, bounds, [*ahead, *always])
     if found.point is not None:
-        return found.point
+        return Kept(found.point, [])
     noise = rounding()
+    lost: dict[int, Array] = {}
     for attempt in range(_ATTEMPTS * (len(b) + 1)):
         # The first row that the ones before it exclude: the last one of some proof, those before it being possible.
+        before = None
         while (last := _last(ahead, found)) > 0 and _last(ahead[:last], found) >= 0:
             before = _solve(target, rows, bounds, [*ahead[:last], *always])
             if before.point is not None:
                 break
-            found = before
-        if last < 0:
+            found, before = before, None
+        if last < 0 or found.proof is None:
             return None
         i = ahead[last]
-        highest = _highest(i, bounds, found, noise[i], attempt)
+        highest = _highest(i, bounds, found.proof, noise[i], attempt)
         if b[i] - highest <= noise[i]:
-            bounds[i] = highest
+            bounds[i], before = highest, None
         else:
-            lost.add(ahead.pop(last))
-        found = _solve(target, rows, bounds, [*ahead, *always])
+            lost[ahead.pop(last)] = found.proof
+        found = before if before and last == len(ahead) else _solve(target, rows, bounds, [*ahead, *always])
         if found.point is not None:
             break
     for i in (i for i in order if i in lost):
+        if all(j in ahead or j == i for j in np.flatnonzero(lost[i][: len(b)])):
+            bounds[i] = _highest(i, bounds, lost[i], noise[i], 0)
         ahead.append(i)
         for attempt in range(_ATTEMPTS):
             found = _solve(target, rows, bounds, [*ahead, *always])
             if found.point is not None or found.proof is None or found.proof[i] == 0:
                 break
-            bounds[i] = _highest(i, bounds, found, noise[i], attempt)
+            bounds[i] = _highest(i, bounds, found.proof, noise[i], attempt)
         if found.point is None:
             ahead.pop()
-    return _solve(target, rows, bounds, [*ahead, *always]).point if found.point is None else found.point
+    found = _solve(target, rows, bounds, [*ahead, *always]) if found.point is None else found
+    return None if found.point is None else Kept(found.point, list(lost))
 
 
 def _last(ahead: list[int], found: Projection) -> int:
@@ -92,13 +110,12 @@ def _solve(target: Array, rows: Array, bounds: Array, used: list[int]) -> Projec
     return Projection(None, proof)
 
 
-def _highest(i: int, bounds: Array, found: Projection, noise: float, attempt: int) -> float:
+def _highest(i: int, bounds: Array, proof: Array, noise: float, attempt: int) -> float:
     """A lower bound for row i, the highest that the proof y allows: a_i·u ≤ −Σ_{j≠i} y_j b_j / y_i.
 
     It falls with each proof to another one of finitely many values; after the first attempt, by a share of its
     rounding more each time.
     """
-    proof = np.zeros(len(bounds)) if found.proof is None else found.proof
     terms = proof * bounds
     terms[i] = 0.0
     margin = _MARGIN * float(np.abs(terms).sum()) / float(proof[i]) + (_MARGIN_OF_NOISE * noise if attempt else 0.0)

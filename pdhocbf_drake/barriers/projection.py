@@ -52,13 +52,12 @@ def project(target: Array, A: Array, b: Array) -> Projection:
 
 def _dual(target: Array, A: Array, b: Array) -> tuple[Projection, bool]:
     """The answer of `project`, and False where rows are left that it misses, by rounding alone."""
-    x, sizes = target, np.abs(A)
+    x, rounding, rounding_of_b = target, _EPS * np.abs(A), _EPS * np.abs(b)
     active, prices, basis = list[int](), np.zeros(0), _Basis.of(A[:0])
     doubtful = list[int]()
     for _ in range(6 * (len(b) + 2)):
-        short = b - A @ x - _EPS * (np.abs(b) + sizes @ np.abs(x))
-        short[active] = 0.0
-        short[doubtful] = 0.0
+        short = b - A @ x - rounding @ np.abs(x) - rounding_of_b
+        short[active + doubtful] = 0.0
         entering = int(short.argmax()) if len(short) else -1
         if entering < 0 or short[entering] <= 0:
             return Projection(x), not doubtful
@@ -87,12 +86,11 @@ def _dual(target: Array, A: Array, b: Array) -> tuple[Projection, bool]:
             x = (target - basis.Q @ (target @ basis.Q)) + basis.Q @ (basis.inverse @ b[active])
             continue
         proof = np.zeros(len(b))
-        proof[active], proof[entering] = np.maximum(-weights, 0.0), 1.0
-        if proof @ b > _EPS * (proof @ np.abs(b)):
+        proof[active], proof[entering] = np.where(weights < -least, -weights, 0.0), 1.0
+        if proof @ b > proof @ rounding_of_b:
             return Projection(None, proof), True
         doubtful.append(entering)
-    missed = b - A @ x
-    small = np.all(missed <= _CYCLING * (np.abs(b) + sizes @ np.abs(x) + np.abs(target).max()))
+    small = np.all(b - A @ x <= _CYCLING * (np.abs(b) + np.abs(x).max() + np.abs(target).max()))
     return Projection(x if small else None), False
 
 

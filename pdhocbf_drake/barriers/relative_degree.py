@@ -165,8 +165,9 @@ def psi_sizes(
 
     It is max_j |h(k+j)| + |∂h(k+j)/∂ log(x, u)|, the latter from one step in a generic direction.
     """
-    generic = [1 + _STEP * np.sin(np.arange(1.0, size + 1.0) ** 2) for size in (system.n, system.m)]
-    here, there = (_along(barriers, system, k, *at) for at in ((x, u), (x * generic[0], u * generic[1])))
+    generic = 1 + _STEP * np.sin(np.arange(1.0, system.n + system.m + 1.0) ** 2)  # no two entries move alike
+    there = _along(barriers, system, k, x * generic[: system.n], u * generic[system.n :])
+    here = _along(barriers, system, k, x, u)
     return np.array([
         max(abs(a) + abs(b - a) / _STEP for a, b in zip(one, other, strict=True))
         for one, other in zip(here, there, strict=True)

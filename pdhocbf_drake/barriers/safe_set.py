@@ -13,12 +13,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from pydrake.solvers import ClpSolver, MathematicalProgram
 
+from pdhocbf_drake.barriers.affine_input import check_affine_in_input
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_vector, vector, whole_ticks
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, check_system, rollout
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_along
 from pdhocbf_drake.barriers.relative_degree import check_degrees, enforced_row, with_samples
-from pdhocbf_drake.barriers.requirements import barrier_list, check_affine_in_input
+from pdhocbf_drake.barriers.requirements import barrier_list
 from pdhocbf_drake.barriers.rows import check_affine
 from pdhocbf_drake.errors import InputError
 
@@ -105,7 +106,7 @@ def input_interval(system: PeriodicSystem, barriers: Sequence[Barrier], k: int, 
         if np.isnan(value) or np.isnan(slope):
             return np.inf, -np.inf
         check_degrees(barrier, system, [k], samples)
-        check_affine_in_input(barrier, system, samples, -unlimited, unlimited, "input_interval", [k])
+        check_affine_in_input(barrier, system, -unlimited, unlimited, "input_interval", samples, [k])
         if slope > 0:
             lower = max(lower, -value / slope)
         elif slope < 0:
