@@ -14,7 +14,8 @@ from pdhocbf_drake.barriers.relative_degree import enforced_values, psi_sizes
 
 _STEPS = 12  # linearisations from one starting point
 _SHARES = 0.5 ** np.arange(9)  # of a step, until it is an improvement
-_STARTS = 5  # further starting points, the best ones of those that are tried
+_LITTLE = 0.98  # of a shortfall left after a step is too much for another one
+_STARTS = 4  # further starting points, the best ones of those that are tried
 _SETTLED = 1e-9  # a step of this share of the distance to the wanted input is none
 _NOT_FOUND = "no input was found that satisfies every barrier at once"
 
@@ -57,41 +58,48 @@ class NonlinearFilter(BarrierFilter):
         importlib.import_module("scipy.optimize")
 
     def _search(self, k: int, state: Array, target: Array, rows: Linearisation) -> FilterResult:
-        best = self._descend(k, state, target, rows)
+        size = psi_sizes(self.barriers, self.system, k, state, rows.point)
+        best = self._descend(k, state, target, rows, size)
         if np.any(best.slack):
-            tried = [self._point(k, state, target, rows, start) for start in self._others(k, state, rows)]
-            for start in sorted(tried, key=lambda point: point.rank)[:_STARTS]:
-                best = min(best, self._descend(k, state, target, self._rows(k, state, start.input)), key=_rank)
-        best = self._polished(k, state, target, best)
+            tried = [self._point(k, state, target, rows, start, size) for start in self._others(k, state, rows)]
+            for start in sorted(tried, key=_rank)[:_STARTS]:
+                best = min(best, self._descend(k, state, target, self._rows(k, state, start.input), size), key=_rank)
+                if not np.any(best.slack):
+                    break
+        best = self._polished(k, state, target, self._point(k, state, target, rows, best.input))
         if np.any(best.slack):
             return FilterResult(best.input, "softened", best.psi, best.slack, _NOT_FOUND)
         return FilterResult(best.input, "solved", best.psi, best.slack)
 
-    def _point(self, k: int, state: Array, target: Array, rows: Linearisation, u: Array) -> _Point:
-        """ψ_m at u, and what it falls short of by more than the rounding of the terms in `rows`."""
+    def _point(
+        self, k: int, state: Array, target: Array, rows: Linearisation, u: Array, size: Array | None = None
+    ) -> _Point:
+        """ψ_m at u and its shortfalls beyond the rounding of its terms, whose size is that at u unless given."""
         psi = enforced_values(self.barriers, self.system, k, state, u)
         slack = np.maximum(self.tightening - np.nan_to_num(psi, nan=-np.inf), 0.0)
         if np.any(slack):
-            size = psi_sizes(self.barriers, self.system, k, state, u)
+            size = psi_sizes(self.barriers, self.system, k, state, u) if size is None else size
             slack = np.where(slack <= rounding_of(size, rows), 0.0, slack)
         ordered = slack[self._order]
         return _Point(u, psi, slack, (*(ordered > 0.0), *ordered, float(np.linalg.norm(u - target))))
 
-    def _descend(self, k: int, state: Array, target: Array, rows: Linearisation) -> _Point:
+    def _descend(self, k: int, state: Array, target: Array, rows: Linearisation, size: Array) -> _Point:
         """The first input on the way from that of `rows` that misses no barrier, or the best one."""
-        here = self._point(k, state, target, rows, rows.point)
+        here = self._point(k, state, target, rows, rows.point, size)
         for _ in range(_STEPS):
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 break
             aim, _ = self._nearest(k, state, target, rows)
             if aim is None or not np.linalg.norm(aim - here.input) > _SETTLED * np.linalg.norm(aim - target):
                 break
-            steps = (self._point(k, state, target, rows, here.input + share * (aim - here.input)) for share in _SHARES)
+            way = aim - here.input
+            steps = (self._point(k, state, target, rows, here.input + share * way, size) for share in _SHARES)
             after = next((point for point in steps if point.rank < here.rank), None)
             if after is None:
                 break
+            little = np.all(after.slack >= _LITTLE * here.slack)
             here = after
-            if not np.any(here.slack):
+            if little or not np.any(here.slack):
                 break
             rows = self._rows(k, state, here.input)
         return here
@@ -103,16 +111,17 @@ class NonlinearFilter(BarrierFilter):
         directions = [np.resize(signs, count) for signs in directions]
         missed = self.tightening - rows.psi
         reach = 1.0
-        for reach in 10.0 ** np.arange(-12, 13):
-            psi = enforced_values(self.barriers, self.system, k, state, rows.point + reach * directions[-1])
-            if np.any((np.abs(psi - rows.psi) > 0.5 * missed) & (missed > 0)):
-                break
+        with np.errstate(all="ignore"):
+            for reach in 10.0 ** np.arange(-12, 13):
+                psi = enforced_values(self.barriers, self.system, k, state, rows.point + reach * directions[-1])
+                if np.any((np.abs(psi - rows.psi) > 0.5 * missed) & (missed > 0)):
+                    break
         around = [rows.point + share * reach * way for share in (1.0, 3.0) for way in directions]
         bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
         low, high = np.where(bounded, self.lower, rows.point), np.where(bounded, self.upper, rows.point)
         middle, half = 0.5 * (low + high), 0.5 * (high - low)
-        inside = [middle + share * half * way for share in (0.0, 0.5, 1.0) for way in directions]
-        return [np.clip(point, self.lower, self.upper) for point in (*around, *inside)]
+        inside = [middle + share * half * way for share in (0.5, 1.0) for way in directions]
+        return [np.clip(point, self.lower, self.upper) for point in (*around, middle, *inside)]
 
     def _polished(self, k: int, state: Array, target: Array, best: _Point) -> _Point:
         """The missed ψ_m raised one after the other, as far as kept ones and those before allow; then the nearest."""
