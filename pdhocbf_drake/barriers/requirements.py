@@ -7,7 +7,8 @@ barrier and phase.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,10 +19,12 @@ from pdhocbf_drake.barriers.dynamics import PeriodicSystem
 from pdhocbf_drake.barriers.relative_degree import check_degrees, phases_of
 from pdhocbf_drake.errors import InputError
 
+B = TypeVar("B", bound=Barrier)
+
 _MOST_PHASES = 200
 
 
-def barrier_list(barriers: Any) -> tuple[Barrier, ...]:
+def barrier_list(barriers: Sequence[B]) -> tuple[B, ...]:
     """The barriers as a tuple; raises `InputError` for a single one, or for what is none."""
     if isinstance(barriers, Barrier) or not np.iterable(barriers):
         raise InputError(f"the barriers are a list, given {shown(barriers)}")
