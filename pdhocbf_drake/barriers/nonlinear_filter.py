@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +16,8 @@ _STEPS = 12  # linearisations from one starting point
 _SHARES = 0.5 ** np.arange(9)  # of a step, until it is an improvement
 _LITTLE = 0.98  # of a shortfall left after a step is too much for another one
 _STARTS = 4  # further starting points, the best ones of those that are tried
-_SETTLED = 1e-9  # a step of this share of the distance to the wanted input is none
+_ROUNDING = 1e-15  # a step of this share of the distance to the wanted input is none
+_SETTLED = 1e-9  # shortfalls that differ by a smaller share are one
 _NOT_FOUND = "no input was found that satisfies every barrier at once"
 
 
@@ -90,7 +91,7 @@ class NonlinearFilter(BarrierFilter):
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 break
             aim, _ = self._nearest(k, state, target, rows)
-            if aim is None or not np.linalg.norm(aim - here.input) > _SETTLED * np.linalg.norm(aim - target):
+            if aim is None or not np.linalg.norm(aim - here.input) > _ROUNDING * np.linalg.norm(aim - target):
                 break
             way = aim - here.input
             steps = (self._point(k, state, target, rows, here.input + share * way, size) for share in _SHARES)
@@ -150,7 +151,8 @@ class NonlinearFilter(BarrierFilter):
         scale = float(np.linalg.norm(start.input - target))
         if raised is not None and slope[raised] > 0.0:
             scale = max(scale, float(start.slack[raised] / slope[raised]))
-        length = scale * slope
+        with np.errstate(invalid="ignore"):
+            length = np.maximum(scale * slope, np.where(np.isfinite(levels), np.abs(start.psi - levels), 0.0))
         used = np.flatnonzero((length > 0.0) & np.isfinite(levels))
         if not (scale > 0.0 and np.all(np.isfinite(slope)) and (raised is None or slope[raised] > 0.0)):
             return start
@@ -162,15 +164,15 @@ class NonlinearFilter(BarrierFilter):
             return self._rows(k, state, start.input + scale * v).gradient * scale
 
         wanted = (target - start.input) / scale
-        if raised is None:
-            objective: Any = lambda v: 0.5 * float((v - wanted) @ (v - wanted))  # noqa: E731
-            slope_of_it: Any = lambda v: v - wanted  # noqa: E731
-        else:
-            objective = lambda v: (start.psi[raised] - values(v)[raised]) / length[raised]  # noqa: E731
-            slope_of_it = lambda v: -slopes(v)[raised] / length[raised]  # noqa: E731
+
+        def objective(v: Array) -> tuple[float, Array]:
+            if raised is None:
+                return 0.5 * float((v - wanted) @ (v - wanted)), v - wanted
+            return (start.psi[raised] - values(v)[raised]) / length[raised], -slopes(v)[raised] / length[raised]
+
         with np.errstate(all="ignore"):
             found = minimize(
-                objective, np.zeros(self.system.m), jac=slope_of_it, method="SLSQP",
+                objective, np.zeros(self.system.m), jac=True, method="SLSQP",
                 bounds=list(zip((self.lower - start.input) / scale, (self.upper - start.input) / scale, strict=True)),
                 constraints={
                     "type": "ineq",
