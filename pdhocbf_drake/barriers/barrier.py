@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydrake.autodiffutils import AutoDiffXd
 
 from pdhocbf_drake.barriers.bounds import Bound, repeated
 from pdhocbf_drake.barriers.checks import finite_array, is_number, one_number, shown, whole_ticks
@@ -87,7 +88,7 @@ class Barrier:
             check_h_repeats(self.name, self._h, phase, self.period, state)
             self._compared.add(phase)
         value = self._h(phase, x)
-        return value if isinstance(value, float) else one_number(f'barrier "{self.name}": h', value)
+        return value if isinstance(value, (float, AutoDiffXd)) else one_number(f'barrier "{self.name}": h', value)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.name!r}, period={self.period}, class_k={self.class_k})"

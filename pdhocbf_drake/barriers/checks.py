@@ -114,6 +114,8 @@ def numbers_or_variables(what: str, value: Any) -> NDArray[Any]:
 
 def _has_masked(value: Any) -> bool:
     """Whether a masked entry is in an array or in lists of arrays; NumPy would take the number behind the mask."""
+    if type(value) is np.ndarray:
+        return False
     if isinstance(value, (list, tuple)):
         return any(_has_masked(entry) for entry in value if not isinstance(entry, (float, int)))
     return bool(np.ma.is_masked(value))

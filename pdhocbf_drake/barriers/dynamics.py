@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -159,28 +159,28 @@ def rollout(system: PeriodicSystem, k: int, x: ArrayLike, inputs: Sequence[Any] 
     if not (isinstance(getattr(system, "n", None), int) and isinstance(getattr(system, "m", None), int)):
         check_system(system)
     k, state, rows = whole_ticks("the tick k", k), vector("the state x", x, system.n), input_rows(system, inputs)
-    if isinstance(system, PeriodicAffineSystem):
-        states = [state]
-        for i, u in enumerate(rows):
-            states.append(system.step(k + i, states[-1], u))
-        return np.array(states)
-    lift = _lift(state, rows)
-    states = [lift(state)]
+    # Arrays of whole numbers would round what a step writes into their like.
+    state, rows = (array.astype(float) if array.dtype.kind in "iub" else array for array in (state, rows))
+    if state.dtype == object or rows.dtype != object:
+        return _along(system, k, state, rows)
+    try:
+        return _along(system, k, state, rows)
+    except (TypeError, ValueError):  # a step that writes AutoDiffXd into an array made from floats
+        return _along(system, k, _lifted(state), _lifted(rows), lift=True)
+
+
+def _along(system: PeriodicSystem, k: int, state: Array, rows: Array, lift: bool = False) -> Array:
+    states = [state]
     for i, u in enumerate(rows):  # of copies, since a step may write into its arguments
-        states.append(lift(next_state(system, k + i, states[-1].copy(), lift(u).copy())))
+        after = next_state(system, k + i, states[-1].copy(), u.copy())
+        states.append(_lifted(after) if lift else after)
     return np.array(states)
 
 
-def _lift(*arrays: Array) -> Callable[[Array], Array]:
-    """How numbers become one type that `step` can compute with and write: AutoDiffXd if any entry is one, else floats.
-
-    Other objects, such as Drake's symbolic ones, stay as they are among floats.
-    """
-    if all(array.dtype != object for array in arrays):
-        return lambda array: array if array.dtype == float else array.astype(float)
-    if not any(isinstance(entry, AutoDiffXd) for array in arrays for entry in array.flat):
-        return lambda array: array.astype(object)
-    return lambda array: np.array([e if isinstance(e, AutoDiffXd) else AutoDiffXd(float(e)) for e in array])
+def _lifted(array: Array) -> Array:
+    """The array with AutoDiffXd for each number; symbolic entries stay as they are."""
+    entries = [AutoDiffXd(float(entry)) if isinstance(entry, (float, int)) else entry for entry in array.flat]
+    return np.array(entries, dtype=object).reshape(array.shape)
 
 
 def input_rows(system: PeriodicSystem, inputs: ArrayLike | Sequence[Any]) -> Array:
