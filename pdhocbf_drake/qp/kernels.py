@@ -72,9 +72,10 @@ def write_product(
     for i in range(len(out)):
         out[i] = 0.0
     for j in range(len(firsts)):
-        below, factor = firsts[j] - starts[j], vector[j]
-        for k in range(starts[j], starts[j + 1]):
-            out[below + k] += values[k] * factor
+        column, factor = values[starts[j] : starts[j + 1]], vector[j]
+        rows = out[firsts[j] : firsts[j] + len(column)]
+        for i in range(len(column)):
+            rows[i] += column[i] * factor
 
 
 @compiled

@@ -39,4 +39,6 @@ class Footholds(Term):
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
         here, most = tick.here[self.axis], self._correction
-        theta[self.places["target"]] += here + min(max(tick.ahead.centre[self.axis] - here, -most), most)
+        away = tick.ahead.centre[self.axis] - here
+        targets = theta[self.places["target"]]
+        targets += here + (most if away > most else -most if away < -most else away)
