@@ -201,10 +201,10 @@ class PeriodicMpc:
 
     def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason) -> Plan:
         """What the solvers of both axes found."""
-        x, y = results
+        (x, y), (starts_x, starts_y) = results, self._slack_starts
         inputs, footholds = np.empty((2, self.config.horizon)), np.empty((2, self.footholds))
         slacks = np.empty(self._slacks)
-        largest = write_plan(x.decisions, y.decisions, *self._slack_starts, inputs, footholds, slacks)
+        largest = write_plan(x.decisions, y.decisions, starts_x, starts_y, inputs, footholds, slacks)
         if reason == Reason.SOLVED and largest > NOTICED:
             reason = Reason.SOFTENED
         active = (self._padded(0, x.active), self._padded(1, y.active))

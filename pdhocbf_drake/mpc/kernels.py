@@ -54,8 +54,8 @@ def write_plan(
         for i in range(horizon, count):
             footholds[axis, i - horizon] = decisions[i]
         for i in range(len(starts)):
-            stop = count + starts[i + 1] if i + 1 < len(starts) else len(decisions)
             start = count + starts[i]
+            stop = min(count + starts[i + 1], len(decisions)) if i + 1 < len(starts) else len(decisions)
             slacks[place] = decisions[start] if start < stop else 0.0
             for j in range(start, stop):
                 slacks[place] = max(slacks[place], decisions[j])

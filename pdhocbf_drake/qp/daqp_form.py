@@ -70,8 +70,8 @@ class DaqpForm:
         bounds: l(θ), then u(θ), of these rows.
         slacks: what was left out. softened: the rows that they soften, as places in `order`.
         senses: DAQP's senses of the rows without a guess of the active set, shape (m,).
-        to_limits: the constant arguments of `kernels.write_limits`. to_decisions, to_slacks: those of `write_decisions` and
-            of `write_slacks`.
+        to_limits, to_decisions, to_slacks: the constant arguments of `kernels.write_limits`, `write_decisions` and
+            `write_slacks`.
 
     Raises:
         InputError: the bound rows don't form an invertible square matrix, or the cost is not strictly convex.

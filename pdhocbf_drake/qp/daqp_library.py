@@ -44,7 +44,7 @@ FLAG, ITERATIONS = RESULT + 8, RESULT + 9
 _SECONDS = (RESULT + 12) // 2  # in words of eight bytes
 _H, _A, _UPPER, _LOWER, _SENSE, _Y, _MULTIPLIERS = 2, 4, 5, 6, 7, RESULT // 2, RESULT // 2 + 1  # likewise: pointers
 _PRIMAL_TOL, _DUAL_TOL, _ITERATION_LIMIT = 0, 1, 11  # of DAQPSettings; the last one in words of four bytes
-_DEFAULTS = 1e-6, 1e-12, 10_000
+DEFAULTS = 1e-6, 1e-12, 10_000
 _SIZE = 4096  # of DAQPWorkspace [bytes]; less than 500 are used
 
 
@@ -95,7 +95,7 @@ class Workspace:
         (address,) = self._memory[self._memory != 0].tolist()
         numbers = (ctypes.c_double * 2).from_address(address)
         limits = (ctypes.c_int * (_ITERATION_LIMIT + 1)).from_address(address)
-        if (numbers[_PRIMAL_TOL], numbers[_DUAL_TOL], limits[_ITERATION_LIMIT]) != _DEFAULTS:
+        if (numbers[_PRIMAL_TOL], numbers[_DUAL_TOL], limits[_ITERATION_LIMIT]) != DEFAULTS:
             raise ValueError("DAQP's settings lie elsewhere")
         numbers[_PRIMAL_TOL], numbers[_DUAL_TOL] = SETTINGS["primal_tol"], SETTINGS["dual_tol"]
         limits[_ITERATION_LIMIT] = int(SETTINGS["iter_limit"])
@@ -115,6 +115,9 @@ class Workspace:
         """Of the last solve, by DAQP's own clock."""
         return float(self._seconds[0])
 
+    def __reduce__(self) -> str:
+        raise TypeError("DAQP's memory can't be copied")
+
     def __del__(self) -> None:
         if hasattr(self, "addresses"):
             self._functions.free_daqp_workspace(self.addresses[0])
@@ -130,7 +133,7 @@ class _Functions:
         def of(name: str, returns: Any, *takes: Any) -> Callable[..., Any]:
             function = library[name]
             function.restype, function.argtypes = returns, takes
-            return function  # type: ignore[no-any-return]
+            return function
 
         self.allocate_daqp_settings = of("allocate_daqp_settings", None, pointer)
         self.setup_daqp = of("setup_daqp", integer, pointer, pointer, pointer)
@@ -159,7 +162,7 @@ def is_usable() -> bool:
     try:
         if version("daqp") not in VERSIONS or not _agrees():
             return False
-    except (PackageNotFoundError, OSError, AttributeError, ValueError):
+    except (PackageNotFoundError, OSError, AttributeError, ValueError):  # its metadata, file, functions or structures
         return False
     for name in ("daqp_update_ldp", "daqp_solve"):
         add_symbol(name, ctypes.cast(getattr(_functions(), name), ctypes.c_void_p).value)

@@ -56,7 +56,7 @@ class DaqpQp:
             guess_rows: for each row of A, the index in `guess` of its guessed activity (None: its own index). Serves
                 where consecutive solves are of different programs whose rows correspond, as over a moving horizon.
         """
-        self.qp = qp
+        self.qp, self._made_from = qp, (qp, bound_rows, guess_rows)
         self._form = form = DaqpForm(qp, bound_rows)
         self._guess_from = form.order if guess_rows is None else guess_rows[form.order]
         self._guess_length = int(self._guess_from.max(initial=-1)) + 1
@@ -65,6 +65,10 @@ class DaqpQp:
         flag = self.steps.flag if self.packed is None else self.packed.workspace.flag
         if flag < 0:
             raise InputError(f"the compiled program can't be set up in DAQP: {_message(flag)}")
+
+    def __reduce__(self) -> tuple[type[DaqpQp], tuple[ParametricQp, Sequence[str], np.ndarray | None]]:
+        """A copy is set up anew: DAQP's memory can't be copied."""
+        return DaqpQp, self._made_from
 
     @cached_property
     def steps(self) -> DaqpSteps:

@@ -1,4 +1,4 @@
-"""A program solved by `daqp.Model`, step by step: where compiled code can't call DAQP, and to see what it should give."""
+"""A program solved by `daqp.Model` step by step: where kernels can't call DAQP, and what they must agree with."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from pdhocbf_drake.qp.daqp_form import DaqpForm
 from pdhocbf_drake.qp.daqp_library import SETTINGS
 from pdhocbf_drake.qp.kernels import (
     DEPENDENT,
-    EQUALITY,
     OPTIMAL_SOFTENED,
     is_finite,
     write_decisions,
@@ -45,14 +44,14 @@ class DaqpSteps:
         self._model = daqp.Model()
         self._model.settings = SETTINGS
         wide = form.wide_limits
-        self.flag, _ = self._model.setup(
-            form.hessian, None, np.ascontiguousarray(form.rows), wide, -wide, form.senses
-        )
+        self.flag, _ = self._model.setup(form.hessian, None, np.ascontiguousarray(form.rows), wide, -wide, form.senses)
         if self.flag >= 0 and len(form.softened):
             rho, linear = form.soft_weights
             self._model.soft_weights(rho_l=rho, rho_u=rho, w_l=linear, w_u=linear)
 
-    def solve(self, theta: np.ndarray, guess: np.ndarray, decisions: np.ndarray, active: np.ndarray) -> tuple[int, float]:
+    def solve(
+        self, theta: np.ndarray, guess: np.ndarray, decisions: np.ndarray, active: np.ndarray
+    ) -> tuple[int, float]:
         """All of them: what `kernels.solve_packed` does, with its arguments."""
         least = self.prepare(theta)
         decisions[:] = active[:] = 0.0

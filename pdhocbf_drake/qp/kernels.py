@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numba import types
@@ -47,8 +47,8 @@ WORKSPACE, PROBLEM, RESULT, FLAG = range(4)
     HARD, ORDER, SOFTENED, SLACK_COLUMNS, GUESS_FROM, COLD, SENSES,
 ) = range(40, 82, 2)  # fmt: skip
 
-daqp_update_ldp = types.ExternalFunction("daqp_update_ldp", types.int32(types.int32, types.intp, types.intp))
-daqp_solve = types.ExternalFunction("daqp_solve", types.void(types.intp, types.intp))
+daqp_update_ldp: Any = types.ExternalFunction("daqp_update_ldp", types.int32(types.int32, types.intp, types.intp))
+daqp_solve: Any = types.ExternalFunction("daqp_solve", types.void(types.intp, types.intp))
 """DAQP's functions, see `daqp_library`."""
 
 
