@@ -18,7 +18,8 @@ class PackedQp:
     hands over three.
 
     Attributes:
-        arrays: the real numbers, the integers, and where each array lies among them, see `kernels`.
+        arrays: the real numbers, the integers without their signs, and where each array lies among them, see
+            `kernels`.
         workspace: DAQP's memory.
 
     Args:
@@ -44,7 +45,7 @@ class PackedQp:
             ]
         )  # fmt: skip
         places = np.concatenate([np.zeros(4, dtype=np.int64), real_places, integer_places])
-        self.arrays = reals, integers, places
+        self.arrays = reals, integers.view(np.uint32), places  # an index that can't be negative is not looked at twice
         low, high = np.split(self._own(kernels.LIMITS), 2)
         high[:] = form.wide_limits
         low[:] = -high

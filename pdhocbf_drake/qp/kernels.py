@@ -279,7 +279,7 @@ def solve_packed(
     guess_from = integers[at[GUESS_FROM] : at[GUESS_FROM + 1]]
     decisions[:] = 0.0
     active[:] = 0.0
-    flag, attempts = -1, 2 if len(guess) else 1
+    flag, attempts = np.int32(-1), 2 if len(guess) else 1
     while flag < 0 and attempts:
         if attempts == 2:
             write_senses(guess, guess_from, cold, senses)
@@ -288,9 +288,9 @@ def solve_packed(
         flag = daqp_update_ldp(NEW_LIMITS_AND_SENSES, at[WORKSPACE], at[PROBLEM])
         if flag >= 0:
             daqp_solve(at[RESULT], at[WORKSPACE])
-            flag = integers[at[FLAG]]
+            flag = np.int32(integers[at[FLAG]])
             if flag > 0 and not is_finite(y):
-                flag = DEPENDENT
+                flag = np.int32(DEPENDENT)
         attempts -= 1
     if flag > 0:
         cost += write_decisions(

@@ -48,6 +48,7 @@ class Vhip:
         self.B = np.array([b for _, b in pairs])
         self.system = PeriodicAffineSystem(self.A, self.B[:, :, None])
         self._eta: list[float] = self.eta.tolist()
+        self._of_phase = [*zip(self.A, self.B, strict=True)]
         self._predictions: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def step(self, tick: int, state: np.ndarray, zmp_velocity: float) -> np.ndarray:
@@ -58,14 +59,15 @@ class Vhip:
     def step_axes(self, tick: int, state: np.ndarray, zmp_velocity: np.ndarray) -> np.ndarray:
         """s(k + 1) of both axes from s(k), shape (2, 3), under ZMP velocities (2,) [m/s]."""
         phase, following = tick % self.period, np.empty((2, 3))
-        write_following(self.A[phase], self.B[phase], state, zmp_velocity, following)
+        write_following(*self._of_phase[phase], state, zmp_velocity, following)
         return following
 
     def references(self, tick: int, state: np.ndarray, zmp_velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """`step_axes`; and x, ẋ, ẍ, y, ẏ, ÿ of the CoM and x, ẋ, y, ẏ of the ZMP at k + 1, shape (10,)."""
         phase, following, references = tick % self.period, np.empty((2, 3)), np.empty(10)
         eta = self._eta[(phase + 1) % self.period]
-        write_references(self.A[phase], self.B[phase], eta, state, zmp_velocity, following, references)
+        A, B = self._of_phase[phase]
+        write_references(A, B, eta, state, zmp_velocity, following, references)
         return following, references
 
     def prediction(self, tick: int, horizon: int) -> tuple[np.ndarray, np.ndarray]:
