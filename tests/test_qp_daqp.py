@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from pydrake.solvers import MathematicalProgram
 from qp_programs import random_program
 
-from pdhocbf_drake.qp import DaqpQp, QpResult, compile_program, daqp_library, solve_axes
+from pdhocbf_drake.qp import DaqpQp, QpResult, compile_program, daqp_library
+from pdhocbf_drake.qp.solvers import solve_axes
 
 SEEDS = st.integers(0, 10_000)
 SCALES = st.sampled_from([0.1, 0.5, 3.0])

@@ -19,7 +19,8 @@ from pdhocbf_drake.mpc.recovery import recovery_of
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.terms import TERMS, constraints_of
 from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
-from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver, solve_axes
+from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
+from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.vhip import Vhip

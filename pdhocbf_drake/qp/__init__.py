@@ -25,7 +25,7 @@ from pdhocbf_drake.qp.compiler import compile_program
 from pdhocbf_drake.qp.daqp_library import has_daqp
 from pdhocbf_drake.qp.daqp_solver import DaqpQp
 from pdhocbf_drake.qp.parametric_qp import ParametricQp, QpResult
-from pdhocbf_drake.qp.solvers import ClarabelQp, QpSolver, make_solver, solve_axes
+from pdhocbf_drake.qp.solvers import ClarabelQp, QpSolver, make_solver
 
 __all__ = [
     "AffineMap",
@@ -38,5 +38,4 @@ __all__ = [
     "compile_program",
     "has_daqp",
     "make_solver",
-    "solve_axes",
 ]

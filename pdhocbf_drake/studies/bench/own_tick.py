@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from pdhocbf_drake.qp import DaqpQp, solve_axes
+from pdhocbf_drake.qp import DaqpQp
+from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.bench.recording import AXES, Tick, now, record, solve, theta, time_routes, typical
