@@ -32,6 +32,10 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "certify": ("bounds that can be kept for ever, their cost, and the pushes they allow", "studies.certify.command"),
     "design-bound": ("a certified bound from a recorded walk, as YAML", "studies.certify.design_command"),
     "bench": ("cost of a control tick, beside other ways to solve the same problem", "studies.bench.command"),
+    "gait": (
+        "what the shape of a gait costs in torque, ZMP, barrier, pushes and certified area",
+        "studies.gait.command",
+    ),
     "worth": ("benefit of a barrier after a disturbance or a change of command", "studies.worth.command"),
     "push": ("the largest push that the robot survives, by direction, phase and barrier", "studies.push.command"),
     "reproduce": ("every figure and number of the paper beside ours", "studies.reproduce.command"),

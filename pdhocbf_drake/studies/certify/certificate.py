@@ -171,18 +171,23 @@ def certify_scenario(
     walk = build_walk(scenario)
     mass = scenario.vhip.mass
     if scenario.system == "biped":
-        biped = Biped.load(scenario.robot)
-        mass = biped.mass
-        if reach is None:
-            height = scenario.gait.com_height + scenario.gait.com_height_amplitude
-            reach = longest_stride(biped, scenario.gait.stance_width, height) / 2.0
-    reach = _TEMPLATE_REACH if reach is None else reach
+        mass = Biped.load(scenario.robot).mass
+    reach = com_reach(scenario) if reach is None else reach
     axes = []
     for axis in (0, 1):
         template = stepping_template(scenario.gait, scenario.mpc, axis, reach)
         report(1 + axis, f"sets along {'xy'[axis]}")
         axes.append(certify_axis(template, walk.mpc.barriers[axis], with_rows))
     return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(scenario), (axes[0], axes[1]))
+
+
+def com_reach(scenario: Scenario) -> float:
+    """How far the CoM may be from the stance foot: half the robot's longest stride [m]."""
+    if scenario.system != "biped":
+        return _TEMPLATE_REACH
+    gait = scenario.gait
+    height = gait.com_height + gait.com_height_amplitude
+    return longest_stride(Biped.load(scenario.robot), gait.stance_width, height) / 2.0
 
 
 def _free_orbit(scenario: Scenario) -> np.ndarray:
