@@ -321,7 +321,7 @@ def solve_packed(
             limits,
             decisions,
         )
-    return flag, cost
+    return int(flag), cost
 
 
 @compiled
