@@ -15,10 +15,9 @@ from pdhocbf_drake.sets.invariant_set import invariant_set
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.certify.certificate import area, com_reach
-from pdhocbf_drake.studies.certify.stepping_template import stepping_template
-from pdhocbf_drake.studies.push.search import Settings, search_all
 from pdhocbf_drake.studies.shared.cases import PERIODIC
+from pdhocbf_drake.studies.shared.push_search import Settings, search_all
+from pdhocbf_drake.studies.shared.stepping_template import area, com_reach, stepping_template
 from pdhocbf_drake.walking.support import contains
 
 SETTLING_GAITS, WATCHED_GAITS = 3, 4
@@ -109,7 +108,8 @@ def _pushes(scenario: Scenario, work: Work) -> dict[str, float] | None:
     if not work.directions:
         return None
     mass = Biped.load(scenario.robot).mass
-    found = search_all(scenario, [PERIODIC], work.directions, work.phases, _PUSH, 1, mass)
+    searches = search_all(scenario, [PERIODIC], work.directions, work.phases, _PUSH, 1, mass)
+    found = [impulse for impulses in searches for impulse in impulses]
     by_way = {way: [i.survived for i in found if i.direction == way] for way in work.directions}
     return {way: float(np.median(values)) for way, values in by_way.items()}
 
