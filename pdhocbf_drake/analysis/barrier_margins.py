@@ -53,7 +53,7 @@ def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
     return {
         name: BarrierUse(
             column, config.make_class_k(), config.gamma, config.relative_degree or len(config.gamma), config.unit,
-            config.quantity.period(scenario.gait.ticks_per_step), config.quantity,
+            config.bounded.period(scenario.gait.ticks_per_step), config.bounded,
         )
         for column, (name, config) in enumerate(scenario.barriers.items())
     }  # fmt: skip
@@ -67,8 +67,8 @@ def units_of(scenarios: Iterable[Scenario]) -> str:
 
 def quantities_of(scenarios: Iterable[Scenario]) -> list[Quantity]:
     """The quantities that walks bound, each once, those of x first; the forward speed if there is none."""
-    bounded = {config.quantity for scenario in scenarios for config in scenario.barriers.values()} or {SPEEDS[0]}
-    return sorted(bounded, key=lambda quantity: (quantity.axis, quantity.name))
+    bounded = {config.bounded for scenario in scenarios for config in scenario.barriers.values()} or {SPEEDS[0]}
+    return sorted(bounded, key=lambda quantity: (quantity.axis, quantity.name, quantity.mirrored))
 
 
 def measured(run: Run, quantity: Quantity) -> Array:
@@ -88,7 +88,8 @@ def planned(run: Run, quantity: Quantity) -> Array:
 def _values(run: Run, quantity: Quantity, states: Array) -> Array:
     gait = run.scenario.gait
     ticks = np.rint(run.log.time / gait.tick).astype(int)
-    return quantity.values(states, ticks, Vhip(CosineHeight(gait).eta(), gait.tick))
+    stance = run.log.element("stance_plan", f"{'xy'[quantity.axis]}_now")
+    return quantity.values(states, ticks, Vhip(CosineHeight(gait).eta(), gait.tick), gait, stance)
 
 
 def bound_along(log: RunLog, scenario: Scenario, use: BarrierUse) -> Array:

@@ -43,7 +43,7 @@ class OnDemand(Sequence[T], Generic[T]):
 
 
 class Compiled(NamedTuple):
-    """One axis: a program and its solver for each phase of the step."""
+    """One axis: a program and its solver for each tick of the step, or of the gait where its two steps differ."""
 
     qps: Sequence[ParametricQp]
     solvers: Sequence[QpSolver]
@@ -68,10 +68,10 @@ class ProgramCache:
 
 
 def _compiled(problem: AxisProblem) -> Compiled:
-    count, solver = problem.setting.gait.period, problem.setting.config.solver
+    count, solver = problem.period, problem.setting.config.solver
     qps = OnDemand(count, problem.compile)
     solvers = OnDemand(
-        count, lambda phase: make_solver(solver, qps[phase], problem.bound_rows, problem.guess_rows(qps, phase))
+        count, lambda tick: make_solver(solver, qps[tick], problem.bound_rows, problem.guess_rows(qps, tick))
     )
     return Compiled(qps, solvers)
 
@@ -88,12 +88,13 @@ class Rung:
         self._problems, self._solver = problems, solver
         self._solvers: dict[tuple[int, int], QpSolver] = {}
 
-    def solver(self, axis: int, phase: int) -> QpSolver:
-        """The solver of this problem."""
-        if (axis, phase) not in self._solvers:
-            problem = self._problems[axis]
-            self._solvers[axis, phase] = make_solver(self._solver, problem.compile(phase), problem.bound_rows)
-        return self._solvers[axis, phase]
+    def solver(self, axis: int, tick: int) -> QpSolver:
+        """The solver of this problem at tick k."""
+        problem = self._problems[axis]
+        place = axis, tick % problem.period
+        if place not in self._solvers:
+            self._solvers[place] = make_solver(self._solver, problem.compile(place[1]), problem.bound_rows)
+        return self._solvers[place]
 
 
 def rungs_of(problems: Sequence[AxisProblem]) -> list[Rung]:

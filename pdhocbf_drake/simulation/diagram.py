@@ -55,7 +55,7 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
     """
     wiring.add("gait_reference", unbundled(GaitReference(walk.gait)))
     if walk.barriers:
-        schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait.period, walk.mpc.config.horizon)
+        schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait, walk.mpc.config.horizon)
         wiring.add("barrier_schedule", unbundled(schedule))
     controller = MpcController(walk.mpc, AT_REST, walk.gait.feet_at_start, walk.names, latency)
     return wiring.add("mpc_controller", unbundled(controller))
@@ -67,7 +67,8 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     wiring.connect(wiring.port("gait_phase").get_system(), "last_step")
     wiring.connect(controller, "lip_state", measured=True)
     if walk.barriers:
-        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")
+        stance = ["stance_plan"] * any(barrier.from_stance for barrier in walk.barriers)
+        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *stance)
         wiring.connect(controller, "barrier_bound")
         wiring.log("barrier_bound", "h", "barrier_slack")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")

@@ -1,0 +1,110 @@
+"""A barrier on a quantity of a walk: how the walk's stance feet, its start and its end enter it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pdhocbf_drake.barriers import AffineBarrier, Bound, ClassK
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
+from pdhocbf_drake.walking.gait import Gait
+from pdhocbf_drake.walking.quantities import Quantity
+from pdhocbf_drake.walking.vhip import Vhip
+
+Array = NDArray[np.float64]
+
+STARTING_STEPS = 4
+"""Steps from the first swing on until a walk follows its orbit."""
+ENDING_STEPS = 2
+"""Last swings of a walk, in which it leaves its orbit."""
+
+
+class WalkBarrier(AffineBarrier):
+    """h(k, s) = ±(V̄(k) − σ_j n_k·s) for s = [c, v, p] of one axis as the quantity sees it, see `Quantity`.
+
+    In the world, with the stance foot at f_j, that is ±(V̄(k) + g_k f_j − σ_j n_k·s), where g_k is `foot_gains`: a
+    coming foothold adds to the bound. In the ψ rows of a plan it is a decision, from its touchdown on.
+
+    Attributes:
+        quantity: the bounded quantity.
+        at_rest: whether V̄ is widened to hold at rest while the walk starts and ends, see `widened`.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        quantity: Quantity,
+        normals: Array,
+        bound: Bound,
+        sign: int,
+        class_k: Sequence[ClassK | float],
+        unit: str = "",
+        relative_degree: int | None = None,
+        at_rest: bool = False,
+    ) -> None:
+        super().__init__(name, normals, bound, sign, class_k, unit or quantity.unit, relative_degree)
+        self.quantity, self.at_rest = quantity, at_rest
+
+    @property
+    def from_stance(self) -> bool:
+        """Whether c and p are seen from the stance foot."""
+        return bool(np.any(self.quantity.origin))
+
+    def foot_gains(self, k: int, count: int) -> Array:
+        """g_k, …, g_{k+count−1}: what a metre of the stance foot's place adds to V̄, shape (count,)."""
+        return np.asarray(self.normals(k, count) @ self.quantity.origin)
+
+    def seen(self, state: Array, stance: float) -> Array:
+        """[c, v, p] as the quantity sees it, from that in the world and the centre of the stance [m]."""
+        return state - stance * self.quantity.origin
+
+    @property
+    def widened(self) -> Bound:
+        """The outer envelope of V̄ and of rest, where q = 0: max(V̄, 0) of an upper bound, min(V̄, 0) of a lower one.
+
+        While a walk starts or ends there is no orbit, and each tick may belong to the orbit or to the stand.
+        """
+        outer = np.maximum if self.sign > 0 else np.minimum
+        return Bound(tuple(outer(self.bound.values, 0.0)))
+
+
+class BoundSamples:
+    """V̄(k), …, V̄(k+n−1) of a barrier along a walk, from tables, since they are read at every tick.
+
+    A `WalkBarrier` that is widened at rest has `widened` until `STARTING_STEPS` after the first swing, and again from
+    the last `ENDING_STEPS` swings on. All others have the same bound throughout.
+    """
+
+    def __init__(self, barrier: AffineBarrier, gait: Gait, count: int) -> None:
+        self.period, self._count = barrier.bound.period, count
+        self._settled = self._widened = barrier.bound.samples(0, self.period + count)
+        self._first, self._end = -np.inf, np.inf
+        if isinstance(barrier, WalkBarrier) and barrier.at_rest:
+            self._widened = barrier.widened.samples(0, self.period + count)
+            self._first = (gait.config.start_steps + STARTING_STEPS) * gait.period
+            last = gait.footsteps.last
+            if last is not None:
+                self._end = (last + 1 - ENDING_STEPS) * gait.period
+
+    def __call__(self, tick: int) -> Array:
+        """V̄(k) … V̄(k+n−1), shape (n,)."""
+        place = tick % self.period
+        settled = self._settled[place : place + self._count]
+        if self._first <= tick and tick + self._count <= self._end:
+            return settled
+        ticks = np.arange(tick, tick + self._count)
+        widened = self._widened[place : place + self._count]
+        return np.where((ticks >= self._first) & (ticks < self._end), settled, widened)
+
+
+def make_walk_barrier(
+    name: str, config: WalkBarrierConfig, vhip: Vhip, gait: Gait, bound: Bound, at_rest: bool = False
+) -> WalkBarrier:
+    """The barrier of a configuration with the given bound V̄(k)."""
+    quantity, sign = config.bounded, 1 if config.side == "upper" else -1
+    normals = quantity.normals_of(vhip, gait.config)
+    return WalkBarrier(
+        name, quantity, normals, bound, sign, config.make_class_k(), config.unit, config.relative_degree, at_rest
+    )
