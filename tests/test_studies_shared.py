@@ -28,7 +28,7 @@ MARGIN = 0.0073  # of `vhip` [m/s]
 @pytest.fixture(scope="module")
 def still() -> Record:
     """A gait at rest."""
-    return Record(0, np.zeros((40, 2, 3)), np.zeros((40, 1)), np.zeros(40), np.ones(40, dtype=bool))
+    return Record(0, np.zeros((40, 2, 3)), np.zeros((40, 2)), np.zeros((40, 1)), np.zeros(40), np.ones(40, dtype=bool))
 
 
 @pytest.fixture(scope="module")

@@ -92,9 +92,7 @@ def build_walk(scenario: Scenario) -> Walk:
     return Walk(gait, vhip, mpc, quantities, tuple(barriers))
 
 
-def _barrier(
-    name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nominal: np.ndarray | None
-) -> WalkBarrier:
+def _barrier(name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nominal: np.ndarray | None) -> WalkBarrier:
     """One barrier; `nominal` is the nominal walk (2, 2N, 3) that its bound follows, None for other bounds."""
     quantity = config.bounded
     with _naming(name):

@@ -33,8 +33,8 @@ class WalkBoundConfig(BoundConfig):
 class WalkBarrierConfig(BarrierConfig):
     """A barrier h = V̄(k) − q (upper) or q − V̄(k) (lower) on a quantity q of the template.
 
-    Without `quantity` and `axis` it is one on the forward speed. One that has a `quantity` bounds the settled walk: while
-    the walk starts and ends, its bound is widened to the outer envelope of V̄ and of the stand, where q is 0.
+    Without `quantity` and `axis` it is one on the forward speed. One that has a `quantity` bounds the settled walk:
+    while the walk starts and ends, its bound is the outer envelope of V̄ and of the stand, see `BoundSamples`.
 
     Attributes:
         quantity: the bounded quantity, one of `QUANTITIES`. Positions are seen from the stance foot.

@@ -36,8 +36,8 @@ class Quantity:
 
     c and p are taken from the stance foot of step j where the quantity is a position. Along the heading σ_j = 1; a
     mirrored quantity across the heading is counted towards the other foot: σ_j = −1 on a left stance and +1 on a right
-    one, so that in a straight walk it repeats after one step. In a stand the feet go on alternating in σ_j, and the
-    middle between both feet takes the place of the stance foot. Its barrier is h(k) = ±(V̄(k) − q(k)), eq. (25).
+    one, so that in a straight walk it repeats after one step. In a stand σ_j goes on alternating, and c and p are taken
+    from the middle between both feet. Its barrier is h(k) = ±(V̄(k) − q(k)), eq. (25).
 
     Attributes:
         name: its key in `QUANTITIES`.
@@ -68,10 +68,8 @@ class Quantity:
 
     def signs(self, gait: GaitConfig) -> tuple[float, float]:
         """σ_j of even and of odd steps."""
-        if not self.mirrored:
-            return 1.0, 1.0
-        left_is_even = (gait.first_stance == "left") == (gait.start_steps % 2 == 0)
-        return (-1.0, 1.0) if left_is_even else (1.0, -1.0)
+        even, odd = stance_sides(gait)
+        return (-even, -odd) if self.mirrored else (1.0, 1.0)
 
     def normals_of(self, vhip: Vhip, gait: GaitConfig) -> Array:
         """σ_j n_k, shape (P, 3), or (2N, 3) for a mirrored quantity."""
@@ -125,6 +123,12 @@ class Quantity:
         vhip = Vhip(_ANY_ETA, _ANY_TICK)
         barrier = AffineBarrier(self.name, self.normals(vhip), constant(0.0), 1, [1.0])
         return max(r for k in range(vhip.period) if (r := relative_degree(barrier, vhip.system, k)) is not None)
+
+
+def stance_sides(gait: GaitConfig) -> tuple[float, float]:
+    """The stance foot of even and of odd steps, +1 left or −1 right; in a stand, were the feet to go on alternating."""
+    left_is_even = (gait.first_stance == "left") == (gait.start_steps % 2 == 0)
+    return (1.0, -1.0) if left_is_even else (-1.0, 1.0)
 
 
 def _constant(normal: tuple[float, float, float]) -> Callable[[Vhip], Array]:

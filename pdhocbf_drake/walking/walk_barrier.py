@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from pdhocbf_drake.barriers import AffineBarrier, Bound, ClassK
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.gait import Gait
-from pdhocbf_drake.walking.quantities import Quantity
+from pdhocbf_drake.walking.quantities import Quantity, stance_sides
 from pdhocbf_drake.walking.vhip import Vhip
 
 Array = NDArray[np.float64]
@@ -29,7 +29,7 @@ class WalkBarrier(AffineBarrier):
 
     Attributes:
         quantity: the bounded quantity.
-        at_rest: whether V̄ is widened to hold at rest while the walk starts and ends, see `widened`.
+        at_rest: whether V̄ is widened to hold at rest while the walk starts and ends, see `BoundSamples`.
     """
 
     def __init__(
@@ -52,6 +52,11 @@ class WalkBarrier(AffineBarrier):
         """Whether c and p are seen from the stance foot."""
         return bool(np.any(self.quantity.origin))
 
+    @property
+    def seen_anew(self) -> bool:
+        """Whether h jumps where another foot becomes the stance."""
+        return self.from_stance or self.quantity.mirrored
+
     def foot_gains(self, k: int, count: int) -> Array:
         """g_k, …, g_{k+count−1}: what a metre of the stance foot's place adds to V̄, shape (count,)."""
         return np.asarray(self.normals(k, count) @ self.quantity.origin)
@@ -60,33 +65,36 @@ class WalkBarrier(AffineBarrier):
         """[c, v, p] as the quantity sees it, from that in the world and the centre of the stance [m]."""
         return state - stance * self.quantity.origin
 
-    @property
-    def widened(self) -> Bound:
-        """The outer envelope of V̄ and of rest, where q = 0: max(V̄, 0) of an upper bound, min(V̄, 0) of a lower one.
-
-        While a walk starts or ends there is no orbit, and each tick may belong to the orbit or to the stand.
-        """
-        outer = np.maximum if self.sign > 0 else np.minimum
-        return Bound(tuple(outer(self.bound.values, 0.0)))
-
 
 class BoundSamples:
     """V̄(k), …, V̄(k+n−1) of a barrier along a walk, from tables, since they are read at every tick.
 
-    A `WalkBarrier` that is widened at rest has `widened` until `STARTING_STEPS` after the first swing, and again from
-    the last `ENDING_STEPS` swings on. All others have the same bound throughout.
+    While a walk starts or ends there is no orbit. A `WalkBarrier` with `at_rest` then has the outer envelope of V̄ and
+    of rest, max(V̄(k), q°) for an upper bound and min(V̄(k), q°) for a lower one, where q° is q in a stand seen from one
+    foot: σ_j n_k·(0 − f) with the foot f at ± half the distance between the feet. That holds until `STARTING_STEPS`
+    after the first swing, and from the last `ENDING_STEPS` swings on. In the stands themselves q is counted from the
+    middle between both feet, and so is the bound: the envelope less q°. All other barriers have V̄ throughout.
     """
 
     def __init__(self, barrier: AffineBarrier, gait: Gait, count: int) -> None:
         self.period, self._count = barrier.bound.period, count
-        self._settled = self._widened = barrier.bound.samples(0, self.period + count)
+        self._settled = barrier.bound.samples(0, self.period + count)
         self._first, self._end = -np.inf, np.inf
-        if isinstance(barrier, WalkBarrier) and barrier.at_rest:
-            self._widened = barrier.widened.samples(0, self.period + count)
-            self._first = (gait.config.start_steps + STARTING_STEPS) * gait.period
-            last = gait.footsteps.last
-            if last is not None:
-                self._end = (last + 1 - ENDING_STEPS) * gait.period
+        if not isinstance(barrier, WalkBarrier) or not barrier.at_rest:
+            return
+        n, cycle = gait.period, gait.config.ticks_per_gait
+        sides = np.repeat(stance_sides(gait.config), n)
+        across = gait.footsteps.width / 2.0 * (barrier.quantity.axis == 1)
+        rest = -barrier.foot_gains(0, cycle) * sides * across
+        outer = np.maximum if barrier.sign > 0 else np.minimum
+        self._widened = outer(barrier.bound.samples(0, cycle), rest)
+        self._standing = self._widened - rest
+        self._swings = gait.config.start_steps * n, np.inf
+        self._first = (gait.config.start_steps + STARTING_STEPS) * n
+        last = gait.footsteps.last
+        if last is not None:
+            self._swings = self._swings[0], (last + 1) * n
+            self._end = (last + 1 - ENDING_STEPS) * n
 
     def __call__(self, tick: int) -> Array:
         """V̄(k) … V̄(k+n−1), shape (n,)."""
@@ -94,9 +102,10 @@ class BoundSamples:
         settled = self._settled[place : place + self._count]
         if self._first <= tick and tick + self._count <= self._end:
             return settled
-        ticks = np.arange(tick, tick + self._count)
-        widened = self._widened[place : place + self._count]
-        return np.where((ticks >= self._first) & (ticks < self._end), settled, widened)
+        ticks, (begin, end) = np.arange(tick, tick + self._count), self._swings
+        in_gait = ticks % len(self._widened)
+        swings = np.where((ticks >= begin) & (ticks < end), self._widened[in_gait], self._standing[in_gait])
+        return np.where((ticks >= self._first) & (ticks < self._end), settled, swings)
 
 
 def make_walk_barrier(

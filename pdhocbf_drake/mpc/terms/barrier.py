@@ -18,7 +18,8 @@ class BarrierTerm(Term):
     A soft barrier has a slack_i ≥ 0 for each row, at the price `mpc.slack_weight`: linear · slack + quadratic · slack².
     A hard one has none.
 
-    A barrier on a quantity that is seen from the stance foot has a column for each coming foothold, a decision.
+    A barrier on a quantity that is seen from the stance foot has a column for each coming foothold, a decision. Where
+    another foot becomes the stance, and h is seen anew, the recursion starts again, see `affine_rows`.
 
     Parameters: bound_NAME, the samples V̄(k) … V̄(k+H), (H + 1,) [unit of h].
     """
@@ -28,6 +29,7 @@ class BarrierTerm(Term):
     def __init__(self, setting: Setting, barrier: AffineBarrier, soft: bool) -> None:
         super().__init__(setting)
         self.barrier, self._soft = barrier, soft
+        self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.seen_anew
         self._part, self._name = f"bound_{barrier.name}", f"barrier {barrier.name}"
 
     @classmethod
@@ -51,7 +53,17 @@ class BarrierTerm(Term):
     def key(self) -> Hashable:
         b = self.barrier
         gains = _foot_gains(b, 0, b.normal_period).tobytes()
-        return super().key, self._soft, b.name, b.normal.tobytes(), b.sign, b.class_k, b.relative_degree, gains
+        return (
+            super().key,
+            self._soft,
+            b.name,
+            b.normal.tobytes(),
+            b.sign,
+            b.class_k,
+            b.relative_degree,
+            gains,
+            self._seen_anew,
+        )
 
     @property
     def period(self) -> int:
@@ -61,7 +73,8 @@ class BarrierTerm(Term):
         barrier, horizon = self.barrier, program.horizon
         normals = barrier.normals(program.tick, horizon + 1)[:, None]
         along = (normals @ program.phi)[:, 0], (normals @ program.gamma)[:, 0], np.zeros(horizon + 1)
-        psi = affine_rows(barrier, self.setting.vhip.system, program.tick, horizon, along)
+        restarts = range(program.period - program.phase, horizon + 1, program.period) if self._seen_anew else ()
+        psi = affine_rows(barrier, self.setting.vhip.system, program.tick, horizon, along, restarts)
         keep = psi.reachable  # the others are facts about the present that no input changes
         rows = int(np.count_nonzero(keep))
         count = rows if self._soft else 0

@@ -17,7 +17,7 @@ class AxisProgram:
     Attributes:
         prog: what is written.
         tick, phase: tick of the gait, and of the step, at which the plan begins.
-        horizon: H [ticks].
+        period, horizon: N and H [ticks].
         u, f: ZMP velocities and footholds.
         part: the parameters by name, as variables.
         feet: [last, this, coming stance centres].
@@ -27,6 +27,7 @@ class AxisProgram:
     """
 
     def __init__(self, gait: Gait, vhip: Vhip, tick: int, horizon: int, places: dict[str, slice]) -> None:
+        self.period = gait.period
         phase = tick % gait.period
         self.tick, self.phase, self.horizon = tick, phase, horizon
         self.prog = MathematicalProgram()
