@@ -17,6 +17,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.systems.kernels import LEAST_LOAD
 from pdhocbf_drake.walking.support import contains
 
 Array = NDArray[np.float64]
@@ -48,6 +49,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         yaw_drift_deg=_drift(scenario, log, np.degrees(base_yaw(log))) if body else None,
         com_rms_error=_com_rms_error(log) if walks else None,
         zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,
+        unloaded_ticks=_unloaded_ticks(log) if body else None,
         zmp_outside_fraction=_zmp_outside(log) if walks else None,
         slip_max=_finite(slip_max(log)) if body else None,
         joint_torque_peak=_finite(np.abs(log["actuation"]).max()) if body else None,
@@ -94,6 +96,11 @@ def _com_rms_error(log: RunLog) -> list[float | None]:
 def _zmp_outside(log: RunLog) -> float:
     zmp = np.stack([log.element("lip_state", f"{axis}_zmp") for axis in "xy"], axis=1)
     return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp, _ROUNDING).mean())
+
+
+def _unloaded_ticks(log: RunLog) -> int | None:
+    """The start is no such tick: contact is found from the first step of the plant on; None in older logs."""
+    return int((log["ground_load"][1:] <= LEAST_LOAD).sum()) if "ground_load" in log else None
 
 
 def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:

@@ -61,7 +61,12 @@ class Metrics(_Table):
         description="|mean yaw of the last gait less that at the start|, once a whole gait was walked [deg]"
     )
     com_rms_error: list[float | None] | None = Field(description="measured less planned CoM in x, y, z, RMS [m]")
-    zmp_margin_min: float | None = Field(description="least distance of the measured ZMP from the support's edge [m]")
+    zmp_margin_min: float | None = Field(
+        description="least distance of the measured ZMP from the edge of the corners of soles that touch the ground [m]"
+    )
+    unloaded_ticks: int | None = Field(
+        None, description="ticks at which the ground carries nothing, so that there is no ZMP and the last one is kept"
+    )
     zmp_outside_fraction: float | None = Field(description="share of samples whose ZMP is outside the box (27)")
     slip_max: float | None = Field(description="farthest that a standing sole moved along the ground [m]")
     joint_torque_peak: float | None = Field(description="largest torque [N m]")

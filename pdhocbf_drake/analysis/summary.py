@@ -47,6 +47,8 @@ def _zmp(metrics: Metrics, outside_fraction: float) -> str:
     outside = f"outside its box in {100 * outside_fraction:.1f} % of the samples"
     if metrics.template:
         return outside
+    if metrics.unloaded_ticks:
+        outside += f"; no load on the ground at {_count(metrics.unloaded_ticks, 'tick')}"
     least = metrics.zmp_margin_min
     if least is None or least > -5e-5:
         return f"at least {_mm(least if least is None else max(least, 0.0))} inside the soles' edge, {outside}"

@@ -45,7 +45,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
     add_model_error(wiring, scenario.model_error, plant, biped)
 
-    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped)))
+    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
     wiring.connect(estimator, "robot_state", "contact_forces")
     add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
@@ -72,8 +72,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
         applied = plant.get_applied_spatial_force_input_port()
         wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
         wiring.log("push")
-    wiring.log("com_z", "foot_state", "joint_state", "foot_reference", "desired_state", "feedforward", "actuation")
-    wiring.log("robot_state")
+    wiring.log("com_z", "foot_state", "ground_load", "joint_state", "foot_reference", "desired_state", "feedforward")
+    wiring.log("actuation", "robot_state")
     return wiring.build("biped_walk")
 
 

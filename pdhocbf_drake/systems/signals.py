@@ -89,6 +89,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("foot_state", "state_estimator",
             tuple(f"{s}_{e}" for s in SIDES for e in ("x", "y", "z", "roll", "pitch", "yaw")), "m, rad",
             "measured sole centres and roll, pitch, yaw"),
+    _signal("ground_load", "state_estimator", "fz", "N",
+            "vertical force of the ground on the robot; below 1 N there is no ZMP, and lip_state keeps the last one"),
     _signal("joint_state", "joint_encoders", _STATE, "rad, rad/s", "measured joint positions, then velocities"),
     _signal("foot_reference", "foot_reference",
             tuple(f"{s}_{d}{a}" for s in SIDES for d in ("", "v", "a") for a in "xyz"), "m, m/s, m/s²",
