@@ -6,6 +6,7 @@ from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
+
 from pdhocbf_drake.simulation.run_log import RunLog
 
 Array = NDArray[np.float64]

@@ -18,8 +18,8 @@ class StateEstimator(LeafSystem):
     The ground's generalized force on the floating base is the net contact wrench about the base's origin b:
     moment M, force F. The ZMP is the point of the ground where its horizontal moment vanishes:
     x = b_x − (M_y + b_z F_x)/F_z,  y = b_y + (M_x − b_z F_y)/F_z. Where F_z is gone, as for a step of the plant when a
-    foot lands, there is no such point, and it stays where it was at the tick before (this block's discrete state; before
-    the first load, below the CoM).
+    foot lands, there is no such point, and it stays where it was at the tick before, which is this block's discrete
+    state; before the first load it is below the CoM.
 
     Input ports:
         robot_state (37): q and v of the plant.
