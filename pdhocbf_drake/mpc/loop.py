@@ -61,8 +61,7 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     state, fault = _believed_state(mpc, memory, measurement.state, tick, latency)
     if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
-    recovering = memory.disturbance.active
-    plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, recovering)
+    plan = _planned(mpc, memory, tick, state, bounds, measurement.zmp_offset)
     reason = _supervise(mpc, memory, plan, fault)
     memory.advance(mpc, state, plan)
     solved = float(plan.reason.planned)
@@ -141,6 +140,23 @@ def _believed_state(
     if repeats and moves > _MOVED:
         return memory.state, Reason.STALE_MEASUREMENT
     return state, Reason.SOLVED
+
+
+def _planned(
+    mpc: PeriodicMpc, memory: Memory, tick: int, state: np.ndarray, bounds: Mapping[str, np.ndarray],
+    offset: np.ndarray | None,
+) -> Plan:  # fmt: skip
+    """The plan of a steady or of a disturbed walk; where the former is as good as undisturbed, it ends a recovery."""
+    config, disturbance = mpc.config.recovery, memory.disturbance
+    if config is None or not disturbance.may_be_over(config):
+        return mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, disturbance.active)
+    plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan)
+    if plan.recovering:
+        return plan._replace(reason=Reason.RECOVERING) if plan.reason == Reason.NO_STEADY_PLAN else plan
+    if memory.moved(mpc, plan) > config.calm:
+        return mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, True)
+    memory.disturbance = disturbance.ended()
+    return plan
 
 
 def _supervise(mpc: PeriodicMpc, memory: Memory, plan: Plan, measurement: Reason) -> Reason:

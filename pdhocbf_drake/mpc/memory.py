@@ -110,16 +110,13 @@ class Memory:
         config = mpc.config.recovery
         if config is None:
             return
-        moved = 0.0
-        if self.plan is not None:
-            step = tick // mpc.gait.period
-            coming = step - self.plan.tick // mpc.gait.period  # the plan's first foothold is taken at a new step
-            (_, x), (_, y) = self.stance.tolist()
-            along, aside = mpc.commanded.steps(step).moves[:, 0].tolist()
-            foot_x, foot_y = self.plan.footholds[:, coming].tolist()
-            moved = max(abs(foot_x - x - along), abs(foot_y - y - aside))
         error = divergent_error(mpc.divergent, tick, state, self.state)
-        self.disturbance = self.disturbance.after(config, mpc.gait.period, error, moved)
+        self.disturbance = self.disturbance.after(config, mpc.gait.period, error)
+
+    def moved(self, mpc: PeriodicMpc, plan: Plan) -> float:
+        """How far the next foothold of a plan made at this tick is from the commanded one, in x or y [m]."""
+        commanded = self.stance[:, 1] + mpc.commanded.steps(plan.tick // mpc.gait.period).moves[:, 0]
+        return float(np.abs(plan.footholds[:, 0] - commanded).max())
 
     def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> None:
         """Steps the template by the plan's first input and moves on to tick k + 1."""
