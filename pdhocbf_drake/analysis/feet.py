@@ -32,7 +32,7 @@ def steps_taken(log: RunLog) -> int:
         rows = step == index
         if index == step[-1]:  # only the next row would show that it is complete
             continue
-        swing = "right" if support[rows][0] > 0 else "left"
+        swing = "right" if support[rows][-1] > 0 else "left"  # a step in place of a stand may begin later
         if "foot_state" not in log or log.element("foot_state", f"{swing}_z")[rows].max() > _LIFTED:
             count += 1
     return count

@@ -80,7 +80,7 @@ def _distance_commanded(scenario: Scenario, log: RunLog) -> float:
     step, tick = log["gait_phase"][-1, 1], log["gait_phase"][-1, 0]
     walked = float(step + tick / gait.ticks_per_step - gait.start_steps)
     if gait.walk_steps is not None and walked >= gait.walk_steps:
-        return (gait.walk_steps - 1) * gait.stride
+        return max(0, gait.walk_steps - 1) * gait.stride
     return max(0.0, walked - 0.5) * gait.stride
 
 

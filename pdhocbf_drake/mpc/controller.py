@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from copy import copy
 
 import numpy as np
@@ -17,10 +17,12 @@ from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.terms import TERMS, constraints_of
+from pdhocbf_drake.mpc.terms.stability import Stability
 from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.vhip import Vhip
 
 Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
@@ -98,7 +100,7 @@ class PeriodicMpc:
             self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, True, turn, kinds)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
-        self._endings: dict[int, PeriodicMpc] = {}
+        self._kept: dict[Hashable, PeriodicMpc] = {}
         # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
         self._bounds = [
             (b.name, b.bound.period, b.bound.samples(0, b.bound.period + config.horizon + 1))
@@ -136,11 +138,21 @@ class PeriodicMpc:
 
     def ending_at(self, step: int) -> PeriodicMpc:
         """The same problem for a walk whose last swing is that of step j."""
-        if step not in self._endings:
-            other = self._endings[step] = copy(self)
-            other._read(self.gait.ending_at(step))
-            other.recovery = None if self.recovery is None else self.recovery.ending_at(step)
-        return self._endings[step]
+        return self._derived(step, lambda gait: gait.ending_at(step))
+
+    def resumed_by(self, resumed: Resumed) -> PeriodicMpc:
+        """The same problem for a walk with steps in place of a stand."""
+        if resumed == self.gait.footsteps.resumed:
+            return self
+        return self._derived(resumed, lambda gait: gait.resumed_by(resumed))
+
+    def _derived(self, key: Hashable, change: Callable[[Gait], Gait]) -> PeriodicMpc:
+        if key not in self._kept:
+            other = self._kept[key] = copy(self)
+            other._kept = {}
+            other._read(change(self.gait))
+            other.recovery = None if self.recovery is None else self.recovery._derived(key, change)
+        return self._kept[key]
 
     def given(
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
@@ -201,6 +213,20 @@ class PeriodicMpc:
         if reason <= Reason.CROSS_SOLVED:
             return plan
         return plan._replace(unmet=self._unmet(plan, thetas, reasons))
+
+    def missed_tail(self, state: np.ndarray, plan: Plan) -> float:
+        """By how much a plan from `state` misses its stability row, in x or in y: what only another step makes good [m].
+
+        Where the tail is demanded, it is missed by nothing.
+        """
+        missed = 0.0
+        for problem, inputs, axis_state in zip(self.problems, plan.inputs, state, strict=True):
+            for term in problem.terms:
+                if isinstance(term, Stability):
+                    tail = term.anticipative_tail(plan.tick)
+                    known = np.concatenate([inputs, axis_state, [tail]])
+                    missed = max(missed, abs(float(term.row(plan.tick % self.gait.period) @ known)))
+        return missed
 
     def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason) -> Plan:
         """What the solvers of both axes found."""

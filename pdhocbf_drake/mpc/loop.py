@@ -14,6 +14,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.kernels import believe
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan, Reason
+from pdhocbf_drake.mpc.stepping import steps_again
 
 _MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
 
@@ -54,7 +55,7 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
         The memory for the next tick, and the plan; its reason says also what was wrong with the measurement.
     """
     memory, tick = memory.copy(), measurement.tick
-    mpc = mpc.ended_by(memory.last_step)
+    mpc = mpc.ended_by(memory.last_step).resumed_by(memory.resumed)
     if measurement.feet is not None:
         memory.land(mpc, tick, measurement.feet)
     bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
@@ -62,6 +63,10 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
     plan = _planned(mpc, memory, tick, state, bounds, measurement.zmp_offset)
+    resumed = steps_again(mpc, tick, state, plan)
+    if resumed != memory.resumed:
+        mpc = memory.resume(mpc, tick, resumed)
+        plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, True)
     reason = _supervise(mpc, memory, plan, fault)
     memory.advance(mpc, state, plan)
     solved = float(plan.reason.planned)

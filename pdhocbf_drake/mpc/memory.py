@@ -11,7 +11,7 @@ from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
-from pdhocbf_drake.walking.footsteps import BOTH, LEFT
+from pdhocbf_drake.walking.footsteps import BOTH, LEFT, Resumed
 
 OUTPUTS = (
     "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack", "unmet",
@@ -41,6 +41,7 @@ class Memory:
         feet: last contact positions of the left and right foot, shape (2, 2) [m].
         stance: box centres of the last and this step per axis, shape (2, 2) [m].
         last_step: the step with the last swing, once the walk is to come to a stand; else −1.
+        resumed: the steps that are taken in place of a stand.
         degraded: ticks in a row that had no solution or no measurement.
         measured: c and v of both axes as measured at k [m, m/s].
         plan: the plan made at k, or None at the start.
@@ -63,6 +64,7 @@ class Memory:
     measured: np.ndarray
     plan: Plan | None
     disturbance: Disturbance = CALM
+    resumed: Resumed = Resumed()
 
     @classmethod
     def at_start(cls, mpc: PeriodicMpc, state: np.ndarray, feet: np.ndarray) -> Memory:
@@ -118,6 +120,25 @@ class Memory:
         commanded = self.stance[:, 1] + mpc.commanded.steps(plan.tick // mpc.gait.period).moves[:, 0]
         return float(np.abs(plan.footholds[:, 0] - commanded).max())
 
+    def resume(self, mpc: PeriodicMpc, tick: int, resumed: Resumed) -> PeriodicMpc:
+        """Takes steps in place of a stand; returns the problem of that walk, which begins like the last plan's."""
+        other = mpc.resumed_by(resumed)
+        self.resumed = resumed
+        step = tick // mpc.gait.period
+        here, coming = other.gait.support(step), other.gait.support(step + 1)
+        if here != mpc.gait.support(step):  # a foot lifts off that stood
+            self.stance = np.stack([self.stance[:, 1], _centre(here, self.feet)], axis=1)
+        moves = np.cumsum(other.commanded.steps(step).moves, axis=1)
+        if self.plan is not None:
+            footholds = self.stance[:, 1:] + moves
+            if here == mpc.gait.support(step) and self.plan.tick // mpc.gait.period == step:
+                first = self.plan.footholds[:, 0]
+                if coming != mpc.gait.support(step + 1):
+                    first = _landing(mpc.gait.support(step + 1), self.stance[:, 1], first)
+                footholds += (first - footholds[:, 0])[:, None]
+            self.plan = self.plan._replace(footholds=footholds)
+        return other
+
     def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> None:
         """Steps the template by the plan's first input and moves on to tick k + 1."""
         gait, tick = mpc.gait, plan.tick
@@ -169,7 +190,7 @@ class MemoryLayout:
         self.sizes = {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
             "barrier_slack": sum(map(len, mpc.barriers)), "unmet": 2 * len(mpc.constraints),
-            "last_step": 1, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4,
+            "last_step": 1, "resumed": 3, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4,
             "stance": 4, "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
             "active_y": rows[1],
         }  # fmt: skip
@@ -186,6 +207,7 @@ class MemoryLayout:
         marks = (-1.0, 0.0, 0.0) if plan is None else (plan.tick, plan.fallbacks, plan.recovering)
         numbers = (
             memory.last_step,
+            *memory.resumed,
             memory.degraded,
             *disturbance.error_sum,
             disturbance.active,
@@ -213,7 +235,7 @@ class MemoryLayout:
         """A memory from the part `carried` of the vector, as copies; its outputs are empty until the next tick."""
         own = np.array(carried)
         parts = [own[place] for place in self._behind]
-        last_step, degraded, disturbance, marks, measured, state, feet, stance, inputs, footholds, *active = parts
+        last_step, resumed, degraded, disturbance, marks, measured, state, feet, stance, inputs, footholds, *active = parts
         x, y, disturbed, quiet = disturbance.tolist()
         tick, fallbacks, recovering = marks.tolist()
         plan = None
@@ -225,7 +247,7 @@ class MemoryLayout:
         return Memory(
             _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
             state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), float(last_step[0]), float(degraded[0]),
-            measured, plan, Disturbance((x, y), bool(disturbed), round(quiet)),
+            measured, plan, Disturbance((x, y), bool(disturbed), round(quiet)), Resumed(*map(round, resumed.tolist())),
         )  # fmt: skip
 
 

@@ -64,7 +64,7 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
 def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     """Closes the loop from `lip_state` and logs the controller's signals."""
     wiring.connect(controller, "gait_phase")
-    wiring.connect(wiring.port("gait_phase").get_system(), "last_step")
+    wiring.connect(wiring.port("gait_phase").get_system(), "last_step", "resumed")
     wiring.connect(controller, "lip_state", measured=True)
     if walk.barriers:
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")

@@ -75,6 +75,9 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             "start and end of each foot in this step", logged=False),
     _signal("last_step", "mpc_controller", "step", "1",
             "the step with the last swing, after which the walk comes to a stand, else -1", logged=False),
+    _signal("resumed", "mpc_controller", "tick side last", "1",
+            "steps in place of a stand: the tick from which on a foot swings, the stance foot of that step (+1 left, "
+            "-1 right), the last such step; -1, 0, -1 without", logged=False),
     _signal("solver_status", "mpc_controller", "status time cost slack fallbacks reason", "1, s, 1, as h, 1, 1",
             "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.plan.Reason)"),
     _signal("barrier_slack", "mpc_controller", "n_b", "as h", "largest slack of each barrier that the plan paid for"),

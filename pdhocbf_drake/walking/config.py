@@ -25,7 +25,7 @@ class GaitConfig(Config):
         com_height_phase: the tick of a step at which eq. (24) is at its highest [ticks].
         swing_height: clearance of the swing sole at mid-swing [m].
         start_steps: step durations to stand on both feet before the first step.
-        walk_steps: steps to take before coming to a stand again; null walks on.
+        walk_steps: steps to take before coming to a stand again; 0 only stands, null walks on.
         first_stance: the foot that stands during the first step.
     """
 
@@ -40,7 +40,7 @@ class GaitConfig(Config):
     com_height_phase: int = 0
     swing_height: Annotated[float, within(0.0, 1.0, "m", above=True)] = 0.05
     start_steps: int = Field(2, ge=0, le=1000)
-    walk_steps: int | None = Field(None, ge=1)
+    walk_steps: int | None = Field(None, ge=0)
     first_stance: Literal["left", "right"] = "right"
 
     @property
