@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.analysis.barrier_margins import barriers_of
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, violated
 from pdhocbf_drake.analysis.feet import slip_max, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
@@ -112,6 +112,8 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
     table = {}
     for name, use in barriers_of(scenario).items():
         judged = log.after(scenario.from_time)["h"][:, use.column]
+        bound = bound_along(log, scenario, use) if "barrier_bound" in log else judged  # the oscillator's is not logged
+        magnitude = np.abs(np.nan_to_num([*bound, *judged])).max(initial=0.0)
         slack = log["barrier_slack"][:, use.column] if "barrier_slack" in log else None  # older logs have none
         try:
             record = record_from_h(judged, use.class_k)
@@ -120,15 +122,32 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
         table[name] = BarrierMetrics(
             h_min=record.h_min if record else None,
             h_mean=record.h_mean if record else None,
-            violations=int((~(judged >= 0)).sum()) if len(judged) else None,
+            violations=int(violated(judged, magnitude).sum()) if len(judged) else None,
             psi_min=_finite(record.psi_min) if record else None,
             slack_max=_statistic(np.max, slack) if slack is not None else None,
             softened_ticks=int((slack > NOTICED).sum()) if slack is not None else None,
+            **_action(scenario, log, use.column),
             gamma=list(use.gamma),
             relative_degree=use.relative_degree,
             unit=use.unit,
         )
     return table
+
+
+def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
+    """Ticks whose plan a barrier changed, and the walk's speed over the steps in which they are."""
+    if "barrier_active" not in log:  # an older log
+        return {}
+    acted = log["barrier_active"][1:, column] > 0.0  # a row holds what was planned at the row before
+    found = {"active_ticks": int(acted.sum()), "active_first": float(log.time[:-1][acted][0]) if acted.any() else None}
+    if "lip_state" not in log or not acted.any():
+        return found
+    gait, step = scenario.gait, log.element("gait_phase", "step")[:-1]
+    whole = (step < step[-1]) & (log.element("gait_phase", "support")[:-1] != 0.0)
+    rows = whole & np.isin(step, step[acted])
+    commanded = abs(gait.stride) / (gait.ticks_per_step * gait.tick)
+    forward = np.copysign(1.0, gait.stride) * log.element("lip_state", "vx")[:-1][rows]
+    return {**found, "active_slower": _statistic(lambda speeds: commanded - np.mean(speeds), forward)}
 
 
 def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:

@@ -14,10 +14,15 @@ class BarrierMetrics(_Table):
 
     h_min: float | None = Field(description="least h [unit]")
     h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
-    violations: int | None = Field(description="ticks with h < 0 or NaN")
+    violations: int | None = Field(description="ticks with h < −1e-9 of the bound's magnitude, or NaN")
     psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
     slack_max: float | None = Field(description="largest slack of its rows in a plan [unit]")
     softened_ticks: int | None = Field(description="ticks, at any time, whose plan has such a slack")
+    active_ticks: int | None = Field(None, description="ticks, at any time, whose plan a row of it changed")
+    active_first: float | None = Field(None, description="time of the first such tick [s]")
+    active_slower: float | None = Field(
+        None, description="commanded speed of the walk less its mean speed, over the whole steps with such ticks [m/s]"
+    )
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
     relative_degree: int = Field(description="declared relative degree, in ticks")
     unit: str = Field(description="unit of h")

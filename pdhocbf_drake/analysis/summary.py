@@ -64,10 +64,24 @@ def _joints(metrics: Metrics) -> str:
 
 
 def _barrier(barrier: BarrierMetrics) -> str:
+    text = f"{_margin(barrier)}{_action(barrier)}"
     if not barrier.softened_ticks:
-        return _margin(barrier)
+        return text
     slack = _of(barrier.slack_max, barrier.unit)
-    return f"{_margin(barrier)}; softened at {_count(barrier.softened_ticks, 'tick')}, by {slack} at most"
+    return f"{text}; softened at {_count(barrier.softened_ticks, 'tick')}, by {slack} at most"
+
+
+def _action(barrier: BarrierMetrics) -> str:
+    if barrier.active_ticks is None:  # an older log
+        return ""
+    if barrier.active_first is None:
+        return "; it never acted"
+    text = f"; it acted at {_count(barrier.active_ticks, 'tick')}, first at {barrier.active_first:.2f} s"
+    slower = barrier.active_slower
+    if slower is None:
+        return text
+    way = "slower" if slower >= 0.0 else "faster"
+    return f"{text}, in steps that were {_of(abs(slower), 'm/s')} {way} than commanded"
 
 
 def _margin(barrier: BarrierMetrics) -> str:

@@ -101,6 +101,7 @@ class PeriodicMpc:
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
         self._kept: dict[Hashable, PeriodicMpc] = {}
+        self._rows_of_barriers: dict[tuple[int, int], list[np.ndarray]] = {}
         # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
         self._bounds = [
             (b.name, b.bound.period, b.bound.samples(0, b.bound.period + config.horizon + 1))
@@ -238,7 +239,30 @@ class PeriodicMpc:
         plans = np.array([r.decisions[: horizon + n_f] for r in results])
         active = (self._padded(0, results[0].active), self._padded(1, results[1].active))
         cost = sum(r.cost for r in results)
-        return Plan(tick, plans[:, :horizon], plans[:, horizon:], active, slacks, cost, reason, 0, unmet=self._all_met)
+        inputs, footholds = plans[:, :horizon], plans[:, horizon:]
+        acting = self._acting(tick, results, slacks)
+        return Plan(tick, inputs, footholds, active, slacks, acting, cost, reason, 0, unmet=self._all_met)
+
+    def _acting(self, tick: int, results: Sequence[QpResult], slacks: np.ndarray) -> np.ndarray:
+        """`Plan.acting`; on a lower rung, whose rows are others, of the barriers whose slack is noticed."""
+        acting = (slacks > NOTICED).astype(float)
+        place, phase = 0, tick % self.gait.period
+        for axis, result in enumerate(results):
+            if not self.barriers[axis]:
+                continue
+            own = self._barrier_rows(axis, phase)
+            if len(result.active) == len(self.qps[axis][phase].names):
+                acting[place : place + len(own)] = [result.active[rows].any() for rows in own]
+            place += len(own)
+        return acting
+
+    def _barrier_rows(self, axis: int, phase: int) -> list[np.ndarray]:
+        """Places of the rows of each barrier of an axis in its program."""
+        if (axis, phase) not in self._rows_of_barriers:
+            names = np.array(self.qps[axis][phase].names)
+            rows = [np.flatnonzero(names == f"barrier {barrier.name}") for barrier in self.barriers[axis]]
+            self._rows_of_barriers[axis, phase] = rows
+        return self._rows_of_barriers[axis, phase]
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
         """Flags for the longest program of this axis: rows that this phase, or a lower rung, lacks are inactive."""
@@ -289,7 +313,7 @@ class PeriodicMpc:
         delta = self.gait.config.tick
         inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
         slacks = np.zeros(sum(map(len, self.barriers)))
-        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count, unmet=self._all_met)
+        return Plan(tick, inputs, footholds, active, slacks, slacks, np.nan, reason, count, unmet=self._all_met)
 
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """The box (27), without the margin, at a tick: x_min, x_max, then y, shape (2, 2) [m].

@@ -14,7 +14,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.kernels import believe
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan, Reason
-from pdhocbf_drake.mpc.stepping import steps_again
+from pdhocbf_drake.mpc.stepping import about_to_stand, steps_again
 
 _MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
 
@@ -72,7 +72,7 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     solved = float(plan.reason.planned)
     cost = plan.cost if solved else 0.0
     memory.solver_status = np.array([solved, 0.0, cost, plan.slack, float(plan.fallbacks), float(reason)])
-    memory.barrier_slack, memory.unmet = plan.slacks, plan.unmet.ravel()
+    memory.barrier_slack, memory.barrier_active, memory.unmet = plan.slacks, plan.acting, plan.unmet.ravel()
     return memory, plan if reason == plan.reason else plan._replace(reason=reason)
 
 
@@ -153,7 +153,7 @@ def _planned(
 ) -> Plan:  # fmt: skip
     """The plan of a steady or of a disturbed walk; where the former is as good as undisturbed, it ends a recovery."""
     config, disturbance = mpc.config.recovery, memory.disturbance
-    if config is None or not disturbance.may_be_over(config):
+    if config is None or not disturbance.may_be_over(config) or about_to_stand(mpc, tick):
         return mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, disturbance.active)
     plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan)
     if plan.recovering:

@@ -14,7 +14,8 @@ from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.walking.footsteps import BOTH, LEFT, Resumed
 
 OUTPUTS = (
-    "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack", "unmet",
+    "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack",
+    "barrier_active", "unmet",
 )  # fmt: skip
 """The parts that other blocks or the log read, and that the next tick does not need."""
 
@@ -36,6 +37,7 @@ class Memory:
         foot_plan: where the left foot starts and ends this step, then the right one: x, y each [m].
         solver_status: solved, wall time [s], cost, slack [m/s], fallbacks in a row, reason.
         barrier_slack: each barrier's largest slack, those of x, then those of y, shape (n_b,) [m/s].
+        barrier_active: 1 for each barrier with an active row, in the same order, shape (n_b,).
         unmet: as `Plan.unmet`, x then y, shape (2 n_c,) [m].
         state: predicted [c, v, p] at k + 1 per axis, shape (2, 3).
         feet: last contact positions of the left and right foot, shape (2, 2) [m].
@@ -55,6 +57,7 @@ class Memory:
     foot_plan: np.ndarray
     solver_status: np.ndarray
     barrier_slack: np.ndarray
+    barrier_active: np.ndarray
     unmet: np.ndarray
     state: np.ndarray
     feet: np.ndarray
@@ -77,7 +80,7 @@ class Memory:
         zmp = np.array([[p, 0.0] for p in state[:, 2]]).ravel()
         memory = cls(
             com, zmp, np.zeros(4), np.zeros(8), np.zeros(8), np.array([1.0, 0, 0, 0, 0, Reason.SOLVED]),
-            np.zeros(sum(map(len, mpc.barriers))), np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
+            *np.zeros((2, sum(map(len, mpc.barriers)))), np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
             np.array(feet, dtype=float), stance, -1.0, 0.0, np.full(4, np.nan), None,
         )  # fmt: skip
         footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).moves, axis=1)
@@ -189,7 +192,7 @@ class MemoryLayout:
         rows = mpc.rows
         self.sizes = {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
-            "barrier_slack": sum(map(len, mpc.barriers)), "unmet": 2 * len(mpc.constraints),
+            "barrier_slack": sum(map(len, mpc.barriers)), "barrier_active": sum(map(len, mpc.barriers)), "unmet": 2 * len(mpc.constraints),
             "last_step": 1, "resumed": 3, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4,
             "stance": 4, "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
             "active_y": rows[1],
@@ -235,17 +238,19 @@ class MemoryLayout:
         """A memory from the part `carried` of the vector, as copies; its outputs are empty until the next tick."""
         own = np.array(carried)
         parts = [own[place] for place in self._behind]
-        last_step, resumed, degraded, disturbance, marks, measured, state, feet, stance, inputs, footholds, *active = parts
+        last_step, resumed, degraded, disturbance, marks, measured, state, feet, stance, inputs, footholds, *active = (
+            parts
+        )
         x, y, disturbed, quiet = disturbance.tolist()
         tick, fallbacks, recovering = marks.tolist()
         plan = None
         if tick >= 0:
             plan = Plan(
-                round(tick), inputs.reshape(2, -1), footholds.reshape(2, -1), (active[0], active[1]), _NONE, math.nan,
+                round(tick), inputs.reshape(2, -1), footholds.reshape(2, -1), (active[0], active[1]), _NONE, _NONE, math.nan,
                 Reason.SOLVED, round(fallbacks), bool(recovering),
             )  # fmt: skip
         return Memory(
-            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
+            *[_NONE] * len(OUTPUTS),
             state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), float(last_step[0]), float(degraded[0]),
             measured, plan, Disturbance((x, y), bool(disturbed), round(quiet)), Resumed(*map(round, resumed.tolist())),
         )  # fmt: skip

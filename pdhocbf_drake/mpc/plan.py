@@ -44,6 +44,7 @@ class Plan(NamedTuple):
         footholds: centres of the coming stance feet per axis, shape (2, n_f) [m].
         active: flags of the active constraints per axis, for the next warm start.
         slacks: each barrier's largest slack, those of x, then those of y, shape (n_b,) [m/s].
+        acting: 1 for each barrier with an active row, as the plan would be another without it; else 0, shape (n_b,).
         cost: of both axes; NaN where not solved.
         reason: why the plan is what it is.
         fallbacks: ticks in a row without a solution, this one included.
@@ -57,6 +58,7 @@ class Plan(NamedTuple):
     footholds: np.ndarray
     active: tuple[np.ndarray, np.ndarray]
     slacks: np.ndarray
+    acting: np.ndarray
     cost: float
     reason: Reason
     fallbacks: int

@@ -46,4 +46,6 @@ class FootReference(LeafSystem):
         if self._resumed.HasValue(context):
             gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context))))
         before = context.get_discrete_state_vector().value()
-        output.SetFromVector(self._swing.feet(round(tick), support, self._plan.Eval(context), before, gait.lift_off(round(step))))
+        output.SetFromVector(
+            self._swing.feet(round(tick), support, self._plan.Eval(context), before, gait.lift_off(round(step)))
+        )

@@ -81,6 +81,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("solver_status", "mpc_controller", "status time cost slack fallbacks reason", "1, s, 1, as h, 1, 1",
             "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.plan.Reason)"),
     _signal("barrier_slack", "mpc_controller", "n_b", "as h", "largest slack of each barrier that the plan paid for"),
+    _signal("barrier_active", "mpc_controller", "n_b", "1",
+            "1 where a row of the barrier is active, as the plan would be another without it, else 0"),
     _signal("unmet", "mpc_controller", "2*n_c", "m, m/s",
             "in x, then in y: by how much the plan misses each constraint that it could not meet: "
             "stability (or terminal set), ZMP box, step limits, and the ZMP velocity where it is bounded"),
