@@ -49,6 +49,18 @@ def slip_max(log: RunLog) -> float:
     return farthest
 
 
+def stance_width(log: RunLog) -> float | None:
+    """Mean lateral distance of the stance from the one before it, over the steps of a walk; None without two of them [m].
+
+    Footholds are a compromise of the commanded ones with the effort, so that a walk is narrower than its command.
+    """
+    support, step = log.element("gait_phase", "support"), log.element("gait_phase", "step")
+    rows = [row for row in step_starts(log)[2:] if support[row] * support[row - 1] < 0.0 and step[row] > 0.0]
+    if not rows:
+        return None
+    return float(np.abs(np.diff(log["stance_plan"][rows][:, [1, 3]], axis=1)).mean())
+
+
 def sole_centres(log: RunLog, side: str) -> Array:
     """x and y of a sole's centre, (T, 2) [m]."""
     return np.stack([log.element("foot_state", f"{side}_{axis}") for axis in "xy"], axis=1)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, violated
-from pdhocbf_drake.analysis.feet import slip_max, steps_taken, zmp_margins
+from pdhocbf_drake.analysis.feet import slip_max, stance_width, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.margin import record_from_h
@@ -46,6 +46,8 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         distance_commanded=_distance_commanded(scenario, log) if walks else None,
         mean_speed=_statistic(np.mean, log.after(scenario.from_time).element("lip_state", "vx")) if walks else None,
         lateral_drift=_drift(scenario, log, log.element("lip_state", "y")) if walks else None,
+        stance_width=stance_width(log.after(scenario.from_time)) if walks else None,
+        stance_width_commanded=scenario.gait.stance_width if walks else None,
         yaw_drift_deg=_drift(scenario, log, np.degrees(base_yaw(log))) if body else None,
         com_rms_error=_com_rms_error(log) if walks else None,
         zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,

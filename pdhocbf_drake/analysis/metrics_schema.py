@@ -62,6 +62,10 @@ class Metrics(_Table):
     lateral_drift: float | None = Field(
         description="|mean CoM y of the last gait less that at the start|, once a whole gait was walked [m]"
     )
+    stance_width: float | None = Field(
+        None, description="mean lateral distance of successive planned footholds, of whole steps from from_time on [m]"
+    )
+    stance_width_commanded: float | None = Field(None, description="that of the commanded footholds [m]")
     yaw_drift_deg: float | None = Field(
         description="|mean yaw of the last gait less that at the start|, once a whole gait was walked [deg]"
     )

@@ -63,7 +63,7 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
     plan = _planned(mpc, memory, tick, state, bounds, measurement.zmp_offset)
-    resumed = steps_again(mpc, tick, state, plan)
+    resumed = steps_again(mpc, state, memory.stance[:, 1], plan)
     if resumed != memory.resumed:
         mpc = memory.resume(mpc, tick, resumed)
         plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, True)
