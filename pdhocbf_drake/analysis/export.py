@@ -23,7 +23,8 @@ MISSING_MCAP: Final = "MCAP needs the package 'mcap'; install it with pip instal
 def elements_of(run: Run) -> dict[str, tuple[str, ...]]:
     """The names of the elements of each signal of a run's log, in the order of the log.
 
-    They are those of `systems.signals`; of h, barrier_slack and barrier_active the barriers' names; elsewhere 0, 1, 2, ….
+    They are those of `systems.signals`; of h, barrier_slack and barrier_active the barriers' names; elsewhere
+    0, 1, 2, ….
     """
     barriers = tuple(barriers_of(run.scenario))
     named = {}

@@ -216,10 +216,7 @@ class PeriodicMpc:
         return plan._replace(unmet=self._unmet(plan, thetas, reasons))
 
     def missed_tail(self, state: np.ndarray, plan: Plan) -> float:
-        """By how much a plan from `state` misses its stability row, in x or in y: what only another step makes good [m].
-
-        Where the tail is demanded, it is missed by nothing.
-        """
+        """By how much a plan from `state` misses its anticipative tail, in x or in y [m]; a step makes that good."""
         missed = 0.0
         for problem, inputs, axis_state in zip(self.problems, plan.inputs, state, strict=True):
             for term in problem.terms:
@@ -241,7 +238,8 @@ class PeriodicMpc:
         cost = sum(r.cost for r in results)
         inputs, footholds = plans[:, :horizon], plans[:, horizon:]
         acting = self._acting(tick, results, slacks)
-        return Plan(tick, inputs, footholds, active, slacks, acting, cost, reason, 0, unmet=self._all_met)
+        met = self._all_met
+        return Plan(tick, inputs, footholds, active, slacks, cost, reason, 0, unmet=met, acting=acting)
 
     def _acting(self, tick: int, results: Sequence[QpResult], slacks: np.ndarray) -> np.ndarray:
         """`Plan.acting`; on a lower rung, whose rows are others, of the barriers whose slack is noticed."""
@@ -313,7 +311,8 @@ class PeriodicMpc:
         delta = self.gait.config.tick
         inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
         slacks = np.zeros(sum(map(len, self.barriers)))
-        return Plan(tick, inputs, footholds, active, slacks, slacks, np.nan, reason, count, unmet=self._all_met)
+        met = self._all_met
+        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count, unmet=met, acting=slacks)
 
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """The box (27), without the margin, at a tick: x_min, x_max, then y, shape (2, 2) [m].

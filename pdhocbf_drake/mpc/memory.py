@@ -11,7 +11,7 @@ from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
-from pdhocbf_drake.walking.footsteps import BOTH, LEFT, Resumed
+from pdhocbf_drake.walking.footsteps import AS_COMMANDED, BOTH, LEFT, Resumed
 
 OUTPUTS = (
     "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack",
@@ -67,7 +67,7 @@ class Memory:
     measured: np.ndarray
     plan: Plan | None
     disturbance: Disturbance = CALM
-    resumed: Resumed = Resumed()
+    resumed: Resumed = AS_COMMANDED
 
     @classmethod
     def at_start(cls, mpc: PeriodicMpc, state: np.ndarray, feet: np.ndarray) -> Memory:
@@ -78,9 +78,10 @@ class Memory:
         eta = mpc.vhip.eta[0]
         com = np.array([[c, v, eta * (c - p)] for c, v, p in state]).ravel()
         zmp = np.array([[p, 0.0] for p in state[:, 2]]).ravel()
+        inactive = np.zeros(sum(map(len, mpc.barriers)))
         memory = cls(
             com, zmp, np.zeros(4), np.zeros(8), np.zeros(8), np.array([1.0, 0, 0, 0, 0, Reason.SOLVED]),
-            *np.zeros((2, sum(map(len, mpc.barriers)))), np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
+            inactive, inactive, np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
             np.array(feet, dtype=float), stance, -1.0, 0.0, np.full(4, np.nan), None,
         )  # fmt: skip
         footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).moves, axis=1)
@@ -189,12 +190,12 @@ class MemoryLayout:
     """
 
     def __init__(self, mpc: PeriodicMpc) -> None:
-        rows = mpc.rows
+        rows, barriers = mpc.rows, sum(map(len, mpc.barriers))
         self.sizes = {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
-            "barrier_slack": sum(map(len, mpc.barriers)), "barrier_active": sum(map(len, mpc.barriers)), "unmet": 2 * len(mpc.constraints),
-            "last_step": 1, "resumed": 3, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4,
-            "stance": 4, "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
+            "barrier_slack": barriers, "barrier_active": barriers, "unmet": 2 * len(mpc.constraints), "last_step": 1,
+            "resumed": 3, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4, "stance": 4,
+            "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
             "active_y": rows[1],
         }  # fmt: skip
         self.places = layout(self.sizes)
@@ -238,19 +239,18 @@ class MemoryLayout:
         """A memory from the part `carried` of the vector, as copies; its outputs are empty until the next tick."""
         own = np.array(carried)
         parts = [own[place] for place in self._behind]
-        last_step, resumed, degraded, disturbance, marks, measured, state, feet, stance, inputs, footholds, *active = (
-            parts
-        )
+        last_step, resumed, degraded, disturbance, marks, measured, state, feet, stance, *planned = parts
+        inputs, footholds, *active = planned
         x, y, disturbed, quiet = disturbance.tolist()
         tick, fallbacks, recovering = marks.tolist()
         plan = None
         if tick >= 0:
             plan = Plan(
-                round(tick), inputs.reshape(2, -1), footholds.reshape(2, -1), (active[0], active[1]), _NONE, _NONE, math.nan,
+                round(tick), inputs.reshape(2, -1), footholds.reshape(2, -1), (active[0], active[1]), _NONE, math.nan,
                 Reason.SOLVED, round(fallbacks), bool(recovering),
             )  # fmt: skip
         return Memory(
-            *[_NONE] * len(OUTPUTS),
+            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
             state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), float(last_step[0]), float(degraded[0]),
             measured, plan, Disturbance((x, y), bool(disturbed), round(quiet)), Resumed(*map(round, resumed.tolist())),
         )  # fmt: skip

@@ -15,7 +15,7 @@ from pdhocbf_drake.walking import Gait
 
 _RECURRENCE = 1e-9  # [m/s]
 _NOISE = 1e-5  # of an interior-point solver [m/s]
-_MOST_GAITS = 500
+_GAITS = 500
 _PATIENCE = 20  # gaits in which the change must become less than ever before
 
 
@@ -41,11 +41,11 @@ def settled_gait(gait: Gait, mpc: PeriodicMpc) -> list[TemplateTick]:
     cycle = gait.config.ticks_per_gait
     start = gait.config.start_steps * gait.period
     start += start % cycle
-    walk = walk_template(mpc, Memory.standing(mpc), 0, start + _MOST_GAITS * cycle)
+    walk = walk_template(mpc, Memory.standing(mpc), 0, start + _GAITS * cycle)
     for tick in islice(walk, start):
         _check_planned(mpc, tick)
     before, changes = np.full((2, cycle, 3), np.inf), [np.inf]
-    while len(changes) <= _MOST_GAITS:
+    while len(changes) <= _GAITS:
         ticks = []
         for tick in islice(walk, cycle):
             _check_planned(mpc, tick)
@@ -67,10 +67,11 @@ def settled_gait(gait: Gait, mpc: PeriodicMpc) -> list[TemplateTick]:
 def _unsettled(mpc: PeriodicMpc, changes: Sequence[float]) -> InputError:
     """The error of a walk whose velocity changes so from gait to gait [m/s]."""
     gait, config = mpc.gait.config, mpc.config
-    seconds = (len(changes) - 1) * gait.ticks_per_gait * gait.tick
-    text = f"gait: the walk does not settle into a periodic orbit: after {seconds:g} s its velocity still changes by "
-    text += f"{changes[-1]:.2g} m/s from gait to gait"
-    if len(changes) <= _MOST_GAITS:  # it goes to and fro, since what is planned late in a step can't be put right
+    text = (
+        f"gait: the walk does not settle into a periodic orbit: after {len(changes) - 1} gaits of "
+        f"{gait.ticks_per_gait * gait.tick:g} s its velocity still changes by {changes[-1]:.2g} m/s"
+    )
+    if len(changes) <= _GAITS:  # it goes to and fro, since what is planned late in a step can't be put right
         return InputError(
             f"{text}, and no less than before; what settles are longer steps (gait.ticks_per_step "
             f"{gait.ticks_per_step}, gait.tick {gait.tick:g} s) or less mpc.freeze_ticks ({config.freeze_ticks})"

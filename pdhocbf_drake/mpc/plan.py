@@ -44,13 +44,13 @@ class Plan(NamedTuple):
         footholds: centres of the coming stance feet per axis, shape (2, n_f) [m].
         active: flags of the active constraints per axis, for the next warm start.
         slacks: each barrier's largest slack, those of x, then those of y, shape (n_b,) [m/s].
-        acting: 1 for each barrier with an active row, as the plan would be another without it; else 0, shape (n_b,).
         cost: of both axes; NaN where not solved.
         reason: why the plan is what it is.
         fallbacks: ticks in a row without a solution, this one included.
         recovering: whether it was planned as a disturbed walk.
         unmet: of an axis whose program has no solution, by how much the plan misses each of `terms.constraints_of`;
             else 0, shape (2, n_c) [m, or as that says].
+        acting: 1 for each barrier with an active row, as the plan would be another without it; else 0, shape (n_b,).
     """
 
     tick: int
@@ -58,12 +58,12 @@ class Plan(NamedTuple):
     footholds: np.ndarray
     active: tuple[np.ndarray, np.ndarray]
     slacks: np.ndarray
-    acting: np.ndarray
     cost: float
     reason: Reason
     fallbacks: int
     recovering: bool = False
     unmet: np.ndarray = _NOTHING
+    acting: np.ndarray = _NOTHING[0]
 
     @property
     def slack(self) -> float:

@@ -29,7 +29,7 @@ class MpcController(LeafSystem):
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
     Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
-        barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`; they tell of the plan made at tick k.
+        barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`, of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
         resumed (3): the steps that it takes in place of a stand, as in `systems.signals`.
 

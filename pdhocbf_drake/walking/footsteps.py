@@ -47,6 +47,9 @@ class Resumed(NamedTuple):
     last: int = -1
 
 
+AS_COMMANDED = Resumed()
+
+
 @dataclass(frozen=True)
 class Footsteps:
     """The footsteps of a whole walk; `footsteps[j]` is that of step j, for any integer j.
@@ -67,7 +70,7 @@ class Footsteps:
     advance: tuple[float, float]
     width: float
     last: int | None = None
-    resumed: Resumed = Resumed()
+    resumed: Resumed = AS_COMMANDED
 
     def __getitem__(self, step: int) -> Footstep:
         this = self._commanded(step)

@@ -19,7 +19,8 @@ class Gait:
     Step j holds ticks jN … jN + N − 1. In single support one foot stands while the other one swings to the next
     foothold; during the first D ticks both are on the ground. Where a walk begins and ends, both feet stand.
 
-    Other walks are derived from this one (`ending_at`, `resumed_by`, `with_box`, `with_stride`), so that its footsteps are kept.
+    Other walks are derived from this one (`ending_at`, `resumed_by`, `with_box`, `with_stride`), so that its footsteps
+    are kept.
 
     Attributes:
         config: the `gait` keys that the walk was first made from; where it was derived from another walk, `footsteps`
