@@ -291,3 +291,8 @@ def test_an_empty_log_has_metrics_too():
     assert data["ending"] == "interrupted"
     assert data["steps_taken"] is None
     assert data["mpc"]["solves"] == 0
+
+
+def test_a_violation_is_more_than_rounding(log):
+    log["h"][300:303, 0] = [-5.55e-17, -1e-10, -1e-8]  # of a bound of some 0.4 m/s
+    assert metrics(log).barriers["forward_speed"].violations == 1

@@ -50,7 +50,7 @@ def slip_max(log: RunLog) -> float:
 
 
 def stance_width(log: RunLog) -> float | None:
-    """Mean lateral distance of the stance from the one before it, over the steps of a walk; None without two of them [m].
+    """Mean lateral distance of the stance from the one before it, over the steps of a walk [m]; None without two.
 
     Footholds are a compromise of the commanded ones with the effort, so that a walk is narrower than its command.
     """

@@ -10,7 +10,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from pdhocbf_drake.systems.gait_reference import gait_after
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
 from pdhocbf_drake.systems.signals import places, size
-from pdhocbf_drake.walking import Footsteps, Gait
+from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.swing import Swing
 
 _INPUTS = (
@@ -74,7 +74,7 @@ class ZmpOffset(LeafSystem):
         tick, step, _ = self._phase.Eval(context).tolist()
         gait = gait_after(self._gait, self._last, self._resumed, context)
         here = slice(round(tick) + 1, round(tick) + 1 + self._horizon)
-        side, expected = self._sides(round(step), gait.footsteps)[here], np.empty((2, self._horizon))
+        side, expected = self._sides(round(step), gait)[here], np.empty((2, self._horizon))
         write_table_offset(round(tick), side, context.get_discrete_state_vector().value(), expected)
         if self._has_lever:
             reference = self._foot_reference.Eval(context).reshape(2, 3, 3)
@@ -85,7 +85,7 @@ class ZmpOffset(LeafSystem):
             )
         output.SetFromVector(expected.ravel())
 
-    def _sides_from(self, step: int, footsteps: Footsteps) -> np.ndarray:
+    def _sides_from(self, step: int, gait: Gait) -> np.ndarray:
         """The stance foot at each tick from the start of a step on: +1 left, −1 right, 0 both."""
         steps = range(step, step + self._horizon // self._period + 2)
-        return np.repeat([float(footsteps[index].side) for index in steps], self._period)
+        return np.repeat([float(gait.support(index)) for index in steps], self._period)
