@@ -37,10 +37,10 @@ def test_a_recovery_from_a_push_in_the_standing_start_ends(force: float) -> None
     ],
 )  # fmt: skip
 def test_a_robot_that_is_to_stand_stands_again_after_a_push(time: float, force: tuple[float, float]) -> None:
-    log = pushed(time, force, f"walk_steps: 6, {GAIT}", time + 2.8)
+    log = pushed(time, force, f"walk_steps: 6, {GAIT}", time + 3.6)
     assert log.ending == FINISHED
     assert log.element("gait_phase", "support")[-1] == 0.0
-    assert np.abs(log["lip_state"][-40:, [1, 4]].mean(axis=0)).max() < 0.02
+    assert np.abs(log["lip_state"][-40:, [1, 4]].mean(axis=0)).max() < 0.05
 
 
 def test_a_robot_stands_for_as_long_as_it_is_asked_to() -> None:

@@ -41,9 +41,10 @@ def steps_again(mpc: PeriodicMpc, state: np.ndarray, centre: np.ndarray, plan: P
 
 
 def about_to_stand(mpc: PeriodicMpc, tick: int) -> bool:
-    """Whether a foot still swings at tick k, and after it or after one more step both stand."""
-    step, end = tick // mpc.gait.period, mpc.gait.footsteps.end
-    return end is not None and end <= step + 1 and mpc.gait.support(step) != BOTH
+    """Whether a foot swings at tick k in place of a stand, or in one of the last two steps before it."""
+    step, footsteps = tick // mpc.gait.period, mpc.gait.footsteps
+    ends = footsteps.end is not None and footsteps.end <= step + 1
+    return footsteps[step].side != BOTH and (ends or step <= footsteps.resumed.last)
 
 
 def _out_of_a_stand(
