@@ -35,7 +35,7 @@ def test_steps_in_place_of_a_stand_alternate_and_leave_all_others_as_they_are() 
     for j in (*range(7), 9, 10):
         np.testing.assert_array_equal(other.foothold(j), gait.foothold(j))
     for j, side in ((7, 1), (8, -1)):
-        np.testing.assert_allclose(other.foothold(j), gait.foothold(6) + [0.0, side * 0.08])
+        np.testing.assert_allclose(other.foothold(j), gait.foothold(6) + np.array([0.0, side * 0.08]))
     assert (other.lift_off(6), other.lift_off(7), other.lift_off(8)) == (4, 9, 4)
     assert other.resumed_by(AS_COMMANDED).support(7) == 0
 

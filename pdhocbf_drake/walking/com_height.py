@@ -25,7 +25,8 @@ class CosineHeight:
         self.nominal = config.com_height
         self.amplitude = config.com_height_amplitude
         self.period = config.ticks_per_step
-        self._phase = config.com_height_phase
+        phase = config.com_height_phase
+        self._phase = self.period / 2 if phase == "middle" else phase
         self._rate = 2.0 * math.pi / (self.period * config.tick)
         if self.amplitude >= self.nominal:
             raise InputError(

@@ -22,7 +22,8 @@ class GaitConfig(Config):
         zmp_box: side lengths of the ZMP box in x and y, eq. (27) [m].
         com_height: Z_com of eq. (24), above the ground [m].
         com_height_amplitude: Δ_z of eq. (24) [m].
-        com_height_phase: the tick of a step at which eq. (24) is at its highest [ticks].
+        com_height_phase: the tick of a step at which eq. (24) is at its highest [ticks]. 0 is as a foot lands, the
+            paper's letter; `middle` is tick N/2, about mid-stance, as people walk.
         swing_height: clearance of the swing sole at mid-swing [m].
         start_steps: step durations to stand on both feet before the first step.
         walk_steps: steps to take before coming to a stand again; 0 only stands, null walks on.
@@ -37,7 +38,7 @@ class GaitConfig(Config):
     zmp_box: tuple[Length, Length] = (0.1, 0.1)
     com_height: Length = 0.58
     com_height_amplitude: float = Field(0.01, ge=0)
-    com_height_phase: int = 0
+    com_height_phase: int | Literal["middle"] = 0
     swing_height: Annotated[float, within(0.0, 1.0, "m", above=True)] = 0.05
     start_steps: int = Field(2, ge=0, le=1000)
     walk_steps: int | None = Field(None, ge=0)

@@ -12,18 +12,16 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.robot.reach import longest_stride
 from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases, invariant_set
 from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.certify.psi_rows import psi_system
-from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate, stepping_template
+from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate, com_reach, stepping_template
 from pdhocbf_drake.walking import Gait
 
 STAGES = 3
 """Stages of `certify_scenario`: the walk, then the sets along x and y."""
-_TEMPLATE_REACH = 0.23  # of the CoM from the stance foot where a scenario has no robot: that of the packaged biped [m]
 
 
 @dataclass(frozen=True)
@@ -91,11 +89,6 @@ class ScenarioCertificate:
     def main_axis(self) -> int:
         """The axis with the barriers; x where there are none."""
         return min(self.walk.axes, default=0)
-
-
-def area(part: Polytope | None) -> float:
-    """The area of a section, 0 for an empty one [m²/s]."""
-    return 0.0 if part is None else part.volume()
 
 
 def certify_axis(
@@ -171,12 +164,8 @@ def certify_scenario(
     walk = build_walk(scenario)
     mass = scenario.vhip.mass
     if scenario.system == "biped":
-        biped = Biped.load(scenario.robot)
-        mass = biped.mass
-        if reach is None:
-            height = scenario.gait.com_height + scenario.gait.com_height_amplitude
-            reach = longest_stride(biped, scenario.gait.stance_width, height) / 2.0
-    reach = _TEMPLATE_REACH if reach is None else reach
+        mass = Biped.load(scenario.robot).mass
+    reach = com_reach(scenario) if reach is None else reach
     axes = []
     for axis in (0, 1):
         template = stepping_template(scenario.gait, scenario.mpc, axis, reach)

@@ -1,0 +1,71 @@
+"""`pdhocbf gait`: joint torques, ZMP, barrier, pushes and certified area over the parameters of a gait."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from pdhocbf_drake.arguments import add_overrides
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.gait.results import table
+from pdhocbf_drake.studies.gait.study import KEYS, RESULT, default_lines, gait_study, plan
+from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
+from pdhocbf_drake.terminal import shown_progress
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """A scenario, the values to try, and the folder of the results."""
+    parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
+    add_overrides(parser)
+    keys = ", ".join(KEYS)
+    line = f"values of one of {keys}, all else unchanged; may be repeated; otherwise some of each"
+    parser.add_argument("--vary", action="append", metavar="KEY=LIST", help=line)
+    over = "as --vary, for a map: every combination of the keys given so is measured"
+    parser.add_argument("--over", action="append", metavar="KEY=LIST", help=over)
+    pushes = "push the robot too, in directions such as +x,+y (takes minutes)"
+    parser.add_argument("--directions", metavar="LIST", help=pushes)
+    phases = "ticks of the gait at which pushes begin, as for push"
+    parser.add_argument("--phases", default="4", metavar="N|LIST", help=phases)
+    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/gait-NAME")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Measures, writes and prints; returns the exit code."""
+    scenario = load_scenario(options.scenario, options.text)
+    over = _values("--over", options.over or [])
+    lines = _values("--vary", options.vary or [])
+    if not lines and not over:
+        lines = default_lines(scenario)
+    directions = parse_directions(options.directions) if options.directions else []
+    phases = parse_phases(options.phases, scenario.gait.ticks_per_gait)
+    if options.workers < 1:
+        raise InputError(f"--workers must be 1 or more (given: {options.workers})")
+    total = len(plan(scenario, lines, over, directions, phases))
+    folder: Path = options.out or Path("runs") / f"gait-{scenario.name}"
+    with shown_progress("gait", total, "gaits") as progress:
+        gaits = gait_study(
+            scenario, lines=lines, over=over, directions=directions, phases=phases, workers=options.workers,
+            out=folder, progress=lambda done: progress(done),
+        )  # fmt: skip
+    print(table(gaits), flush=True)
+    print(f"wrote {folder / RESULT} and its figures")
+    return 0
+
+
+def _values(option: str, given: list[str]) -> dict[str, list[float]]:
+    """Keys and their values from texts such as "com_height=0.55,0.58"; raises `InputError`."""
+    found: dict[str, list[float]] = {}
+    for text in given:
+        key, _, values = text.partition("=")
+        try:
+            numbers = [float(value) for value in values.split(",") if value.strip()]
+        except ValueError:
+            numbers = []
+        if key not in KEYS or not numbers:
+            raise InputError(
+                f"{option}: KEY=LIST with one of {', '.join(KEYS)} and numbers is needed (given: {text!r})"
+            )
+        found[key] = [round(n) if "ticks" in key or "phase" in key else n for n in numbers]
+    return found
