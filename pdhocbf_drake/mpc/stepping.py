@@ -70,10 +70,15 @@ def _out_of_a_stand(
 
 
 def _ends_well(mpc: PeriodicMpc, state: np.ndarray, plan: Plan, end: int) -> bool:
-    """Whether the divergent component is near the middle of the feet where the stand after step `end` begins."""
+    """Whether the divergent component is near the middle of the feet where the stand after step `end` begins.
+
+    Or on the outer side of the foot that stands in step `end`: one more step would be on the other foot, which is
+    farther away; a stand has both.
+    """
     step, phase = mpc.gait.phase(plan.tick)
     ahead = (end + 1 - step) * mpc.gait.period - phase
     phi, gamma = mpc.vhip.prediction(plan.tick, mpc.config.horizon)
     c, v, _ = np.array([phi[ahead] @ s + gamma[ahead] @ u for s, u in zip(state, plan.inputs, strict=True)]).T
     away = c + v / mpc.divergent.omega[0] - plan.footholds[:, end - step]
-    return bool(np.all(np.abs(away) <= _FAR * mpc.commanded.steps(step).half[:, end - step + 2]))
+    inward = abs(away[0]), -mpc.gait.support(end) * away[1]
+    return bool(np.all(inward <= _FAR * mpc.commanded.steps(step).half[:, end - step + 2]))
