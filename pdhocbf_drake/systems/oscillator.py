@@ -12,7 +12,7 @@ from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.systems.signals import places, size
 
 (_FALLBACKS,) = places("solver_status", "fallbacks")
-_AT_BOUND = 1e-6  # as h: less of ψ than this is the solver's tolerance
+_AT_BOUND = 1e-6  # share of the largest |ψ| below which a ψ is at its bound
 _REASONS = {"solved": Reason.SOLVED, "softened": Reason.SOFTENED, "failed": Reason.NOT_OPTIMAL}
 
 
@@ -83,7 +83,8 @@ class TubeFilter(LeafSystem):
         values.set_value(self._input, found.input)
         values.set_value(self._status, [solved, elapsed, cost, slacks.max(), fallbacks, _REASONS[found.status]])
         values.set_value(self._slack, slacks)
-        values.set_value(self._active, (found.psi < _AT_BOUND) & bool(found.input.any()))  # without barriers it is zero
+        at_bound = found.psi <= _AT_BOUND * np.abs(found.psi).max()
+        values.set_value(self._active, at_bound & bool(found.input.any()))  # without barriers the input is zero
 
     def _calc_h(self, context: Context, output: BasicVector) -> None:
         tick = round(context.get_discrete_state(self._tick)[0])
