@@ -97,6 +97,11 @@ class Quantity:
         """What the stance foot's place f adds to s: s − f·origin is s as the quantity sees it, shape (3,)."""
         return np.array([1.0, 0.0, 1.0]) * (self.frame == "stance")
 
+    @property
+    def seen_anew(self) -> bool:
+        """Whether q jumps where another foot becomes the stance."""
+        return self.frame == "stance" or self.mirrored
+
     def orbit(self, walk: ArrayLike, vhip: Vhip, gait: GaitConfig, side: Side = "upper") -> Array | None:
         """One period of q in the nominal walk; None for a position in the world, which advances from step to step.
 

@@ -50,12 +50,7 @@ class WalkBarrier(AffineBarrier):
     @property
     def from_stance(self) -> bool:
         """Whether c and p are seen from the stance foot."""
-        return bool(np.any(self.quantity.origin))
-
-    @property
-    def seen_anew(self) -> bool:
-        """Whether h jumps where another foot becomes the stance."""
-        return self.from_stance or self.quantity.mirrored
+        return self.quantity.frame == "stance"
 
     def foot_gains(self, k: int, count: int) -> Array:
         """g_k, …, g_{k+count−1}: what a metre of the stance foot's place adds to V̄, shape (count,)."""

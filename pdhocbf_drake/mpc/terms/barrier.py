@@ -29,7 +29,7 @@ class BarrierTerm(Term):
     def __init__(self, setting: Setting, barrier: AffineBarrier, soft: bool) -> None:
         super().__init__(setting)
         self.barrier, self._soft = barrier, soft
-        self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.seen_anew
+        self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.quantity.seen_anew
         self._part, self._name = f"bound_{barrier.name}", f"barrier {barrier.name}"
 
     @classmethod

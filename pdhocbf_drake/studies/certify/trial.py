@@ -88,7 +88,7 @@ def _lost(found: ScenarioCertificate, count: int, random: np.random.Generator, r
     starts = outside_starts(certificate.template.with_barriers(barriers), certificate.kept, count, random)
     done = lost = 0
     for phase, group in groupby(sorted(starts, key=lambda start: start.phase), lambda start: start.phase):
-        program = Rescue(certificate.template, barriers, found.reach, phase)
+        program = Rescue(certificate.template, [*barriers, *certificate.input_limits], found.reach, phase)
         for start in group:
             lost += program.excess(start.state) > SAVED
             done += 1
