@@ -9,6 +9,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, psi_along_log
+from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.barriers import AffineBarrier, Bound, constant, psi_from_h
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
@@ -19,6 +21,7 @@ from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.simulation.build import Walk, build_walk, gait_of, nominal_walk_of
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
+from pdhocbf_drake.studies.shared.stepping_template import is_input_limit, stepping_template
 from pdhocbf_drake.walking import CosineHeight, Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.quantities import QUANTITIES, Quantity, QuantityName, stance_sides
@@ -282,3 +285,39 @@ def test_other_class_k_functions_leave_h_as_it_is() -> None:
     assert isinstance(other, AffineBarrier)
     assert [alpha(1.0) for alpha in other.class_k] == [1.0] * 3
     assert other.h(3, np.ones(3)) == barrier.h(3, np.ones(3))
+
+
+def test_an_input_limit_is_kept_by_every_input_that_is_left() -> None:
+    """With given steps the ZMP from the stance foot is d − (1 − w) s."""
+    template = stepping_template(GaitConfig(), MpcConfig(step_tolerance=(0.0, 0.0)), 0, 0.23)
+    limit = barrier_on("zmp_x", constant(0.03))
+    assert is_input_limit(limit)
+    assert not is_input_limit(barrier_on("dcm_x", constant(0.1)))
+    limited = template.with_input_limit(limit)
+    assert limited is not None
+    for k in range(template.period):
+        from_last = (1.0 - template.weights[k]) * template.held[k]
+        highest = limited.inputs[k].vertices[:, 0].max() - from_last
+        assert highest == pytest.approx(min(0.03, template.half - from_last))
+
+
+def test_a_limit_that_no_zmp_keeps_gives_no_template() -> None:
+    template = stepping_template(GaitConfig(), MpcConfig(), 0, 0.23)
+    assert template.with_input_limit(barrier_on("zmp_x", constant(-0.06))) is None
+
+
+@pytest.mark.parametrize("name", ["com_y", "lateral_speed", "forward_speed"])
+def test_psi_of_a_log_leaves_out_what_compares_two_stance_feet(name: str) -> None:
+    bound = "{kind: orbit, margin: 0.05}"
+    scenario = load_scenario("vhip", f"{{duration: 3.0, {FREE}, b: {{quantity: {name}, bound: {bound}}}}}}}")
+    log = simulate(scenario)
+    (use,) = barriers_of(scenario).values()
+    psi, order, h = psi_along_log(log, use), len(use.class_k), log["h"][:, 0]
+    for row in range(len(psi)):
+        crossing = row // N != (row + order) // N
+        if crossing and name != "forward_speed":
+            assert np.isnan(psi[row])
+        else:
+            assert psi[row] == pytest.approx(psi_from_h(h[row : row + order + 1], use.class_k)[-1], abs=1e-12)
+    found = compute_metrics(scenario, log, 1.0, None).barriers["b"].psi_min
+    assert found == pytest.approx(np.nanmin(psi[200:]), abs=1e-12)
