@@ -21,3 +21,17 @@ class ClusterError(PdhocbfError, RuntimeError):
 
 class RunFolderError(PdhocbfError, OSError):
     """A run folder can't be read or written."""
+
+
+class PageWarning(UserWarning):
+    """A page, figure or part of a study is missing, since it can't be made; all other results are there."""
+
+
+def reason(error: BaseException) -> str:
+    """The reason in one sentence: an error's message, with its type where that is no error for users."""
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted"
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    first = (str(error).strip().splitlines() or ["no message"])[0]
+    return first if isinstance(error, PdhocbfError) else f"unexpected {type(error).__name__}: {first}"

@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from types import FrameType
 from typing import Any
 
@@ -31,6 +32,17 @@ def interruptible() -> Iterator[None]:
     """Every request to stop raises `KeyboardInterrupt` inside, so that `finally` clauses run."""
     with _handled_by(signal.default_int_handler):
         yield
+
+
+@contextmanager
+def ctrl_c_blocked() -> Iterator[None]:
+    """Blocks Ctrl-C for the threads and processes that start in the block, since a terminal sends it to all of them."""
+    resource_tracker.ensure_running()  # started later, it would unblock SIGINT
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

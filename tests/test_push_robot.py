@@ -109,7 +109,7 @@ def test_the_verb_writes_its_documented_files(tmp_path: Path, monkeypatch: pytes
     }  # fmt: skip
 
 
-def test_the_result_is_printed_though_the_disk_is_full(
+def test_a_figure_that_can_not_be_written_costs_the_figure_alone(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     from pdhocbf_drake.cli.main import main
@@ -125,7 +125,9 @@ def test_the_result_is_printed_though_the_disk_is_full(
     assert shown.out.count("12.5") == 9
     assert "No space left" in shown.err
     assert "Traceback" not in shown.err
-    assert {path.name for path in (tmp_path / "pushes").iterdir()} == {"scenario.yaml"}
+    assert {path.name for path in (tmp_path / "pushes").iterdir()} == {
+        "push.json", "push.txt", "push_phases.png", "scenario.yaml",
+    }  # fmt: skip
     (tmp_path / "file").touch()
     monkeypatch.setattr(search, "search", lambda work: pytest.fail("a search began"))
     assert main([*words, str(tmp_path / "file" / "pushes")]) == 1
@@ -169,3 +171,23 @@ def test_a_swing_foot_drags_the_zmp_its_own_way(biped: Biped) -> None:
     lever = swing_lever(biped, q)
     # Heavy legs below the CoM: some millimetres for each m/s².
     assert np.all((lever > 1e-3) & (lever < 1e-2))
+
+
+def test_ctrl_c_keeps_the_impulses_that_are_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from pdhocbf_drake.cli.main import main
+
+    def found(work: search.Search) -> list[Impulse]:
+        if (work.barrier, work.phase) == ("DCBF", 40):
+            raise KeyboardInterrupt
+        return [Impulse(work.barrier, "+x", work.phase, 12.5)]
+
+    monkeypatch.setattr(search, "search", found)
+    words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out", str(tmp_path)]
+    assert main(words) == 1
+    shown = capsys.readouterr()
+    assert f"pdhocbf: interrupted; 3 of 6 impulses are in {tmp_path}\n" in shown.err
+    assert shown.out.count("12.5") == 5  # three, and a median for each barrier
+    kept = json.loads((tmp_path / "push.json").read_text())["impulse"]
+    assert [(row["barrier"], row["phase"]) for row in kept] == [("none", 0), ("none", 40), ("DCBF", 0)]

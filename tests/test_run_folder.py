@@ -12,7 +12,7 @@ from logs import differences
 
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.provenance import Provenance
-from pdhocbf_drake.simulation.run_folder import new_run_folder, read_run, replaced_file
+from pdhocbf_drake.simulation.run_folder import new_run_folder, read_run
 
 
 def test_a_written_run_is_read_back(tmp_path):
@@ -95,15 +95,6 @@ def test_two_runs_never_write_to_one_place_at_once(tmp_path):
     assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
 
 
-def test_files_of_a_killed_run_are_cleared_by_the_next(tmp_path):
-    left = tmp_path / ".run.part" / "figures"
-    left.mkdir(parents=True)
-    (left.parent / "log.npz").write_text("half")
-    with new_run_folder(tmp_path / "run") as folder:
-        assert list(folder.iterdir()) == []
-    assert [entry.name for entry in tmp_path.iterdir()] == ["run"]
-
-
 def test_a_name_may_be_as_long_as_the_system_allows(tmp_path):
     with new_run_folder(tmp_path / ("r" * 255)) as folder:
         synthetic.run().save(folder)
@@ -163,16 +154,6 @@ def test_reading_names_missing_files_and_unknown_keys(tmp_path):
     (tmp_path / "run" / "scenario.yaml").write_text("gaitt: {}")
     with pytest.raises(RunFolderError, match=r"not a run folder of this version: .*gaitt: unknown key"):
         read_run(tmp_path / "run")
-
-
-def test_a_file_is_replaced_whole_or_not_at_all(tmp_path):
-    path = tmp_path / "report.html"
-    path.write_text("old")
-    with pytest.raises(RuntimeError), replaced_file(path) as staging:
-        staging.write_text("ha")
-        raise RuntimeError
-    assert path.read_text() == "old"
-    assert [entry.name for entry in tmp_path.iterdir()] == ["report.html"]
 
 
 def test_provenance_names_versions_seed_and_machine():

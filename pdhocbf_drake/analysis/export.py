@@ -10,7 +10,8 @@ from typing import Final
 
 from pdhocbf_drake.analysis.barrier_margins import barriers_of
 from pdhocbf_drake.errors import InputError, RunFolderError
-from pdhocbf_drake.simulation.run_folder import Run, replaced_file
+from pdhocbf_drake.files.file import replaced_file
+from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.systems.signals import LOGGED
 
 _SIGNALS = {signal.name: signal for signal in LOGGED}

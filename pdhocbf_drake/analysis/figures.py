@@ -12,6 +12,7 @@ from pdhocbf_drake.analysis import figures_oscillator, figures_robot, figures_wa
 from pdhocbf_drake.analysis.barrier_margins import quantities_of
 from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.simulation.run_folder import Run
 
 
@@ -39,10 +40,10 @@ def make_figures(run: Run, limits: RobotLimits | None) -> list[Drawn]:
 
 def write_figures(figures: list[Drawn], folder: Path) -> None:
     """Writes each figure as a PNG."""
-    folder.mkdir(exist_ok=True)
     with styled():
         for drawn in figures:
-            save(drawn.figure, folder / f"{drawn.name}.png")
+            with replaced_file(folder / f"{drawn.name}.png") as staging:
+                save(drawn.figure, staging)
 
 
 def _walk(run: Run, limits: RobotLimits | None) -> Iterator[Drawn]:

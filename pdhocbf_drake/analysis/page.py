@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from pdhocbf_drake.analysis.drawing import save, styled
 
 
-def page(room: str, filters: dict[str, Callable[..., str]] | None = None, **values: Any) -> str:
+def filled_page(room: str, filters: dict[str, Callable[..., str]] | None = None, **values: Any) -> str:
     """The room's `report.html.j2` with its values; text is escaped, and a missing value is an error."""
     environment = Environment(
         loader=PackageLoader(f"pdhocbf_drake.{room}", "."),

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pdhocbf_drake.analysis.replay import replay_html
-from pdhocbf_drake.analysis.report import report_html, reported, write_metrics, write_text
+from pdhocbf_drake.analysis.report import report_html, reported, write_metrics
 from pdhocbf_drake.errors import InputError, RunFolderError
-from pdhocbf_drake.simulation.run_folder import Run, new_run_folder, writing
+from pdhocbf_drake.files.file import write_text
+from pdhocbf_drake.files.places import check_file
+from pdhocbf_drake.simulation.run_folder import Run, new_run_folder
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 
@@ -45,11 +47,14 @@ def replay(run: Run, out: str | Path | None = None) -> str:
         out: a file to write the page to; an older one is replaced.
 
     Raises:
-        RunFolderError: the log has less than two rows of finite numbers, or `out` can't be written.
+        InputError: `out` is no file. RunFolderError: it can't be written, or the log has less than two rows of finite
+            numbers.
     """
+    if out is not None:
+        check_file(Path(out))  # before the work
     text = replay_html(run)
     if out is not None:
-        write_text(_checked(out), text)
+        write_text(Path(out), text)
     return text
 
 
@@ -64,16 +69,17 @@ def report(
         replays: the replay page of each run, or None for a run shown without one; by default they are made.
 
     Raises:
-        InputError: there are no runs. RunFolderError: `out` can't be written.
+        InputError: there are no runs, or `out` is no file. RunFolderError: it can't be written.
     """
     every = [runs] if isinstance(runs, Run) else list(runs)
     if not every:
         raise InputError("a report needs at least one run")
-    place = None if out is None else _checked(out)  # before the work
+    if out is not None:
+        check_file(Path(out))  # before the work
     motions = [_motion(run) for run in every] if replays is None else replays
     text = report_html([reported(run, motion) for run, motion in zip(every, motions, strict=True)])
-    if place is not None:
-        write_text(place, text)
+    if out is not None:
+        write_text(Path(out), text)
     return text
 
 
@@ -83,13 +89,3 @@ def _motion(run: Run) -> str | None:
         return replay_html(run)
     except RunFolderError:
         return None
-
-
-def _checked(out: str | Path) -> Path:
-    """The path of a file whose folder exists or is made; raises `InputError` or `RunFolderError`."""
-    place = Path(out)
-    if place.is_dir():
-        raise InputError(f"{place} is a folder; the name of a file is needed")
-    with writing(place):
-        place.absolute().parent.mkdir(parents=True, exist_ok=True)
-    return place

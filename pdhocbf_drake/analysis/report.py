@@ -14,10 +14,11 @@ from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.figures import Drawn, make_figures, write_figures
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.page import data_url, page, png
+from pdhocbf_drake.analysis.page import data_url, filled_page, png
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.analysis.summary import summary_rows
-from pdhocbf_drake.simulation.run_folder import FIGURES, METRICS, REPORT, Run, replaced_file
+from pdhocbf_drake.files.file import write_text
+from pdhocbf_drake.simulation.run_folder import FIGURES, METRICS, REPORT, Run
 
 
 class ReportedRun(NamedTuple):
@@ -53,12 +54,6 @@ def write_report(run: Run, metrics: Metrics, folder: Path, replay: str | None) -
     write_text(folder / REPORT, report_html([shown]))
 
 
-def write_text(path: Path, text: str) -> None:
-    """Writes a whole file or none; raises `RunFolderError`."""
-    with replaced_file(path) as staging:
-        staging.write_text(text, encoding="utf-8")
-
-
 def report_html(runs: Sequence[ReportedRun]) -> str:
     """The page, which holds its figures and replays and loads nothing."""
     columns = [dict([*summary_rows(reported.metrics), *degraded_rows(reported.run)]) for reported in runs]
@@ -66,7 +61,7 @@ def report_html(runs: Sequence[ReportedRun]) -> str:
     # The scenarios' names, numbered where they are the same.
     names = [reported.run.scenario.name for reported in runs]
     labels = [name if names.count(name) == 1 else f"{name} ({index + 1})" for index, name in enumerate(names)]
-    return page(
+    return filled_page(
         "analysis",
         title=" and ".join(dict.fromkeys(names)),
         labels=labels,

@@ -8,7 +8,8 @@ from typing import Final
 
 from pdhocbf_drake.analysis.export import MISSING_MCAP, check_new, write_csv, write_mcap
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.run_folder import CSV, MCAP, read_run, writing
+from pdhocbf_drake.files.places import check_file
+from pdhocbf_drake.simulation.run_folder import CSV, MCAP, read_run
 from pdhocbf_drake.terminal import say
 
 _WRITERS: Final = {".csv": write_csv, ".mcap": write_mcap}
@@ -28,9 +29,8 @@ def run(options: argparse.Namespace) -> int:
     recorded, places = read_run(options.run), _places(options)
     for place in places:
         check_new(place)
+        check_file(place)
     for place in places:
-        with writing(place):
-            place.absolute().parent.mkdir(parents=True, exist_ok=True)
         try:
             _WRITERS[place.suffix](recorded, place)
         except InputError as error:

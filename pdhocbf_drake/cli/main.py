@@ -6,13 +6,17 @@ import argparse
 import errno
 import os
 import sys
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, Final
 
 import pdhocbf_drake
 from pdhocbf_drake.cli.loading import load
-from pdhocbf_drake.errors import PdhocbfError
-from pdhocbf_drake.stopping import stop_requests
+from pdhocbf_drake.errors import PageWarning, PdhocbfError
+from pdhocbf_drake.stopping import interruptible, stop_requests
+from pdhocbf_drake.streams import safe_streams
+from pdhocbf_drake.terminal import say
 
 _DESCRIPTION = "Periodic safety for walking robots, simulated with Drake."
 _CODES = (
@@ -48,6 +52,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = list(sys.argv[1:] if arguments is None else arguments)
     # More BLAS threads slow small matrices down. NumPy reads this when a verb loads it.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ["MPLBACKEND"] = "agg"  # figures go to files; matplotlib would refuse a name that it does not have
+    with safe_streams() as output:
+        try:
+            with _page_warnings() as missing:
+                code = _run(words)
+        finally:  # also after the help, which ends the process
+            output.flush()
+            if output.problem:
+                _fail(f"the output cannot be written: {output.problem}")
+            elif output.replaced:
+                say(f"pdhocbf: the output's encoding, {output.encoding}, lacks some characters, which are shown as ?")
+        return code or int(bool(missing or output.problem))
+
+
+def _run(words: list[str]) -> int:
     try:
         with stop_requests() as stop:  # an import that Ctrl-C interrupts can fail with any exception
             parser, used, module = _parser(words)
@@ -56,27 +75,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options, unknown = parser.parse_known_args(words)
         if unknown:  # printed with the usage of the verb, not with that of all verbs
             used.error(f"unknown here: {' '.join(unknown)}")
-        code = _run(module, options)
-        sys.stdout.flush()
-        return code
+        with interruptible():
+            return _perform(module, options)
     except PdhocbfError as error:
         return _fail(str(error))
     except KeyboardInterrupt:
         return _fail("interrupted; nothing was written")
-    except BrokenPipeError:  # the reader of the output has closed it
-        _close_output()
-        return 1
     except Exception as error:
         if os.environ.get("PDHOCBF_DEBUG"):
             raise
         if isinstance(error, OSError) and error.errno == errno.ENOSPC:
-            _close_output()
-            return _fail(f"{error.filename or 'the output'} cannot be written: {error.strerror}")
+            return _fail(f"{error.filename or 'a file'} cannot be written: {error.strerror}")
         first = (str(error).splitlines() or ["no message"])[0]
         return _fail(f"unexpected {type(error).__name__}: {first} (set PDHOCBF_DEBUG=1 to see where)")
 
 
-def _run(module: Any, options: argparse.Namespace) -> int:
+def _perform(module: Any, options: argparse.Namespace) -> int:
     load("pydrake")
     try:
         code: int = module.run(options)
@@ -87,9 +101,23 @@ def _run(module: Any, options: argparse.Namespace) -> int:
         raise
 
 
-def _close_output() -> None:
-    """Redirects the output to nowhere, since Python flushes it once more at its end and would fail once more."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+@contextmanager
+def _page_warnings() -> Iterator[list[str]]:
+    """The pages that could not be made within the block, each said in one sentence."""
+    missing: list[str] = []
+    with warnings.catch_warnings():
+        others: Any = warnings.showwarning
+
+        def show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
+            if issubclass(category, PageWarning):
+                missing.append(str(message))
+                say(f"pdhocbf: {message}")
+            else:
+                others(message, category, *place, **more)
+
+        warnings.showwarning = show
+        warnings.simplefilter("always", PageWarning)
+        yield missing
 
 
 def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, argparse.ArgumentParser, Any]:
@@ -109,5 +137,5 @@ def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, argparse.Arg
 
 
 def _fail(message: str) -> int:
-    print(f"pdhocbf: {message}", file=sys.stderr)
+    say(f"pdhocbf: {message}")
     return 1

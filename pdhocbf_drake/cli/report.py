@@ -9,6 +9,7 @@ from pdhocbf_drake.analysis.products import report
 from pdhocbf_drake.analysis.replay import replay_html
 from pdhocbf_drake.analysis.report import write_metrics, write_report
 from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.files.places import check_file
 from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run
 
 
@@ -29,6 +30,7 @@ def run(options: argparse.Namespace) -> int:
     place: Path = options.out or Path("comparison.html")
     if place.is_dir():
         raise InputError(f"--out must be the name of a file to write, given the folder {place}")
+    check_file(place)
     report(runs, place, replays=[_replay(one, folder) for one, folder in zip(runs, folders, strict=True)])
     print(place)
     return 0

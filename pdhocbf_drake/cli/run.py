@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import errno
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
@@ -16,8 +19,11 @@ from pdhocbf_drake.analysis.products import replay
 from pdhocbf_drake.analysis.report import write_metrics, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
+from pdhocbf_drake.errors import RunFolderError, reason
+from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.files.places import writing
 from pdhocbf_drake.simulation.checks import unused_settings
-from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, new_run_folder
+from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, Run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -46,15 +52,15 @@ def run(options: argparse.Namespace) -> int:
         check_watchable(scenario)
     if unused := unused_settings(scenario):
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
-    place = options.out or _new_place(scenario)
-    with interruptible(), new_run_folder(place) as folder:
+    with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES) as folder:
         with stop_requests() as stop:  # the log is written before such a request takes effect
             recorded = _recorded(scenario, options.meshcat)
-            recorded.save(folder)
-            metrics = write_metrics(recorded, folder)
+            recorded.save(folder.path)
+            metrics = write_metrics(recorded, folder.path)
+            folder.finish()
         written, problem = list[str](), _STOPPED
         if not stop.is_set():
-            written, problem = _write_pages(recorded, metrics, folder, not options.no_replay)
+            written, problem = _write_pages(recorded, metrics, place, not options.no_replay)
     rows = [(name.removesuffix(".html"), str(place / name)) for name in written] or [("run folder", str(place))]
     print(table([*summary_rows(metrics), *degraded_rows(recorded), *rows]))
     if problem:
@@ -94,27 +100,57 @@ def _recorded(scenario: Scenario, live: bool) -> Run:
 def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:
     """Writes replay and report; returns the names of those written, and the reason why one is missing, or "".
 
-    Ctrl-C and a full disk are such reasons, since the log has been written.
+    What one of them raises costs that one, a full disk and Ctrl-C all that is not yet there.
     """
-    done: list[str] = []
     if len(recorded.log) < 2:
         say("pdhocbf: the run has one row, so there is no replay and no report")
-        return done, ""
-    try:
-        page = replay(recorded, folder / REPLAY) if with_replay else None
-        done += [REPLAY] * with_replay
-        write_report(recorded, metrics, folder, page)
-        done.append(REPORT)
-    except KeyboardInterrupt:
-        return done, _STOPPED
-    except OSError as error:
-        reason = error.strerror or str(error).rpartition(": ")[2]
-        return done, f"the run is complete, but {REPORT if REPLAY in done else REPLAY} can't be written: {reason}"
-    return done, ""
+        return [], ""
+    made: dict[str, str | None] = {}
+    problem = ""
+
+    def make_replay() -> str:
+        return replay(recorded, folder / REPLAY)
+
+    def make_report() -> None:
+        write_report(recorded, metrics, folder, made.get(REPLAY))
+
+    for name, make in (((REPLAY, make_replay),) if with_replay else ()) + ((REPORT, make_report),):
+        try:
+            made[name] = make()
+        except KeyboardInterrupt:
+            return [*made], _STOPPED
+        except Exception as error:
+            problem = problem or f"the run is complete, but {name} can't be written: {_cause(error)}"
+            if isinstance(error, OSError) and error.errno == errno.ENOSPC:
+                break
+    return [*made], problem
 
 
-def _new_place(scenario: Scenario) -> Path:
-    """A new folder in ./runs, named by the scenario and the time."""
+def _cause(error: Exception) -> str:
+    """The reason, without the path of a page, which the sentence names."""
+    return str(error).rpartition(": ")[2] if isinstance(error, RunFolderError) else reason(error)
+
+
+@contextmanager
+def _place(out: Path | None, scenario: Scenario) -> Iterator[Path]:
+    """The place of the run folder: the one given, or one in ./runs that no other command gets, even at the same time.
+
+    It is removed at the end if it is empty.
+    """
+    if out is not None:
+        yield out
+        return
+    runs = Path("runs")
+    with writing(runs):
+        runs.mkdir(exist_ok=True)
     stem = f"{scenario.name}-{datetime.now():%Y%m%d-%H%M%S}"
-    places = (Path("runs") / (stem if number == 1 else f"{stem}-{number}") for number in count(1))
-    return next(place for place in places if not place.exists())
+    for number in count(1):
+        place = runs / (stem if number == 1 else f"{stem}-{number}")
+        with writing(place), suppress(FileExistsError):
+            place.mkdir()
+            break
+    try:
+        yield place
+    finally:
+        with suppress(OSError):
+            place.rmdir()

@@ -12,6 +12,7 @@ import numpy as np
 
 from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.walking.config import GaitConfig
 
@@ -78,7 +79,7 @@ def save_terminal_sets(path: Path, sets: Mapping[int, TerminalSet], made_for: Ma
         columns[f"{'xy'[axis]}_phase"] = np.repeat(np.arange(terminal.period), counts)
         columns[f"{'xy'[axis]}_rows"] = np.column_stack([np.vstack(terminal.rows), np.concatenate(terminal.bounds)])
         columns[f"{'xy'[axis]}_early"] = np.array(terminal.early)
-    with path.open("wb") as file:
+    with replaced_file(path) as staging, staging.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **columns)
 
 

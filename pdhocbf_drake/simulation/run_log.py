@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.errors import InputError, RunFolderError
+from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.systems.signals import LOGGED
 
 Array = NDArray[np.float64]
@@ -93,8 +94,10 @@ class RunLog:
         return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
 
     def save(self, path: Path) -> None:
-        """Writes an `.npz` that numpy can read."""
-        np.savez_compressed(path, allow_pickle=False, **self.signals, time=self.time, ending=np.array(self.ending))
+        """Writes an `.npz` that numpy can read; raises as `replaced_file` does."""
+        path = path if path.suffix == ".npz" else path.with_name(f"{path.name}.npz")
+        with replaced_file(path) as staging, staging.open("wb") as file:
+            np.savez_compressed(file, allow_pickle=False, **self.signals, time=self.time, ending=np.array(self.ending))
 
     @classmethod
     def load(cls, path: Path) -> RunLog:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 from pathlib import Path
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.files.file import replaced_file
+from pdhocbf_drake.files.pages import page
+from pdhocbf_drake.files.places import check_file
 from pdhocbf_drake.terminal import say, shown_progress
 
 
@@ -21,10 +23,10 @@ def run(options: argparse.Namespace) -> int:
     place: Path | None = options.json
     if place is not None and not place.parent.is_dir():
         raise InputError(f"--json: the folder {place.parent} does not exist")
-    if place is not None and not os.access(place.parent, os.W_OK):
-        raise InputError(f"--json: nothing can be written in the folder {place.parent}")
+    if place is not None:
+        check_file(place)
     # Imported here, since they import Drake: a wrong argument is refused without that delay.
-    from pdhocbf_drake.simulation.run_folder import replaced_file
+    from pdhocbf_drake.analysis.drawing import save
     from pdhocbf_drake.studies.bench.benchmark import FULL, QUICK, measure
     from pdhocbf_drake.studies.bench.report import draw, report
     from pdhocbf_drake.studies.shared.results import write_json
@@ -36,8 +38,9 @@ def run(options: argparse.Namespace) -> int:
     print(report(results))
     if place is not None:
         write_json(place, results, indent=2)
-        for name, figure in draw(results).items():
-            with replaced_file(place.with_name(f"{place.stem}_{name}.png")) as staging:
-                figure.savefig(staging, format="png")
+        with page("the plots"):
+            for name, figure in draw(results).items():
+                with replaced_file(place.with_name(f"{place.stem}_{name}.png")) as staging:
+                    save(figure, staging)
         say(f"numbers in {place}, plots beside it")
     return 0

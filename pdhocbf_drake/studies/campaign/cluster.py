@@ -5,17 +5,16 @@ from __future__ import annotations
 import asyncio
 import logging
 import os
-import signal
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 
 import dask
 from distributed import Client, LocalCluster
 
 import pdhocbf_drake
 from pdhocbf_drake.errors import ClusterError, InputError
+from pdhocbf_drake.stopping import ctrl_c_blocked
 
 _PATIENCE = 30.0  # [s] for a scheduler, and then for its first worker
 
@@ -35,7 +34,8 @@ def local_cluster(workers: int) -> Iterator[Client]:
     }
     scratch = tempfile.TemporaryDirectory(prefix="pdhocbf-campaign-", ignore_cleanup_errors=True)
     with scratch as folder, dask.config.set(settings):
-        with _ctrl_c_blocked():
+        # Dask starts its workers, also those that replace a dead one, from a thread that begins here.
+        with ctrl_c_blocked():
             cluster = LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
@@ -47,20 +47,6 @@ def local_cluster(workers: int) -> Iterator[Client]:
             )
         with cluster, Client(cluster) as client:
             yield client
-
-
-@contextmanager
-def _ctrl_c_blocked() -> Iterator[None]:
-    """Blocks Ctrl-C for the threads and processes that start in the block, since a terminal sends it to all of them.
-
-    Dask starts its workers, also those that replace a dead one, from a thread that begins here.
-    """
-    resource_tracker.ensure_running()  # started later, it would unblock SIGINT
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 @contextmanager

@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from typing import Any, Literal, NamedTuple
+from typing import Any, Final, Literal, NamedTuple
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from pdhocbf_drake.config import Config
+
+MOST_RUNS: Final = 100_000  # all of them are checked, and held in memory, before the first one starts
 
 
 class FactorConfig(Config):
@@ -115,6 +117,8 @@ class CampaignConfig(Config):
 
     @model_validator(mode="after")
     def _sample_fits(self) -> CampaignConfig:
+        if (runs := self.size()) > MOST_RUNS:
+            raise ValueError(f"at most {MOST_RUNS} runs are possible, given {runs}")
         if self.sample == "random":
             if self.runs is None:
                 raise ValueError("a random sample needs runs, the number of runs")
@@ -136,6 +140,13 @@ class CampaignConfig(Config):
         if unknown:
             raise ValueError(f"maps: '{unknown[0]}' is not a factor; there are {', '.join(self.factors)}")
         return self
+
+    def size(self) -> int:
+        """The number of runs."""
+        if self.sample == "random":
+            return self.runs or 0
+        counts = (len(factor.values) if factor.values else factor.points or 1 for factor in self.factors.values())
+        return self.repeats * math.prod(counts) * len(self.barriers)
 
     def points(self) -> Iterator[Point]:
         """The sample's points in order: a grid, or draws that do not depend on their number, so a sample can grow."""

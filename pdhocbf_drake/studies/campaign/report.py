@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 import yaml
 
-from pdhocbf_drake.analysis.page import data_url, page, png
+from pdhocbf_drake.analysis.page import data_url, filled_page, png
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.studies.campaign.figures import make_figures
 from pdhocbf_drake.studies.campaign.store import FAILED
@@ -17,7 +17,7 @@ from pdhocbf_drake.studies.campaign.survival import Row, paired, survival_rate
 
 def campaign_report(title: str, config: CampaignConfig, runs: int, rows: Sequence[Row]) -> str:
     """The report as an HTML page without external resources."""
-    return page(
+    return filled_page(
         "studies.campaign",
         title=title,
         description=config.description,

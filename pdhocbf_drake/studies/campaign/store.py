@@ -6,12 +6,11 @@ a result are not run again.
 
 from __future__ import annotations
 
-import fcntl
 import json
 import os
-import shutil
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any, Final
 
@@ -19,13 +18,20 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from pdhocbf_drake.errors import RunFolderError
-from pdhocbf_drake.simulation.run_folder import replaced_file, writing
+from pdhocbf_drake.files import folder as folders
+from pdhocbf_drake.files.file import new_file, replaced_file
+from pdhocbf_drake.files.places import check_entries, part_of, writing
+from pdhocbf_drake.simulation.run_folder import REPORT
 from pdhocbf_drake.studies.campaign.dispatch import Outcome
 from pdhocbf_drake.studies.campaign.plan import PlannedRun
 
 TABLE: Final = "runs.parquet"
 PARTS: Final = "parts"
+SUMMARY: Final = "campaign.json"
+CAMPAIGN: Final = "campaign.yaml"
+ENTRIES: Final = {TABLE, PARTS, SUMMARY, CAMPAIGN, REPORT, ".lock"}  # the last one of earlier versions
 FAILED: Final = "failed"
+_PART: Final = "run-*.parquet"
 
 # The other columns are the factors and the metrics.
 _CORE = (
@@ -50,9 +56,11 @@ class CampaignStore:
         self._parts = folder / PARTS
         with writing(folder):
             self._parts.mkdir(parents=True, exist_ok=True)
-            probe = self._parts / ".probe"
-            probe.write_bytes(b"0" * 4096)
-            probe.unlink()
+            probe = new_file(self._parts / "probe")
+            try:
+                probe.write_bytes(b"0" * 4096)
+            finally:
+                probe.unlink()
         self.rows: dict[int, dict[str, Any]] = {}
         for table in self._tables():
             self.rows |= {row["run"]: row for row in table.to_pylist()}
@@ -82,7 +90,11 @@ class CampaignStore:
             tables = [_table(self.rows[run]) for run in sorted(self.rows)]
             _write(_typed(pa.concat_tables(tables, promote_options="permissive")), self.folder / TABLE)
         with writing(self.folder):
-            shutil.rmtree(self._parts)
+            for part in self._parts.iterdir():
+                if fnmatch(part_of(part) or part.name, _PART):
+                    part.unlink()
+            with suppress(OSError):  # it holds something else
+                self._parts.rmdir()
 
     def _tables(self) -> Iterator[pa.Table]:
         """The table, then the parts, which are newer."""
@@ -93,7 +105,7 @@ class CampaignStore:
             except (OSError, pa.ArrowInvalid) as error:
                 first = (str(error).splitlines() or [type(error).__name__])[0]
                 raise RunFolderError(f"{whole} cannot be read: {first}") from None
-        for part in sorted(self._parts.glob("run-*.parquet")):
+        for part in sorted(self._parts.glob(_PART)):
             try:
                 yield pq.read_table(part)
             except (OSError, pa.ArrowInvalid):
@@ -102,17 +114,12 @@ class CampaignStore:
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keeps a second command from writing into the same folder; raises `RunFolderError`."""
+    """Keeps other commands from writing into the folder; raises `RunFolderError`, also where it is no campaign's."""
     with writing(folder):
+        if folder.is_dir():
+            check_entries(folder, ENTRIES, "a folder of campaign", folder)
         folder.mkdir(parents=True, exist_ok=True)
-        lock = (folder / ".lock").open("w")
-    with lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise RunFolderError(f"another campaign is writing to {folder}") from None
-        except OSError:
-            pass  # a file system without locks
+    with folders.locked(folder, f"another campaign is writing to {folder}"):
         yield
 
 

@@ -8,15 +8,16 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError
-from pdhocbf_drake.simulation.run_folder import REPORT, replaced_file
+from pdhocbf_drake.files.file import replaced_file, write_text
+from pdhocbf_drake.files.pages import page
+from pdhocbf_drake.simulation.run_folder import REPORT
 from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.studies.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
-from pdhocbf_drake.studies.shared.results import write_json, write_text
+from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.yaml_text import write_yaml
 
-SUMMARY: Final = "campaign.json"
-CAMPAIGN: Final = "campaign.yaml"
+MOST_WORKERS: Final = 1024
 
 Report = Callable[[int, int, str], None]
 
@@ -63,14 +64,14 @@ def campaign(
         RunFolderError: the folder can't be written, or holds another campaign.
     """
     try:  # an optional extra
-        from pdhocbf_drake.studies.campaign.store import FAILED, CampaignStore, locked
+        from pdhocbf_drake.studies.campaign.store import CAMPAIGN, FAILED, CampaignStore, locked
         from pdhocbf_drake.studies.campaign.survival import campaign_summary
     except ModuleNotFoundError as error:
         raise InputError(
             f"a campaign needs the package '{error.name}'; install them all with pip install 'pdhocbf-drake[campaign]'"
         ) from None
-    if workers is not None and workers < 1:
-        raise InputError(f"workers must be 1 or more, given {workers}")
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"workers must be 1 to {MOST_WORKERS}, given {workers}")
     if workers is not None and scheduler is not None:
         raise InputError("workers are for this machine; a scheduler has its own")
     config, path = load_campaign(str(file))
@@ -82,8 +83,10 @@ def campaign(
             store.forget([number for number, row in store.rows.items() if row["status"] == FAILED])
         if not store.rows:
             check_buildable(planned)
-        with replaced_file(folder / CAMPAIGN) as staging:
-            write_yaml(config.model_dump(mode="json"), staging)
+        kept = folder / CAMPAIGN
+        if not (kept.exists() and kept.samefile(path)):  # a user's own file keeps its words
+            with replaced_file(kept) as staging:
+                write_yaml(config.model_dump(mode="json"), staging)
         stopped = _run_missing(config, planned, store, workers, scheduler, progress)
         rows = [store.rows[number] for number in sorted(store.rows)]
         summary = campaign_summary(len(planned), list(config.barriers), rows)
@@ -140,6 +143,8 @@ def _write_results(
 ) -> None:
     # The extra `campaign`, whose absence `campaign` reports.
     from pdhocbf_drake.studies.campaign.report import campaign_report
+    from pdhocbf_drake.studies.campaign.store import SUMMARY
 
     write_json(folder / SUMMARY, summary, indent=2)
-    write_text(folder / REPORT, campaign_report(name, config, summary["runs"], rows))
+    with page(REPORT):
+        write_text(folder / REPORT, campaign_report(name, config, summary["runs"], rows))

@@ -9,12 +9,13 @@ from typing import Any
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
-from pdhocbf_drake.simulation.run_folder import FIGURES, new_run_folder
+from pdhocbf_drake.simulation.run_folder import FIGURES
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.certify.certificate import STAGES
 from pdhocbf_drake.studies.certify.report import certificate_lines, system_data
-from pdhocbf_drake.studies.certify.study import CERTIFICATE, ENTRIES, TERMINAL, certify
+from pdhocbf_drake.studies.certify.study import CERTIFICATE, ENTRIES, KIND, TERMINAL, certify
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.terminal import shown_progress, table
 from pdhocbf_drake.yaml_text import read_yaml
@@ -61,9 +62,9 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
         raise InputError(f"{options.scenario} is a system of its own: --text and --starts are for walks")
     started = time.perf_counter()
     place = options.out or Path("runs") / f"certify-{config.name}"
-    with new_run_folder(place, ENTRIES) as folder:
+    with new_folder(place, ENTRIES, KIND) as folder:
         data = system_data(config, config.certify(), time.perf_counter() - started)
-        write_json(folder / CERTIFICATE, data)
+        write_json(folder.path / CERTIFICATE, data)
     if data["enforceable"]:
         areas = [phase["area"] for phase in data["phases"]]
         verdict = f"enforceable, found in {data['sweeps']} sweeps; volume {min(areas):.4g} to {max(areas):.4g}"

@@ -11,7 +11,9 @@ import yaml
 from pdhocbf_drake.barriers import Linear
 from pdhocbf_drake.config import as_name
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.run_folder import Run, read_run, replaced_file
+from pdhocbf_drake.files.file import write_text
+from pdhocbf_drake.files.places import check_file
+from pdhocbf_drake.simulation.run_folder import Run, read_run
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate, certify_scenario
@@ -41,6 +43,8 @@ def run(options: argparse.Namespace) -> int:
         Linear(rate)  # refuses a rate outside (0, 1]
     if as_name(options.name) != options.name:
         raise InputError(f"--name must be letters, digits, '_', '-' or '.', at most 100 (given: {options.name!r})")
+    place = options.out or Path(f"bound-{options.name}.yaml")
+    check_file(place)  # before the work
     recorded = read_run(options.run)
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time
@@ -50,10 +54,8 @@ def run(options: argparse.Namespace) -> int:
     barrier = WalkBarrierConfig(axis=options.axis, side=options.side, bound=bound, gamma=tuple(options.gamma))
     found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}))
     verdict = _checked(found, options.name, options.margin)
-    place = options.out or Path(f"bound-{options.name}.yaml")
     text = _yaml(recorded, options, barrier, envelope, verdict)
-    with replaced_file(place) as path:
-        path.write_text(text, encoding="utf-8")
+    write_text(place, text)
     above = f"{1000 * envelope.spread:.2f} m{quantity.unit} above the mean at most"
     spread = above if options.side == "upper" else "as measured"
     print(f"measured  {envelope.periods} times at every phase; {spread}")

@@ -14,6 +14,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, legend, panels, save, styled
 from pdhocbf_drake.barriers import AffineBarrier
+from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
 from pdhocbf_drake.walking.quantities import SPEEDS
@@ -26,11 +27,11 @@ Parts = list[Polytope | None]
 
 def write_certificate_figures(found: ScenarioCertificate, data: dict[str, Any], folder: Path) -> None:
     """Writes each figure as a PNG."""
-    folder.mkdir(exist_ok=True)
     with styled():
         figures = {"safe_tube": safe_tube(found), "sections": sections(found, data), "pushes": pushes(found, data)}
         for name, figure in figures.items():
-            save(figure, folder / f"{name}.png")
+            with replaced_file(folder / f"{name}.png") as staging:
+                save(figure, staging)
 
 
 def sections(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.files.pages import page
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
-from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO, new_run_folder
+from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.certify.certificate import STAGES, ScenarioCertificate, certify_scenario
 from pdhocbf_drake.studies.certify.report import certificate_data
@@ -21,6 +23,7 @@ from pdhocbf_drake.yaml_text import write_yaml
 
 CERTIFICATE, TERMINAL = "certify.json", "terminal_set.npz"
 ENTRIES = {CERTIFICATE, TERMINAL, SCENARIO, FIGURES}
+KIND = "a folder of certify"
 
 Report = Callable[[int, str], None]
 
@@ -51,13 +54,14 @@ def certify(
     Raises:
         InputError: the scenario is no walk, or can't be built or certified, or an argument can't be used.
         ModelError: its robot can't be loaded. RunFolderError: `out` can't be written.
+        Warns of figures that can't be drawn (`PageWarning`).
     """
     if reach is not None and not 0.0 < reach < 10.0:
         raise InputError(f"reach must be a length above 0 [m], given {reach}")
     if starts < 0:
         raise InputError(f"starts must be 0 or more, given {starts}")
     started = time.perf_counter()
-    with nullcontext() if out is None else new_run_folder(Path(out), ENTRIES) as folder:
+    with nullcontext() if out is None else new_folder(Path(out), ENTRIES, KIND) as folder:
         found = certify_scenario(scenario, reach, rows, progress)
         seconds = time.perf_counter() - started
         progress(STAGES, "pushes")
@@ -65,8 +69,14 @@ def certify(
         trial = _trial(found, starts, progress) if starts and sets else None
         data = {**certificate_data(found, seconds, trial), "terminal_set_problem": problem}
         progress(STAGES + 1, "")
-        if folder is not None:
-            _write(folder, scenario, found, data, sets)
+        if folder is not None and out is not None:
+            _write(folder.path, scenario, found, data, sets)
+            folder.finish()
+            with page(FIGURES):
+                # Loads matplotlib, which a certificate without a folder can do without.
+                from pdhocbf_drake.studies.certify.figures import write_certificate_figures
+
+                write_certificate_figures(found, data, Path(out) / FIGURES)
     return data
 
 
@@ -88,11 +98,7 @@ def _trial(found: ScenarioCertificate, count: int, progress: Report) -> Trial:
 def _write(
     folder: Path, scenario: Scenario, found: ScenarioCertificate, data: dict[str, Any], sets: dict[int, TerminalSet]
 ) -> None:
-    # Loads matplotlib, which a certificate without a folder can do without.
-    from pdhocbf_drake.studies.certify.figures import write_certificate_figures
-
     write_json(folder / CERTIFICATE, data)
     write_yaml(scenario.to_dict(), folder / SCENARIO)
     if sets:
         save_terminal_sets(folder / TERMINAL, sets, limits_of(scenario.gait, scenario.mpc, scenario.barriers))
-    write_certificate_figures(found, data, folder / FIGURES)

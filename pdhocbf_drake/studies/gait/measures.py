@@ -109,7 +109,8 @@ def _pushes(scenario: Scenario, work: Work) -> dict[str, float] | None:
     if not work.directions:
         return None
     mass = Biped.load(scenario.robot).mass
-    found = search_all(scenario, [PERIODIC], work.directions, work.phases, _PUSH, 1, mass)
+    searches = search_all(scenario, [PERIODIC], work.directions, work.phases, _PUSH, 1, mass)
+    found = [impulse for impulses in searches for impulse in impulses]
     by_way = {way: [i.survived for i in found if i.direction == way] for way in work.directions}
     return {way: float(np.median(values)) for way, values in by_way.items()}
 

@@ -10,11 +10,13 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake import terminal
-from pdhocbf_drake.analysis.drawing import styled
-from pdhocbf_drake.simulation.run_folder import replaced_file
+from pdhocbf_drake.analysis.drawing import save, styled
+from pdhocbf_drake.files.file import replaced_file
+from pdhocbf_drake.files.pages import page
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.gait.measures import GaitMeasures
 
+LINES, MAP = "gait_lines.png", "gait_map.png"
 _UNITS = {"com_height": "m", "com_height_amplitude": "m"}
 
 
@@ -79,12 +81,15 @@ def table(gaits: Sequence[GaitMeasures]) -> str:
 
 
 def write_figures(gaits: Sequence[GaitMeasures], folder: Path) -> None:
-    """`gait_lines.png` of the gaits with one varied parameter, `gait_map.png` of those with two."""
+    """`gait_lines.png` of the gaits with one varied parameter, `gait_map.png` of those with two.
+
+    Warns of one that can't be drawn (`PageWarning`).
+    """
     single = [gait for gait in gaits if len(gait.values) == 1]
     double = [gait for gait in gaits if len(gait.values) == 2]
-    for name, chosen, draw in (("gait_lines.png", single, _lines), ("gait_map.png", double, _maps)):
+    for name, chosen, draw in ((LINES, single, _lines), (MAP, double, _maps)):
         if chosen:
-            with replaced_file(folder / name) as staging:
+            with page(name), replaced_file(folder / name) as staging:
                 draw(chosen, staging)
 
 
@@ -103,7 +108,7 @@ def _lines(gaits: Sequence[GaitMeasures], path: Path) -> None:
                 if column == 0:
                     panels[row, 0].set_ylabel(f"{quantity.name}\n[{quantity.unit}]")
             panels[-1, column].set_xlabel(f"{key} [{_UNITS.get(key, 'ticks')}]")
-        figure.savefig(path, format="png")
+        save(figure, path)
 
 
 def _maps(gaits: Sequence[GaitMeasures], path: Path) -> None:
@@ -130,7 +135,7 @@ def _maps(gaits: Sequence[GaitMeasures], path: Path) -> None:
             axes.set_title(f"{quantity.name} [{quantity.unit}]")
             axes.set_xlabel(f"{across} [{_UNITS.get(across, 'ticks')}]")
             axes.set_ylabel(f"{upward} [{_UNITS.get(upward, 'ticks')}]")
-        figure.savefig(path, format="png")
+        save(figure, path)
 
 
 def _keys(gaits: Sequence[GaitMeasures]) -> list[str]:

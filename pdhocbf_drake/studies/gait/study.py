@@ -3,23 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
-from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.errors import InputError, PdhocbfError
+from pdhocbf_drake.files.file import write_text
+from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.gait.measures import GaitMeasures, Work, measure
-from pdhocbf_drake.studies.gait.results import document, table, write_figures
+from pdhocbf_drake.studies.gait.results import LINES, MAP, document, table, write_figures
 from pdhocbf_drake.studies.shared.pool import in_processes
-from pdhocbf_drake.studies.shared.results import result_folder, write_json, write_text
+from pdhocbf_drake.studies.shared.results import collected, write_json
+from pdhocbf_drake.yaml_text import write_yaml
 
 PHASE, HEIGHT, AMPLITUDE = "com_height_phase", "com_height", "com_height_amplitude"
 DOUBLE_SUPPORT, STEP_TICKS = "double_support_ticks", "ticks_per_step"
 KEYS: Final = (PHASE, HEIGHT, AMPLITUDE, DOUBLE_SUPPORT, STEP_TICKS)
 """The keys of `gait` that can be varied."""
 
-RESULT = "gait.json"
+RESULT, TABLE = "gait.json", "gait.txt"
+_ENTRIES = {RESULT, TABLE, LINES, MAP, SCENARIO}
 Grid = Mapping[str, Sequence[float]]
 
 
@@ -60,20 +67,24 @@ def gait_study(
 
     Raises:
         InputError: the scenario is no walk without an end, or a key can't be varied.
-        RunFolderError: `out` can't be written. PdhocbfError: a worker process died.
+        RunFolderError: `out` can't be written. PdhocbfError: a worker process died, or Ctrl-C ended the work; what had
+            been measured is in `out` all the same.
     """
     work = plan(scenario, default_lines(scenario) if lines is None else lines, over or {}, directions, phases)
-    folder = None if out is None else result_folder(Path(out), "gait", scenario)
-    found: dict[str, GaitMeasures] = {}
-    for done, measured in enumerate(in_processes(measure, work, workers), start=1):
-        found[str(measured.values)] = measured
-        if progress is not None:
-            progress(done)
-    gaits = [found[str(piece.values)] for piece in work]
-    if folder is not None:
-        write_text(folder / "gait.txt", table(gaits))
-        write_json(folder / RESULT, document(scenario, gaits))
-        write_figures(gaits, folder)
+    with nullcontext() if out is None else new_folder(Path(out), _ENTRIES, "a folder of gait") as folder:
+        measured = ([gait] for gait in in_processes(measure, work, workers))
+        gaits, stopped = collected(measured, folder is not None, progress)
+        with stop_requests():  # what has been measured is written before such a request takes effect
+            order = [str(piece.values) for piece in work]
+            gaits.sort(key=lambda gait: order.index(str(gait.values)))
+            if folder is not None and out is not None:
+                write_text(folder.path / TABLE, table(gaits) + "\n")
+                write_json(folder.path / RESULT, document(scenario, gaits))
+                write_yaml(scenario.to_dict(), folder.path / SCENARIO)
+                folder.finish()
+                write_figures(gaits, Path(out))
+    if stopped:
+        raise PdhocbfError(f"{stopped}; {len(gaits)} of {len(work)} gaits are in {out}")
     return gaits
 
 

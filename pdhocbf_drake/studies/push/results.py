@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake import terminal
-from pdhocbf_drake.analysis.drawing import styled
+from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.analysis.palette import LIMIT, case_colour
 from pdhocbf_drake.studies.shared.events import DIRECTIONS
 
@@ -74,7 +74,7 @@ def draw_polar(impulses: Sequence[Impulse], path: Path) -> None:
         axes.set_xticks(np.radians(list(DIRECTIONS.values())), ["ahead +x", "left +y", "back -x", "right -y"])
         axes.set_title(f"largest survived impulse [{UNIT}]: median (line), phases (dots)", pad=24)
         axes.legend(loc="lower left", bbox_to_anchor=(-0.1, -0.12), ncols=3)
-        figure.savefig(path, format="png")
+        save(figure, path)
 
 
 def draw_phases(impulses: Sequence[Impulse], path: Path, ticks_per_step: int) -> None:
@@ -94,4 +94,4 @@ def draw_phases(impulses: Sequence[Impulse], path: Path, ticks_per_step: int) ->
             axes.set_ylabel(f"{way} [{UNIT}]")
         panels[0].legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
         panels[-1].set_xlabel("tick of the gait at which the push begins [1]; the line parts its two steps")
-        figure.savefig(path, format="png")
+        save(figure, path)

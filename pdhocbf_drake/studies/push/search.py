@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
 from itertools import product
 from typing import NamedTuple
@@ -40,9 +40,9 @@ class Search(NamedTuple):
 
 def search_all(
     scenario: Scenario, barriers: Sequence[str], directions: Sequence[str], phases: Sequence[int],
-    settings: Settings, workers: int, mass: float = _LIKELY_MASS, report: Callable[[int], None] | None = None,
-) -> list[Impulse]:  # fmt: skip
-    """The largest survived impulse for every barrier, direction and phase, sorted in the order given.
+    settings: Settings, workers: int, mass: float = _LIKELY_MASS,
+) -> Iterator[list[Impulse]]:  # fmt: skip
+    """The largest survived impulse for every barrier, direction and phase, yielded as they are found.
 
     The searches with a barrier begin from the impulse that is survived without one.
 
@@ -52,7 +52,6 @@ def search_all(
         settings: shared by all searches.
         workers: number of processes.
         mass: of the robot, from which the first guesses are scaled [kg].
-        report: called with the number of impulses found so far.
 
     Raises:
         PdhocbfError: a worker process died.
@@ -66,9 +65,7 @@ def search_all(
             work.append(Search(text, barrier, tuple(phases), phase, guesses, settings))
         for impulses in in_processes(search, work, workers):
             found.update({impulse[:3]: impulse.survived for impulse in impulses})
-            if report is not None:
-                report(len(found))
-    return [Impulse(*key, found[key]) for key in product(barriers, directions, phases)]
+            yield impulses
 
 
 def search(work: Search) -> list[Impulse]:

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from pathlib import Path
+from typing import Any
 
-from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.errors import InputError, PdhocbfError
+from pdhocbf_drake.files.file import replaced_file, write_text
+from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.files.pages import page
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.simulation.run_folder import replaced_file
+from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.push.results import Impulse, document, draw_phases, draw_polar, table
 from pdhocbf_drake.studies.push.search import Settings, search_all
 from pdhocbf_drake.studies.shared.cases import CASES
 from pdhocbf_drake.studies.shared.events import DIRECTIONS
-from pdhocbf_drake.studies.shared.results import result_folder, write_json, write_text
+from pdhocbf_drake.studies.shared.results import collected, write_json
+from pdhocbf_drake.yaml_text import write_yaml
 
 RESULT = "push.json"
+TABLE = "push.txt"
+POLAR = "push.png"
+PHASES = "push_phases.png"
+_ENTRIES = {RESULT, TABLE, POLAR, PHASES, SCENARIO}
 
 
 def push(
@@ -53,9 +65,11 @@ def push(
     Raises:
         InputError: the scenario is no walk of a robot, or an argument can't be used.
         RunFolderError: `out` can't be written.
-        PdhocbfError: a worker process died.
+        PdhocbfError: a worker process died, or Ctrl-C ended the search; what had been found is in `out` all the same.
+        Warns of a figure that can't be drawn (`PageWarning`).
     """
     at = _check_events(directions, phases, scenario.gait.ticks_per_gait)
+    lists: list[list[Any]] = [list(barriers), list(directions), at]
     settings = Settings(tolerance, duration, watch)
     shortest_watch = duration + scenario.gait.ticks_per_gait * scenario.gait.tick
     for name, least in (("tolerance", 0.01), ("duration", 0.01), ("watch", shortest_watch)):
@@ -68,13 +82,21 @@ def push(
         raise InputError(f"workers must be 1 or more (given: {workers})")
     if scenario.system != "biped":
         raise InputError(f"scenario.system: only a 'biped' can be pushed here (given: {scenario.system!r})")
-    folder = None if out is None else result_folder(Path(out), "push", scenario)
-    mass = Biped.load(scenario.robot).mass
-    impulses = search_all(scenario, barriers, directions, at, settings, workers, mass, progress)
-    if found is not None:
-        found(impulses)
-    if folder is not None:
-        _write(folder, scenario, impulses)
+    with nullcontext() if out is None else new_folder(Path(out), _ENTRIES, "a folder of push") as folder:
+        searches = search_all(scenario, barriers, directions, at, settings, workers, Biped.load(scenario.robot).mass)
+        impulses, stopped = collected(searches, folder is not None, progress)
+        with stop_requests():  # what has been found is written before such a request takes effect
+            impulses.sort(key=lambda impulse: [*map(list.index, lists, impulse[:3])])
+            if found is not None:
+                found(impulses)
+            if folder is not None and out is not None:
+                write_json(folder.path / RESULT, document(impulses))
+                write_text(folder.path / TABLE, table(impulses) + "\n")
+                write_yaml(scenario.to_dict(), folder.path / SCENARIO)
+                folder.finish()
+                _draw(Path(out), impulses, scenario.gait.ticks_per_step)
+    if stopped:
+        raise PdhocbfError(f"{stopped}; {len(impulses)} of {math.prod(map(len, lists))} impulses are in {out}")
     return impulses
 
 
@@ -91,11 +113,8 @@ def _check_events(directions: Sequence[str], phases: int | Sequence[int], ticks:
     return list(phases)
 
 
-def _write(folder: Path, scenario: Scenario, impulses: Sequence[Impulse]) -> None:
-    """Writes the results; each file is complete or not there."""
-    with replaced_file(folder / "push.png") as staging:
+def _draw(folder: Path, impulses: Sequence[Impulse], ticks_per_step: int) -> None:
+    with page(POLAR), replaced_file(folder / POLAR) as staging:
         draw_polar(impulses, staging)
-    with replaced_file(folder / "push_phases.png") as staging:
-        draw_phases(impulses, staging, scenario.gait.ticks_per_step)
-    write_text(folder / "push.txt", table(impulses))
-    write_json(folder / RESULT, document(impulses))
+    with page(PHASES), replaced_file(folder / PHASES) as staging:
+        draw_phases(impulses, staging, ticks_per_step)

@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 from pdhocbf_drake.analysis.drawing import styled
-from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.run_folder import new_run_folder
+from pdhocbf_drake.errors import InputError, PdhocbfError
+from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.files.pages import page
+from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.reproduce.joints import figure_6
 from pdhocbf_drake.studies.reproduce.lemma_2 import lemma_2
 from pdhocbf_drake.studies.reproduce.literal import MEASURED_ZMP, NO_DOUBLE_SUPPORT, literal_against_corrected
@@ -24,7 +26,7 @@ from pdhocbf_drake.studies.reproduce.theorem import theorem_1
 from pdhocbf_drake.studies.reproduce.unsafe import figure_7
 from pdhocbf_drake.studies.reproduce.unsafe_robot import EVENTS, figure_7_robot
 from pdhocbf_drake.studies.reproduce.walk import ROBOT, figure_4, margins
-from pdhocbf_drake.terminal import Progress, shown_progress
+from pdhocbf_drake.terminal import Progress, say, shown_progress
 
 _ROBOT = tuple(ROBOT.values())
 _UNSAFE = tuple(request for requests in EVENTS.values() for request in requests.values())
@@ -70,7 +72,7 @@ def chosen(only: str | None) -> list[str]:
 
 
 def make_sections(keys: Sequence[str], runs: Runs, report: Progress) -> dict[str, Section]:
-    """The sections with these keys, in that order.
+    """The sections with these keys, in that order; those made so far after Ctrl-C, and all but one that fails.
 
     Args:
         keys: some of `PARTS`.
@@ -84,11 +86,20 @@ def make_sections(keys: Sequence[str], runs: Runs, report: Progress) -> dict[str
     runs.report = lambda words: report(len(made), words)
     for key in order:
         runs.report(f"making {key}")
-        section = made[key] = PARTS[key].make(runs)
-        own = f"pdhocbf reproduce --only {key}"
-        section.numbers = [number._replace(command=number.command or own) for number in section.numbers]
-    report(len(made))
-    return {key: made[key] for key in keys}
+        try:
+            with page(key):
+                section = PARTS[key].make(runs)
+                own = f"pdhocbf reproduce --only {key}"
+                section.numbers = [number._replace(command=number.command or own) for number in section.numbers]
+                made[key] = section
+        except KeyboardInterrupt as error:
+            if not made:
+                raise
+            runs.end(error)
+            break
+    else:
+        report(len(made))
+    return {key: made[key] for key in keys if key in made}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -104,15 +115,21 @@ def run(options: argparse.Namespace) -> int:
     started = time.monotonic()
 
     with (
-        new_run_folder(place, {REPORT, RESULTS, FIGURES}) as folder,
+        new_folder(place, {REPORT, RESULTS, FIGURES}, "a folder of reproduce") as folder,
         shown_progress("reproduce", len(keys), "parts", every=True) as progress,
     ):
         with Runs() as runs, styled():
             sections = make_sections(keys, runs, progress)
-        write_report(sections, folder, time.monotonic() - started)
+        if not sections:
+            raise PdhocbfError("no part could be made")
+        with stop_requests():  # the parts that are made are written before such a request takes effect
+            write_report(sections, folder.path, time.monotonic() - started)
+            folder.finish()
     for number in (n for section in sections.values() for n in section.numbers if n.paper is not None):
         verdict = {None: "", True: "agrees", False: "DIFFERS"}[number.agrees]
         mark = " (calibrated)" if number.calibrated else ""
         print(f"{number.name}: paper {number.paper:.4g}, ours {number.ours:.4g} {number.unit} {verdict}{mark}".rstrip())
     print(place / REPORT)
-    return 0
+    if missing := [key for key in keys if key not in sections]:
+        say(f"pdhocbf: {len(sections)} of {len(keys)} parts are in {place}; what is missing is {', '.join(missing)}")
+    return int(bool(missing))

@@ -6,6 +6,7 @@ The page loads nothing; the PNG and CSV of every figure lie beside it.
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,8 +17,10 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 import pdhocbf_drake
-from pdhocbf_drake.analysis.page import data_url, page, png
+from pdhocbf_drake.analysis.page import data_url, filled_page, png
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.files.file import replaced_file, write_text
+from pdhocbf_drake.files.pages import page
 from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC
 from pdhocbf_drake.studies.shared.results import write_json
 
@@ -115,32 +118,46 @@ class Section:
 
 
 def write_report(sections: Mapping[str, Section], folder: Path, seconds: float) -> None:
-    """Writes `report.html`, `results.json` and `figures/*.png|csv` into an empty folder; `seconds`: time spent."""
-    (folder / FIGURES).mkdir()
+    """Writes `report.html`, `results.json` and `figures/*.png|csv`; `seconds`: time spent.
+
+    A picture that can't be drawn is left out, with a `PageWarning`.
+    """
+    numbers = [number for section in sections.values() for number in section.numbers]
+    write_json(folder / RESULTS, [number._asdict() for number in numbers], indent=2)
     shown = []
     for key, section in sections.items():
         pictures = []
         for picture in section.pictures:
-            image = png(picture.figure)
-            (folder / FIGURES / f"{picture.name}.png").write_bytes(image)
-            header, rows = picture.table()
-            with (folder / FIGURES / f"{picture.name}.csv").open("w", newline="", encoding="utf-8") as file:
-                csv.writer(file).writerows([header, *rows])
-            pictures.append({"caption": picture.caption, "name": picture.name, "source": data_url(image)})
+            with page(picture.name):
+                header, rows = picture.table()
+                text = io.StringIO(newline="")
+                csv.writer(text).writerows([header, *rows])
+                write_text(folder / FIGURES / f"{picture.name}.csv", text.getvalue())
+                image = png(picture.figure)
+                with replaced_file(folder / FIGURES / f"{picture.name}.png") as staging:
+                    staging.write_bytes(image)
+                pictures.append({"caption": picture.caption, "name": picture.name, "source": data_url(image)})
         shown.append({"key": key, "section": section, "pictures": pictures})
-    numbers = [number for section in sections.values() for number in section.numbers]
-    write_json(folder / RESULTS, [number._asdict() for number in numbers], indent=2)
-    filled = page(
+    filled = filled_page(
         "studies.reproduce",
-        {"value": value},
+        {"value": value, "agreement": agreement},
         shown=shown,
         paper=[number for number in numbers if number.paper is not None],
         version=pdhocbf_drake.__version__,
         minutes=seconds / 60,
     )
-    (folder / REPORT).write_text(filled, encoding="utf-8")
+    write_text(folder / REPORT, filled)
 
 
 def value(number: float | None) -> str:
     """A number with four significant digits; a dash for none."""
     return "–" if number is None else f"{number:.4g}"
+
+
+def agreement(number: Number) -> str:
+    """Whether ours agrees with the paper's number, and within what; a dash where no agreement is claimed."""
+    if number.paper is None or number.tolerance is None:
+        return "–"
+    unit = "" if number.unit == "1" else f" {number.unit}"
+    allowed = f"within {value(number.tolerance)}{unit}" if number.tolerance else "exactly"
+    return f"yes, {allowed}" if number.agrees else f"no, off by {value(abs(number.ours - number.paper))}{unit}"

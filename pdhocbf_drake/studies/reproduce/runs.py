@@ -42,6 +42,10 @@ class Runs(ExitStack):
             pool = self.enter_context(worker_pool(1))
             self._ahead |= {request: pool.submit(_simulated, *request) for request in wanted}
 
+    def end(self, error: BaseException) -> None:
+        """Ends the worker at once, for an error that ends the work."""
+        self.__exit__(type(error), error, error.__traceback__)
+
     def run(self, request: Request) -> Run:
         """The run of a scenario."""
         if request not in self._done:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.stopping import ctrl_c_blocked
 
 Work = TypeVar("Work")
 Result = TypeVar("Result")
@@ -19,13 +21,32 @@ Result = TypeVar("Result")
 def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Processes that start as work is submitted; work that has not begun when the block ends is dropped.
 
-    They are spawned, since a forked child would share Drake's threads and locks.
+    They are spawned, since a forked child would share Drake's threads and locks. An exception in the block ends them
+    at once; Ctrl-C, which a terminal sends to them too, only by that way.
     """
-    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+    others = multiprocessing.active_children()
+    with _Pool(workers, multiprocessing.get_context("spawn"), _ignore_ctrl_c) as pool:
         try:
             yield pool
+        except BaseException:
+            for process in multiprocessing.active_children():
+                if process not in others:
+                    process.terminate()
+            raise
         finally:
             pool.shutdown(wait=True, cancel_futures=True)
+
+
+class _Pool(ProcessPoolExecutor):
+    """A pool whose processes start with Ctrl-C blocked, until `_ignore_ctrl_c` runs in them."""
+
+    def submit(self, *args: Any, **kwargs: Any) -> Future[Any]:
+        with ctrl_c_blocked():
+            return super().submit(*args, **kwargs)
+
+
+def _ignore_ctrl_c() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def result_of(future: Future[Result], advice: str = "") -> Result:

@@ -1,36 +1,45 @@
-"""The folder that a study writes its results to, and JSON without NaN."""
+"""Results of long work as far as it went, and JSON without NaN."""
 
 from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pdhocbf_drake.simulation.run_folder import SCENARIO, replaced_file, writing
-from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.yaml_text import write_yaml
+from pdhocbf_drake.errors import PdhocbfError, reason
+from pdhocbf_drake.files.file import write_text
 
-
-def result_folder(out: Path | None, verb: str, scenario: Scenario) -> Path:
-    """`out`, or ./runs/VERB-NAME, with the scenario written to it; raises `RunFolderError` if it can't be written."""
-    folder = out or Path("runs") / f"{verb}-{scenario.name}"
-    with writing(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    with replaced_file(folder / SCENARIO) as staging:
-        write_yaml(scenario.to_dict(), staging)
-    return folder
+Result = TypeVar("Result")
 
 
-def write_text(path: Path, text: str) -> None:
-    """Writes a file that is complete or not there; raises `RunFolderError`."""
-    with replaced_file(path) as staging:
-        staging.write_text(text + "\n", encoding="utf-8")
+def collected(
+    found: Iterable[Sequence[Result]], keep: bool, progress: Callable[[int], None] | None = None
+) -> tuple[list[Result], str]:
+    """Results as they come, and why no more came: "" after the last one.
+
+    Args:
+        found: the results, some at a time.
+        keep: whether Ctrl-C, or an error for users, only ends the work where there are results.
+        progress: called with the number of results so far.
+    """
+    results: list[Result] = []
+    try:
+        for more in found:
+            results += more
+            if progress is not None:
+                progress(len(results))
+    except (KeyboardInterrupt, PdhocbfError) as error:
+        if not (keep and results):
+            raise
+        return results, reason(error)
+    return results, ""
 
 
 def write_json(path: Path, data: Any, indent: int = 1) -> None:
-    """As `write_text`, with null for NaN and infinity."""
-    write_text(path, json.dumps(_plain(data), indent=indent, allow_nan=False, ensure_ascii=False))
+    """Writes a file that is complete or not there, with null for NaN and infinity; raises as `replaced_file` does."""
+    write_text(path, json.dumps(_plain(data), indent=indent, allow_nan=False, ensure_ascii=False) + "\n")
 
 
 def _plain(data: Any) -> Any:

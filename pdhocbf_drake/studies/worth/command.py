@@ -8,16 +8,22 @@ from pathlib import Path
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.run_folder import replaced_file
+from pdhocbf_drake.files.file import replaced_file, write_text
+from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.files.pages import page
+from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.shared.cases import lent_barriers
 from pdhocbf_drake.studies.shared.events import parse_phases
-from pdhocbf_drake.studies.shared.results import result_folder, write_json, write_text
+from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.studies.worth.experiments import RobotWorth, TemplateWorth
 from pdhocbf_drake.studies.worth.results import draw, table
 from pdhocbf_drake.terminal import say, shown_progress
+from pdhocbf_drake.yaml_text import write_yaml
 
-RESULT = "worth.json"
+RESULT, TABLE, FIGURE = "worth.json", "worth.txt", "worth.png"
+_ENTRIES = {RESULT, TABLE, FIGURE, SCENARIO}
 # Sizes of kick and push to which a barrier can respond: template [m/s, m/s²], robot [N s, N].
 _SIZES = {"vhip": (0.02, 0.2), "biped": (3.0, 20.0)}
 _COMMAND = 1.07
@@ -54,20 +60,27 @@ def run(options: argparse.Namespace) -> int:
     sizes = (options.kick or kick, options.push or push, options.command)
     ticks = scenario.gait.ticks_per_step if scenario.system == "vhip" else scenario.gait.ticks_per_gait
     phases = parse_phases(options.phases, ticks)
-    folder = result_folder(options.out, "worth", scenario)
-    if lent := lent_barriers(scenario):
-        say(lent)
-    experiment = (TemplateWorth if scenario.system == "vhip" else RobotWorth)(scenario, *sizes, phases)
-    with shown_progress("worth", 1 + 2 * len(gammas), "cases", every=True) as progress:
-        rows = experiment.run(gammas, progress)
-        progress(1 + 2 * len(gammas))
-    print(table(rows), flush=True)  # before the files, since a full disk must not cost the result
-    with replaced_file(folder / "worth.png") as staging:
-        draw(rows, staging)
-    write_text(folder / "worth.txt", table(rows))
-    write_json(folder / RESULT, {"rows": [row._asdict() for row in rows]})
-    print(f"wrote {folder / RESULT} and a figure beside it")
-    return 0
+    place: Path = options.out or Path("runs") / f"worth-{scenario.name}"
+    with new_folder(place, _ENTRIES, "a folder of worth") as folder:
+        if lent := lent_barriers(scenario):
+            say(lent)
+        experiment = (TemplateWorth if scenario.system == "vhip" else RobotWorth)(scenario, *sizes, phases)
+        with shown_progress("worth", 1 + 2 * len(gammas), "cases", every=True) as progress:
+            rows = experiment.run(gammas, progress)
+            if not experiment.stopped:
+                progress(1 + 2 * len(gammas))
+        with stop_requests():  # what has been measured is written before such a request takes effect
+            print(table(rows), flush=True)  # before the files, since a full disk must not cost the result
+            write_json(folder.path / RESULT, {"rows": [row._asdict() for row in rows]})
+            write_text(folder.path / TABLE, table(rows) + "\n")
+            write_yaml(scenario.to_dict(), folder.path / SCENARIO)
+            folder.finish()
+            with page(FIGURE), replaced_file(place / FIGURE) as staging:
+                draw(rows, staging)
+    print(f"wrote {place / RESULT} and a figure beside it")
+    if experiment.stopped:
+        say(f"pdhocbf: {experiment.stopped}")
+    return int(bool(experiment.stopped))
 
 
 def _gammas(text: str) -> list[float]:

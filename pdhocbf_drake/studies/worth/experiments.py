@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from pdhocbf_drake.errors import reason
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC, in_case
@@ -28,9 +29,13 @@ class Worth(ABC):
         kick: size of a kick. push: size of a push that lasts a step.
         command: commanded stride over the one that the bounds were made for [1].
         phases: ticks of the gait at which kicks and pushes begin.
+
+    Attributes:
+        stopped: why `run` ended before its last case; empty if it did not.
     """
 
     plant: str
+    stopped = ""
 
     def __init__(self, scenario: Scenario, kick: float, push: float, command: float, phases: Sequence[int]) -> None:
         gait = scenario.gait
@@ -44,16 +49,23 @@ class Worth(ABC):
     ) -> list[Measures]:
         """Every event without a barrier, then under both kinds of barrier for each γ.
 
+        An error or Ctrl-C after the first case ends it, and is the attribute `stopped`.
+
         Args:
             gammas: class-K rates.
             report: called with the number of cases that are done, of 1 + 2 len(gammas), and the name of the next one.
         """
         cases = [(NONE, math.nan), *((case, gamma) for case in (DCBF, PERIODIC) for gamma in gammas)]
         rows: list[Measures] = []
-        for done, (case, gamma) in enumerate(cases):
-            limited = case != NONE
-            report(done, f"{case}, gamma {gamma:g}" if limited else case)
-            rows += self._events(case, gamma, in_case(self._scenario, case, gamma if limited else None))
+        try:
+            for done, (case, gamma) in enumerate(cases):
+                limited = case != NONE
+                report(done, f"{case}, gamma {gamma:g}" if limited else case)
+                rows += self._events(case, gamma, in_case(self._scenario, case, gamma if limited else None))
+        except (KeyboardInterrupt, Exception) as error:
+            if not rows:
+                raise
+            self.stopped = f"{reason(error)}; {done} of {len(cases)} cases are kept"
         return rows
 
     @abstractmethod

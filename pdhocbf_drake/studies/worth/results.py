@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pdhocbf_drake import terminal
-from pdhocbf_drake.analysis.drawing import styled
+from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.analysis.palette import CASES as COLOURS
 from pdhocbf_drake.studies.shared.cases import CASES, NONE
 
@@ -104,7 +104,7 @@ def draw(rows: Sequence[Measures], path: Path) -> None:
         for axes in grid[-1]:
             axes.set_xlabel("γ [1]")
         grid[0][0].legend()
-        figure.savefig(path, format="png")
+        save(figure, path)
 
 
 def _draw_case(axes: Axes, values: Sequence[tuple[float, float]], case: str) -> None:

@@ -1,0 +1,1 @@
+"""Files and folders of results: complete or not there, through links, and nothing of others touched."""
