@@ -8,12 +8,12 @@ import pytest
 from pdhocbf_drake.barriers import AffineBarrier, constant, tabulated
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.studies.certify.certificate import area, certify_axis
+from pdhocbf_drake.studies.certify.certificate import certify_axis
 from pdhocbf_drake.studies.certify.psi_rows import psi_system
 from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
 from pdhocbf_drake.studies.certify.rescue import SAVED, Rescue
 from pdhocbf_drake.studies.certify.starts import inside_starts, outside_starts
-from pdhocbf_drake.studies.certify.stepping_template import stepping_template
+from pdhocbf_drake.studies.shared.stepping_template import area, stepping_template
 from pdhocbf_drake.walking import GaitConfig
 
 REACH = 0.23

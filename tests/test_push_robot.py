@@ -19,8 +19,8 @@ from pdhocbf_drake.robot.posture import COM
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.push import search
-from pdhocbf_drake.studies.push.results import Impulse
 from pdhocbf_drake.studies.shared.endings import GAVE_UP, SURVIVED
+from pdhocbf_drake.studies.shared.push_search import Impulse
 from pdhocbf_drake.studies.shared.pushing import PushedWalk
 
 SHORT = "gait: {stride: 0.1}"

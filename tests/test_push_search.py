@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.push.results import Impulse, document, table
-from pdhocbf_drake.studies.push.search import largest_survived
+from pdhocbf_drake.studies.push.results import document, table
 from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC, in_case, lent_barriers
 from pdhocbf_drake.studies.shared.endings import soles_overlap
 from pdhocbf_drake.studies.shared.events import force, parse_directions, parse_phases
+from pdhocbf_drake.studies.shared.push_search import Impulse, largest_survived
 
 HALVES = np.array([[0.1, 0.06], [0.1, 0.06]])
 

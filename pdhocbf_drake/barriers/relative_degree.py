@@ -24,6 +24,7 @@ from pdhocbf_drake.errors import InputError
 # A derivative below this share of its summed terms is their rounding error.
 _ROUNDING = 1e-12
 _SAMPLES = 4
+_STEP = 2.0**-20  # share of a state or input, for a difference quotient
 
 
 def relative_degree(
@@ -108,6 +109,43 @@ def enforced_psi(
     h = _differentiated_h(barrier, system, k, x, u, barrier.relative_degree)
     last = psi_from_h(h[barrier.relative_degree - barrier.order :], barrier.class_k)[-1]
     return _value(last), _gradient(last, system.m)
+
+
+def enforced_values(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """ψ_m of `enforced_psi` for each barrier, (n_b,), along one rollout of floats."""
+    along = _along(barriers, system, k, x, u)
+    return np.array([psi_from_h(h, b.class_k)[-1] for h, b in zip(along, barriers, strict=True)], dtype=float)
+
+
+def psi_sizes(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The size of the terms that each ψ_m is a difference of, which its rounding is a share of, (n_b,) [unit of h].
+
+    It is max_j |h(k+j)| + |∂h(k+j)/∂ log(x, u)|, the latter from one step in a generic direction.
+    """
+    generic = 1 + _STEP * np.sin(np.arange(1.0, system.n + system.m + 1.0) ** 2)  # no two entries move alike
+    there = _along(barriers, system, k, x * generic[: system.n], u * generic[system.n :])
+    here = _along(barriers, system, k, x, u)
+    return np.array([
+        max(abs(a) + abs(b - a) / _STEP for a, b in zip(one, other, strict=True))
+        for one, other in zip(here, there, strict=True)
+    ])  # fmt: skip
+
+
+def _along(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> list[list[float]]:
+    """The h of each barrier that its first ψ_m with an effect of u(k) is made of; later inputs are zero."""
+    inputs = np.zeros((max((b.relative_degree for b in barriers), default=0), system.m))
+    inputs[:1] = u
+    states = rollout(system, k, x, inputs)
+    return [
+        [float(b.h(k + j, states[j])) for j in range(b.relative_degree - b.order, b.relative_degree + 1)]
+        for b in barriers
+    ]
 
 
 def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases: Sequence[int]) -> list[int | None]:

@@ -11,15 +11,17 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.solvers import ClpSolver, MathematicalProgram
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_vector
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, rollout
-from pdhocbf_drake.barriers.recursion import linear_rates, psi_along
+from pdhocbf_drake.barriers.linear_program import minimum
+from pdhocbf_drake.barriers.recursion import linear_rates, psi_along, psi_coefficients
 from pdhocbf_drake.barriers.relative_degree import enforced_psi
-from pdhocbf_drake.barriers.rows import check_affine
+from pdhocbf_drake.barriers.rows import along_normals, check_affine
 from pdhocbf_drake.errors import InputError
+
+_TIE = 1e-9  # widths that differ by a smaller share are one; the first is named
 
 
 def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> dict[str, float]:
@@ -111,60 +113,49 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
     worst = WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
     if not barriers:
         return worst
-    for barrier in barriers:
-        check_affine(barrier, system)
-        linear_rates(barrier)
-    inside_offset, inside_slope = _affine_in_state(system, barriers, k)
-    # (name, offset, slope): u ≥ offset + slope·x for the lower limits, ≤ for the upper ones
-    lower: list[tuple[str, float, NDArray[np.float64]]] = []
-    upper: list[tuple[str, float, NDArray[np.float64]]] = []
-    for barrier in barriers:
-        offset, on_state, on_input = _enforced_row(system, barrier, k)
-        (lower if on_input > 0 else upper).append((barrier.name, -offset / on_input, -on_state / on_input))
-    for low_name, low, low_slope in lower:
-        for high_name, high, high_slope in upper:
-            limits = np.array([high - low, *(high_slope - low_slope)])
-            if not all(np.all(np.isfinite(part)) for part in (limits, inside_offset, inside_slope)):
-                # Drake would end the process
-                raise InputError(f"the limits of barriers {low_name} and {high_name} are too large for floating point")
-            prog = MathematicalProgram()
-            x = prog.NewContinuousVariables(system.n, "x")
-            prog.AddLinearConstraint(inside_slope, -inside_offset, np.full(len(inside_offset), np.inf), x)
-            prog.AddLinearCost(high_slope - low_slope, high - low, x)
-            result = ClpSolver().Solve(prog)
-            if result.get_solution_result().name == "kDualInfeasible":
+    found = [_in_state_and_input(system, barrier, k) for barrier in barriers]
+    inside = np.vstack([rows for rows, _ in found])
+    names = [barrier.name for barrier in barriers]
+    # u ≥ limit·[1, x, …] for the lower limits, ≤ for the upper ones
+    limits = [-enforced[:-1] / enforced[-1] for _, enforced in found]
+    lower = [i for i, (_, enforced) in enumerate(found) if enforced[-1] > 0]
+    upper = [i for i, (_, enforced) in enumerate(found) if enforced[-1] < 0]
+    for low in lower:
+        for high in upper:
+            width = limits[high] - limits[low]
+            pair = names[low], names[high]
+            if not np.isfinite(width @ width + np.sum(inside * inside)):
+                raise InputError(f"the limits of barriers {pair[0]} and {pair[1]} are too large for floating point")
+            least = minimum(width, inside)
+            if least is None:
                 raise InputError(
-                    f"the safe set is unbounded: barriers {low_name} and {high_name} exclude each other in it"
+                    f"no state at tick {k} is in the safe sets of all of these barriers: {', '.join(names)}"
                 )
-            if not result.is_success():
-                names = ", ".join(barrier.name for barrier in barriers)
-                raise InputError(f"no state at tick {k} is in the safe sets of all of these barriers: {names}")
-            if result.get_optimal_cost() < worst.width:
-                worst = WorstCase(result.get_optimal_cost(), result.GetSolution(x), (low_name, high_name))
+            if least.value == -np.inf:
+                raise InputError(
+                    f"the safe set is unbounded: barriers {pair[0]} and {pair[1]} exclude each other in it"
+                )
+            if least.value < worst.width - _TIE * abs(worst.width) or worst.width == np.inf:
+                worst = WorstCase(least.value, least.point, pair)
     return worst
 
 
-def _affine_in_state(
-    system: PeriodicAffineSystem, barriers: Sequence[AffineBarrier], k: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Offsets and slopes of all ψ_i(k), i < m, as affine functions of x, from their values at 0 and at unit vectors."""
-
-    def values(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.concatenate([list(initial_psi(barrier, system, k, x).values()) for barrier in barriers])
-
-    offset = values(np.zeros(system.n))
-    return offset, np.stack([values(unit) - offset for unit in np.eye(system.n)], axis=1)
-
-
-def _enforced_row(
+def _in_state_and_input(
     system: PeriodicAffineSystem, barrier: AffineBarrier, k: int
-) -> tuple[float, NDArray[np.float64], float]:
-    """(a, b, c) with ψ_m(k) = a + b·x + c·u."""
-    offset, gradient = enforced_psi(barrier, system, k, np.zeros(system.n), np.zeros(1))
-    if gradient[0] == 0:
-        raise InputError(f'barrier "{barrier.name}": the input does not show in psi_{barrier.order} at tick {k}')
-    on_state = [enforced_psi(barrier, system, k, unit, np.zeros(1))[0] - offset for unit in np.eye(system.n)]
-    return offset, np.array(on_state), float(gradient[0])
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The values of `initial_psi` as rows over [1, x], and ψ_m of `enforced_psi` over [1, x, u]."""
+    check_affine(barrier, system)
+    barrier.check_fits(system.n)
+    rates, degree, order = linear_rates(barrier), barrier.relative_degree, barrier.order
+    on_state, on_inputs, offset = along_normals(barrier.normals(k, degree + 1), system, k, degree)
+    along = np.column_stack([offset, on_state, on_inputs[:, : system.m]])
+    h = -barrier.sign * along
+    h[:, 0] += barrier.sign * barrier.bound.samples(k, degree + 1)
+    rows = [psi_coefficients(rates[:i]) @ h[: i + 1] for i in range(order)]
+    later = [psi_coefficients(rates) @ h[j : j + order + 1] for j in range(degree - order + 1)]
+    if later[-1][-1] == 0:
+        raise InputError(f'barrier "{barrier.name}": the input does not show in psi_{order} at tick {k}')
+    return np.array([*rows, *later[:-1]])[:, : 1 + system.n], later[-1]
 
 
 def _check_one_input(system: PeriodicSystem) -> None:

@@ -12,18 +12,16 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.robot.reach import longest_stride
 from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases, invariant_set
 from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.certify.psi_rows import psi_system
-from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate, stepping_template
+from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate, com_reach, stepping_template
 from pdhocbf_drake.walking import Gait
 
 STAGES = 3
 """Stages of `certify_scenario`: the walk, then the sets along x and y."""
-_TEMPLATE_REACH = 0.23  # of the CoM from the stance foot where a scenario has no robot: that of the packaged biped [m]
 
 
 @dataclass(frozen=True)
@@ -91,11 +89,6 @@ class ScenarioCertificate:
     def main_axis(self) -> int:
         """The axis with the barriers; x where there are none."""
         return min(self.walk.axes, default=0)
-
-
-def area(part: Polytope | None) -> float:
-    """The area of a section, 0 for an empty one [m²/s]."""
-    return 0.0 if part is None else part.volume()
 
 
 def certify_axis(
@@ -179,15 +172,6 @@ def certify_scenario(
         report(1 + axis, f"sets along {'xy'[axis]}")
         axes.append(certify_axis(template, walk.mpc.barriers[axis], with_rows))
     return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(scenario), (axes[0], axes[1]))
-
-
-def com_reach(scenario: Scenario) -> float:
-    """How far the CoM may be from the stance foot: half the robot's longest stride [m]."""
-    if scenario.system != "biped":
-        return _TEMPLATE_REACH
-    gait = scenario.gait
-    height = gait.com_height + gait.com_height_amplitude
-    return longest_stride(Biped.load(scenario.robot), gait.stance_width, height) / 2.0
 
 
 def _free_orbit(scenario: Scenario) -> np.ndarray:

@@ -8,7 +8,7 @@ from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem
 from pdhocbf_drake.barriers.recursion import linear_rates
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.sets.polytope import Array, Polytope
-from pdhocbf_drake.studies.certify.stepping_template import FASTEST, SteppingTemplate
+from pdhocbf_drake.studies.shared.stepping_template import FASTEST, SteppingTemplate
 
 Problem = tuple[PeriodicAffineSystem, list[Polytope | None], list[Polytope]]
 

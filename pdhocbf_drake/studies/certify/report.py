@@ -9,9 +9,10 @@ import numpy as np
 
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
-from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, ScenarioCertificate, area
+from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, ScenarioCertificate
 from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
 from pdhocbf_drake.studies.certify.trial import Trial
+from pdhocbf_drake.studies.shared.stepping_template import area
 
 PUSH_SECONDS = 0.1  # as in `pdhocbf push`
 

@@ -11,7 +11,7 @@ from scipy.sparse import csr_array, lil_array
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.sets.polytope import Array
-from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
+from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate
 
 SAVED = 1e-6
 """A larger excess proves that a state is lost; a smaller one may be the solver's tolerance [m, m/s]."""

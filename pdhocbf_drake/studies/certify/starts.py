@@ -9,7 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.polytope import Array, Polytope
-from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
+from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate
 
 
 class Start(NamedTuple):

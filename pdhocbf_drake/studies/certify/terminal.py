@@ -12,7 +12,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.studies.certify.certificate import BoundCertificate, ScenarioCertificate
-from pdhocbf_drake.studies.certify.stepping_template import SteppingTemplate
+from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate
 
 _NONE = 1e-9
 

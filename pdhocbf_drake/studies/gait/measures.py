@@ -15,10 +15,9 @@ from pdhocbf_drake.sets.invariant_set import invariant_set
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.certify.certificate import area, com_reach
-from pdhocbf_drake.studies.certify.stepping_template import stepping_template
-from pdhocbf_drake.studies.push.search import Settings, search_all
 from pdhocbf_drake.studies.shared.cases import PERIODIC
+from pdhocbf_drake.studies.shared.push_search import Settings, search_all
+from pdhocbf_drake.studies.shared.stepping_template import area, com_reach, stepping_template
 from pdhocbf_drake.walking.support import contains
 
 SETTLING_GAITS, WATCHED_GAITS = 3, 4

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from statistics import median
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,17 +14,9 @@ from pdhocbf_drake import terminal
 from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.analysis.palette import LIMIT, case_colour
 from pdhocbf_drake.studies.shared.events import DIRECTIONS
+from pdhocbf_drake.studies.shared.push_search import Impulse
 
 UNIT = "N s"
-
-
-class Impulse(NamedTuple):
-    """The largest survived impulse [N s] in one direction, from one tick of the gait on, under one barrier."""
-
-    barrier: str
-    direction: str
-    phase: int
-    survived: float
 
 
 def medians(impulses: Iterable[Impulse]) -> dict[str, dict[str, float]]:

@@ -16,10 +16,10 @@ from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.stopping import stop_requests
-from pdhocbf_drake.studies.push.results import Impulse, document, draw_phases, draw_polar, table
-from pdhocbf_drake.studies.push.search import Settings, search_all
+from pdhocbf_drake.studies.push.results import document, draw_phases, draw_polar, table
 from pdhocbf_drake.studies.shared.cases import CASES
 from pdhocbf_drake.studies.shared.events import DIRECTIONS
+from pdhocbf_drake.studies.shared.push_search import Impulse, Settings, search_all
 from pdhocbf_drake.studies.shared.results import collected, write_json
 from pdhocbf_drake.yaml_text import write_yaml
 

@@ -8,7 +8,6 @@ from itertools import product
 from typing import NamedTuple
 
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.push.results import Impulse
 from pdhocbf_drake.studies.shared.cases import NONE, in_case
 from pdhocbf_drake.studies.shared.events import force
 from pdhocbf_drake.studies.shared.pool import in_processes
@@ -17,6 +16,15 @@ from pdhocbf_drake.studies.shared.pushing import PushedWalk
 _LIMIT = 60.0  # [N s]
 # Impulses that a robot of this mass is likely to survive, at which the search begins [N s], [kg].
 _LIKELY, _LIKELY_MASS = {"+x": 16.0, "-x": 16.0, "+y": 8.0, "-y": 8.0}, 29.0
+
+
+class Impulse(NamedTuple):
+    """The largest survived impulse [N s] in one direction, from one tick of the gait on, under one barrier."""
+
+    barrier: str
+    direction: str
+    phase: int
+    survived: float
 
 
 class Settings(NamedTuple):

@@ -12,14 +12,19 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.step_limits import step_ranges
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.robot.reach import longest_stride
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.polytope import Array, Polytope
+from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.quantities import SPEEDS
 from pdhocbf_drake.walking.vhip import Vhip
 
 FASTEST = 5.0
 """Bound on the CoM's speed, which makes the polytopes bounded; no state this fast can be saved [m/s]."""
+
+_TEMPLATE_REACH = 0.23  # of the CoM from the stance foot where a scenario has no robot: that of the packaged biped [m]
 
 
 @dataclass(frozen=True)
@@ -172,3 +177,17 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
         axis, system, tuple(states), tuple(inputs), half, weights, np.repeat(ranges, n, axis=0), held, coming,
         np.tile(vhip.eta, parities), delta, n,
     )  # fmt: skip
+
+
+def com_reach(scenario: Scenario) -> float:
+    """How far the CoM may be from the stance foot: half the robot's longest stride [m]."""
+    if scenario.system != "biped":
+        return _TEMPLATE_REACH
+    gait = scenario.gait
+    height = gait.com_height + gait.com_height_amplitude
+    return longest_stride(Biped.load(scenario.robot), gait.stance_width, height) / 2.0
+
+
+def area(part: Polytope | None) -> float:
+    """The area of a section, 0 for an empty one [m²/s]."""
+    return 0.0 if part is None else part.volume()
