@@ -148,19 +148,19 @@ def test_runs_of_one_second_get_folders_of_their_own(simulated: Path, monkeypatc
 
 
 def test_a_run_that_fails_leaves_no_folder(simulated: Path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr("pdhocbf_drake.cli.run.simulate", fail)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", fail)
     assert main(["run", "vhip"]) == 1
     assert list(Path("runs").iterdir()) == []
 
 
 def test_files_are_refused_before_the_work(simulated: Path, monkeypatch, capsys) -> None:
     from pdhocbf_drake.studies.bench import command as bench
-    from pdhocbf_drake.studies.certify import design_command
+    from pdhocbf_drake.studies.certify import certificate
 
     assert main(["run", "vhip", "--out", "run", "--no-replay"]) == 0
     Path("folder").mkdir()
     os.mkfifo("pipe")
-    monkeypatch.setattr(design_command, "certify_scenario", lambda *_: pytest.fail("certified"))
+    monkeypatch.setattr(certificate, "certify_scenario", lambda *_: pytest.fail("certified"))
     monkeypatch.setattr("pdhocbf_drake.studies.bench.benchmark.measure", lambda *_: pytest.fail("measured"))
     for place, kind in (("folder", "a folder"), ("pipe", "a pipe")):
         says = f"{place} is {kind}; the name of a file is needed"
@@ -204,7 +204,7 @@ def test_a_folder_of_something_else_gets_no_results(elsewhere: Path, capsys) -> 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, ValueError])
 def test_ctrl_c_or_an_error_in_reproduce_keeps_the_other_parts(stop, elsewhere: Path, monkeypatch, capsys) -> None:
-    from pdhocbf_drake.studies.reproduce.command import PARTS, Part
+    from pdhocbf_drake.studies.reproduce.parts import PARTS, Part
     from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section
 
     def made(runs: object) -> Section:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.symbolic import Variable
 
 from pdhocbf_drake.errors import InputError
 
@@ -82,7 +81,7 @@ def finite_vector(what: str, value: Any, size: int) -> NDArray[np.float64]:
 def decision_variables(what: str, value: Any) -> NDArray[Any]:
     """An array of decision variables, of any shape; raises `InputError` if an entry is something else."""
     array = np.asarray(value, dtype=object)
-    if wrong := [entry for entry in array.ravel() if not isinstance(entry, Variable)]:
+    if wrong := [entry for entry in array.ravel() if not _is_variable(entry)]:
         raise InputError(f"{what} must be decision variables, given {shown(wrong[0])}")
     return array
 
@@ -94,9 +93,15 @@ def numbers_or_variables(what: str, value: Any) -> NDArray[Any]:
         InputError: an entry is neither; NaN in a constraint would end the process in Drake.
     """
     array = np.asarray(value, dtype=object)
-    if any(isinstance(entry, Variable) for entry in array.ravel()):
+    if any(map(_is_variable, array.ravel())):
         return decision_variables(what, array)
     return finite_array(what, value)
+
+
+def _is_variable(value: Any) -> bool:
+    from pydrake.symbolic import Variable  # here, so that a scenario is read, and refused, without loading Drake
+
+    return isinstance(value, Variable)
 
 
 def shown(value: Any) -> str:

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.autodiffutils import InitializeAutoDiff
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
 from pdhocbf_drake.barriers.checks import finite_array, vector, whole_ticks
@@ -170,6 +169,8 @@ def _differentiated_h(
     barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike, ticks: int
 ) -> list[Any]:
     """h(k), …, h(k+r), r = `ticks`, as AutoDiffXd in u(k) (floats where it has no effect); later inputs are zero."""
+    from pydrake.autodiffutils import InitializeAutoDiff  # here, as in `checks`: barriers load without Drake
+
     first = InitializeAutoDiff(vector("the input u", u, system.m).astype(float)).ravel()
     later = np.zeros((ticks - 1, system.m), dtype=object)
     inputs: Array = np.concatenate([first[np.newaxis], later])

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 import pdhocbf_drake
-from pdhocbf_drake.cli.loading import load
+from pdhocbf_drake.cli.loading import drake_on_demand, load
 from pdhocbf_drake.errors import PageWarning, PdhocbfError
 from pdhocbf_drake.stopping import interruptible, stop_requests
 from pdhocbf_drake.streams import safe_streams
@@ -91,9 +91,9 @@ def _run(words: list[str]) -> int:
 
 
 def _perform(module: Any, options: argparse.Namespace) -> int:
-    load("pydrake")
     try:
-        code: int = module.run(options)
+        with drake_on_demand():
+            code: int = module.run(options)
         return code
     except SystemExit as error:  # some of Drake's checks end the process
         if isinstance(error.code, str):

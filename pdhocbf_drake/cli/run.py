@@ -1,4 +1,7 @@
-"""`pdhocbf run`: simulates a scenario and writes a run folder."""
+"""`pdhocbf run`: simulates a scenario and writes a run folder.
+
+Drake is loaded after the scenario has been checked, and what draws the pages after it has been simulated.
+"""
 
 from __future__ import annotations
 
@@ -11,23 +14,17 @@ from datetime import datetime
 from itertools import count
 from pathlib import Path
 
-from pydrake.geometry import Meshcat
-
-from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.products import replay
-from pdhocbf_drake.analysis.report import write_metrics, write_report
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
-from pdhocbf_drake.simulation.checks import unused_settings
+from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unused_settings
 from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, Run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.simulate import check_watchable, simulate
 from pdhocbf_drake.stopping import interruptible, stop_requests
 from pdhocbf_drake.terminal import say, shown_progress, table
 
@@ -48,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Simulates, writes the run folder, prints the summary and returns the exit code."""
     scenario = load_scenario(options.scenario, options.text)
+    check_scenario(scenario)
     if options.meshcat:
         check_watchable(scenario)
     if unused := unused_settings(scenario):
@@ -55,6 +53,10 @@ def run(options: argparse.Namespace) -> int:
     with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES) as folder:
         with stop_requests() as stop:  # the log is written before such a request takes effect
             recorded = _recorded(scenario, options.meshcat)
+            # Here and below, for a quick start.
+            from pdhocbf_drake.analysis.degraded import degraded_rows
+            from pdhocbf_drake.analysis.report import write_metrics
+
             recorded.save(folder.path)
             metrics = write_metrics(recorded, folder.path)
             folder.finish()
@@ -81,6 +83,8 @@ def _exit_code(ending: str, place: Path) -> int:
 
 
 def _recorded(scenario: Scenario, live: bool) -> Run:
+    from pdhocbf_drake.simulation.simulate import simulate
+
     started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
     with stop_requests() as stop, shown as progress:
@@ -90,8 +94,11 @@ def _recorded(scenario: Scenario, live: bool) -> Run:
             if stop.is_set():  # between two ticks, so that the log ends with a whole row
                 raise KeyboardInterrupt
 
-        meshcat = Meshcat() if live else None
-        if meshcat is not None:
+        meshcat = None
+        if live:
+            from pydrake.geometry import Meshcat
+
+            meshcat = Meshcat()
             say(f"live at {meshcat.web_url()}")
         log = simulate(scenario, report, meshcat)
     return Run.of(scenario, log, time.perf_counter() - started)
@@ -102,6 +109,9 @@ def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: boo
 
     What one of them raises costs that one, a full disk and Ctrl-C all that is not yet there.
     """
+    from pdhocbf_drake.analysis.products import replay
+    from pdhocbf_drake.analysis.report import write_report
+
     if len(recorded.log) < 2:
         say("pdhocbf: the run has one row, so there is no replay and no report")
         return [], ""
