@@ -32,6 +32,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
     "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),
+    "cache": ("compiled programs that are kept between commands: what there is, or delete it", "cli.cache"),
     "export": ("a run's log as CSV and MCAP, for PlotJuggler, Foxglove and others", "cli.export"),
     "certify": ("bounds that can be kept for ever, their cost, and the pushes they allow", "studies.certify.command"),
     "design-bound": ("a certified bound from a recorded walk, as YAML", "studies.certify.design_command"),

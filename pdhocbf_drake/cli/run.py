@@ -17,7 +17,7 @@ from pathlib import Path
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
-from pdhocbf_drake.errors import RunFolderError, reason
+from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unused_settings
@@ -39,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="the run folder; otherwise a new one in ./runs")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser")
+    parser.add_argument("--verbose", action="store_true", help="say whether programs are compiled or read, and where")
     parser.add_argument("--no-replay", action="store_true", help="leave replay.html out")
 
 
@@ -52,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
     with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES) as folder:
         with stop_requests() as stop:  # the log is written before such a request takes effect
-            recorded = _recorded(scenario, options.meshcat)
+            recorded = _recorded(scenario, options.meshcat, options.verbose)
             # Here and below, for a quick start.
             from pdhocbf_drake.analysis.degraded import degraded_rows
             from pdhocbf_drake.analysis.report import write_metrics
@@ -67,7 +68,22 @@ def run(options: argparse.Namespace) -> int:
     print(table([*summary_rows(metrics), *degraded_rows(recorded), *rows]))
     if problem:
         say(f"pdhocbf: {problem}; `pdhocbf report {place}` makes up what is missing")
+    if not stop.is_set():
+        _complete(scenario, options.verbose)
     return _exit_code(recorded.log.ending, place) or bool(problem)
+
+
+def _complete(scenario: Scenario, verbose: bool) -> None:
+    """Compiles what this walk may need the next time; the run does not depend on it."""
+    if scenario.system == "van_der_pol":
+        return
+    from pdhocbf_drake.simulation.build import complete_programs
+    from pdhocbf_drake.simulation.kept_walk import is_kept
+
+    with suppress(KeyboardInterrupt, PdhocbfError):
+        complete_programs(scenario)
+        if verbose and not is_kept(scenario):
+            say("pdhocbf: programs are not kept")
 
 
 def _exit_code(ending: str, place: Path) -> int:
@@ -82,9 +98,13 @@ def _exit_code(ending: str, place: Path) -> int:
     return _ENDED_EARLY
 
 
-def _recorded(scenario: Scenario, live: bool) -> Run:
+def _recorded(scenario: Scenario, live: bool, verbose: bool) -> Run:
+    from pdhocbf_drake.simulation.kept_walk import is_kept, walk_file
     from pdhocbf_drake.simulation.simulate import simulate
 
+    if verbose and scenario.system != "van_der_pol":
+        done = "read from" if is_kept(scenario) else "compiled, for"
+        say(f"pdhocbf: programs are {done} {walk_file(scenario) or 'this run alone'}")
     started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
     with stop_requests() as stop, shown as progress:

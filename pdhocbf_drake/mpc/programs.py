@@ -12,15 +12,21 @@ Below them the controller shifts its last plan; and a walk that stays degraded c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
+import numpy as np
+
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
+from pdhocbf_drake.mpc.digest import digest
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.terms.term import Term
-from pdhocbf_drake.qp import ParametricQp, QpSolver, make_solver
+from pdhocbf_drake.qp import DaqpQp, ParametricQp, QpSolver, make_solver
 
 T = TypeVar("T")
+
+PARTS = ("sizes", "reals", "integers", "places", "hessian", "rows")
+"""The names of `DaqpQp.constants`."""
 
 
 class OnDemand(Sequence[T], Generic[T]):
@@ -41,12 +47,18 @@ class OnDemand(Sequence[T], Generic[T]):
             self._kept[place] = self._make(place)
         return self._kept[place]
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether all of them have been made."""
+        return len(self._kept) == self._count
+
 
 class Compiled(NamedTuple):
-    """One axis: a program and its solver for each phase of the step."""
+    """One axis: a program and its solver for each phase of the step, and how many rows the program has."""
 
     qps: Sequence[ParametricQp]
     solvers: Sequence[QpSolver]
+    rows: Sequence[int]
 
 
 class ProgramCache:
@@ -54,26 +66,74 @@ class ProgramCache:
 
     Without a barrier the axes x and y differ in their parameters alone, and so do a walk and its nominal orbit: they
     share programs and solvers, which carry nothing from one solve to the next that would change an answer.
+
+    Attributes:
+        read: how many arrays of earlier processes there are.
+
+    Args:
+        kept: arrays of earlier processes, by name, which spare compiling.
     """
 
-    def __init__(self) -> None:
-        self._kept: dict[Hashable, Compiled] = {}
+    def __init__(self, kept: Mapping[str, np.ndarray] | None = None) -> None:
+        self._kept = dict(kept or {})
+        self.read = len(self._kept)
+        self._compiled: dict[Hashable, Compiled] = {}
+        self._names: dict[str, Compiled] = {}
 
     def compiled(self, problem: AxisProblem) -> Compiled:
         """The programs of one axis, each compiled when it is first asked for."""
         key = problem.key
-        if key not in self._kept:
-            self._kept[key] = _compiled(problem)
-        return self._kept[key]
+        if key not in self._compiled:
+            name = digest(key)
+            self._compiled[key] = found = _compiled(problem, None if name is None else self._programs(name))
+            if name is not None:
+                self._names[name] = found
+        return self._compiled[key]
+
+    def __contains__(self, name: str) -> bool:
+        """Whether there is a kept array of that name."""
+        return name in self._kept
+
+    def array(self, name: str, make: Callable[[], np.ndarray]) -> np.ndarray:
+        """An array that takes long to make, once for all processes."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        return self._kept[name]
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """What was kept before, and the solvers of programs all of whose phases have been made."""
+        return self._kept | {
+            f"{name}/{phase}/{part}": array
+            for name, axis in self._names.items()
+            if not self._programs(name) and isinstance(axis.solvers, OnDemand) and axis.solvers.is_complete
+            for phase, solver in enumerate(axis.solvers)
+            if isinstance(solver, DaqpQp)
+            for part, array in (solver.constants() or {}).items()
+        }
+
+    def _programs(self, name: str) -> list[dict[str, np.ndarray]]:
+        """The kept constants of the solvers with that name, by phase."""
+        phases: list[dict[str, np.ndarray]] = []
+        while all(f"{name}/{len(phases)}/{part}" in self._kept for part in PARTS):
+            phases.append({part: self._kept[f"{name}/{len(phases)}/{part}"] for part in PARTS})
+        return phases
 
 
-def _compiled(problem: AxisProblem) -> Compiled:
-    count, solver = problem.setting.gait.period, problem.setting.config.solver
+def _compiled(problem: AxisProblem, kept: Sequence[Mapping[str, np.ndarray]] | None) -> Compiled:
+    """The programs of one axis, whose solvers are made from what is kept, if there is anything."""
+    count, name = problem.setting.gait.period, problem.setting.config.solver
     qps = OnDemand(count, problem.compile)
-    solvers = OnDemand(
-        count, lambda phase: make_solver(solver, qps[phase], problem.bound_rows, problem.guess_rows(qps, phase))
-    )
-    return Compiled(qps, solvers)
+
+    def source(phase: int) -> tuple[ParametricQp, Sequence[str], np.ndarray]:
+        return qps[phase], problem.bound_rows, problem.guess_rows(qps, phase)
+
+    def solver(phase: int) -> QpSolver:
+        found = DaqpQp.of_constants(kept[phase], lambda: source(phase)) if kept and len(kept) == count else None
+        return found or make_solver(name, *source(phase))
+
+    if kept and len(kept) == count:
+        return Compiled(qps, OnDemand(count, solver), [int(constants["sizes"][0]) for constants in kept])
+    return Compiled(qps, OnDemand(count, solver), OnDemand(count, lambda phase: len(qps[phase].A)))
 
 
 class Rung:
