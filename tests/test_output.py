@@ -78,7 +78,7 @@ def test_a_bound_is_written_though_nobody_reads_the_output(simulated: Path, monk
 def test_characters_that_a_terminal_lacks_are_marked(simulated: Path, monkeypatch, capsys) -> None:
     shown = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(shown, "latin-1"))
-    monkeypatch.setattr("pdhocbf_drake.cli.run.summary_rows", lambda metrics: [("γ", "1 m/s²")])
+    monkeypatch.setattr("pdhocbf_drake.analysis.summary.summary_rows", lambda metrics: [("γ", "1 m/s²")])
     assert main(["run", "vhip", "--out", "run"]) == 0
     sys.stdout.flush()
     assert shown.getvalue().decode("latin-1").splitlines()[0].split() == ["?", "1", "m/s²"]

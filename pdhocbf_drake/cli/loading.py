@@ -8,9 +8,9 @@ import platform
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, redirect_stdout, suppress
-from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder
 from types import ModuleType
+from typing import Any
 
 from pdhocbf_drake.errors import PdhocbfError
 
@@ -54,26 +54,30 @@ def _one_sentence() -> Iterator[None]:
     print(printed.getvalue(), end="")
 
 
-class _Finder(MetaPathFinder):
-    """Finds pydrake where Python finds it, but gives it a loader of our own."""
+class _Finder:
+    """Finds pydrake where Python finds it, but gives it a loader of our own.
+
+    It has the methods of `importlib.abc.MetaPathFinder`, and `_Loader` those of `Loader`: to import these takes long.
+    """
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        spec = PathFinder.find_spec(fullname, path) if fullname == "pydrake" else None
+        spec: Any = PathFinder.find_spec(fullname, path) if fullname == "pydrake" else None
         if spec is not None and spec.loader is not None:
             spec.loader = _Loader(spec.loader)
         return spec
 
 
-class _Loader(Loader):
+class _Loader:
     """Loads a module by another loader, which the module keeps, within `_one_sentence`."""
 
-    def __init__(self, loader: Loader) -> None:
+    def __init__(self, loader: Any) -> None:
         self._loader = loader
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        return self._loader.create_module(spec)
+        module: ModuleType | None = self._loader.create_module(spec)
+        return module
 
     def exec_module(self, module: ModuleType) -> None:
         module.__loader__ = self._loader

@@ -13,6 +13,7 @@ from typing import Any, Final
 
 import pdhocbf_drake
 from pdhocbf_drake.cli.loading import drake_on_demand, load
+from pdhocbf_drake.collecting import quick_imports
 from pdhocbf_drake.errors import PageWarning, PdhocbfError
 from pdhocbf_drake.stopping import interruptible, stop_requests
 from pdhocbf_drake.streams import safe_streams
@@ -69,7 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     try:
-        with stop_requests() as stop:  # an import that Ctrl-C interrupts can fail with any exception
+        # An import that Ctrl-C interrupts can fail with any exception.
+        with stop_requests() as stop, quick_imports():
             parser, used, module = _parser(words)
         if stop.is_set():
             raise KeyboardInterrupt

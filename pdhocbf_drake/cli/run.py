@@ -13,10 +13,10 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
+from pdhocbf_drake.collecting import quick_imports
 from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
@@ -27,6 +27,9 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.stopping import interruptible, stop_requests
 from pdhocbf_drake.terminal import say, shown_progress, table
+
+if TYPE_CHECKING:
+    from pdhocbf_drake.analysis.metrics_schema import Metrics
 
 _STOPPED = "interrupted after the run"
 _ENDED_EARLY = 3  # exit code of a run that ended in a fall or a failure of Drake
@@ -57,6 +60,7 @@ def run(options: argparse.Namespace) -> int:
             # Here and below, for a quick start.
             from pdhocbf_drake.analysis.degraded import degraded_rows
             from pdhocbf_drake.analysis.report import write_metrics
+            from pdhocbf_drake.analysis.summary import summary_rows
 
             recorded.save(folder.path)
             metrics = write_metrics(recorded, folder.path)
@@ -99,8 +103,9 @@ def _exit_code(ending: str, place: Path) -> int:
 
 
 def _recorded(scenario: Scenario, live: bool, verbose: bool) -> Run:
-    from pdhocbf_drake.simulation.kept_walk import is_kept, walk_file
-    from pdhocbf_drake.simulation.simulate import simulate
+    with quick_imports():
+        from pdhocbf_drake.simulation.kept_walk import is_kept, walk_file
+        from pdhocbf_drake.simulation.simulate import simulate
 
     if verbose and scenario.system != "van_der_pol":
         done = "read from" if is_kept(scenario) else "compiled, for"

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -51,13 +51,29 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray], about: str = "") 
         stream.writelines((_MAGIC, numbers.tobytes(), text, data))
 
 
-def read_arrays(path: Path) -> dict[str, np.ndarray] | None:
-    """The arrays, which can't be written into; None for no file, a torn one, and one of something else."""
+class Arrays(Mapping[str, np.ndarray]):
+    """The arrays of a file, which has been read; each is made when it is asked for, and can't be written into."""
+
+    def __init__(self, index: Mapping[str, list[Any]], data: memoryview) -> None:
+        self._index, self._data = index, data
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._index)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._index
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        return _array(self._index[name], self._data)
+
+
+def read_arrays(path: Path) -> Arrays | None:
+    """The arrays; None for no file, a torn one, and one of something else."""
     found = _read(path)
-    if found is None:
-        return None
-    (_, index), data = found
-    return {name: _array(entry, data) for name, entry in index.items()}
+    return None if found is None else Arrays(found[0][1], found[1])
 
 
 def read_about(path: Path) -> str | None:

@@ -12,7 +12,7 @@ Below them the controller shifts its last plan; and a walk that stays degraded c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -68,15 +68,12 @@ class ProgramCache:
     share programs and solvers, which carry nothing from one solve to the next that would change an answer.
 
     Attributes:
-        read: how many arrays of earlier processes there are.
-
-    Args:
         kept: arrays of earlier processes, by name, which spare compiling.
     """
 
     def __init__(self, kept: Mapping[str, np.ndarray] | None = None) -> None:
-        self._kept = dict(kept or {})
-        self.read = len(self._kept)
+        self.kept: Mapping[str, np.ndarray] = kept or {}
+        self._new: dict[str, np.ndarray] = {}
         self._compiled: dict[Hashable, Compiled] = {}
         self._names: dict[str, Compiled] = {}
 
@@ -92,17 +89,17 @@ class ProgramCache:
 
     def __contains__(self, name: str) -> bool:
         """Whether there is a kept array of that name."""
-        return name in self._kept
+        return name in self.kept or name in self._new
 
     def array(self, name: str, make: Callable[[], np.ndarray]) -> np.ndarray:
         """An array that takes long to make, once for all processes."""
-        if name not in self._kept:
-            self._kept[name] = make()
-        return self._kept[name]
+        if name not in self:
+            self._new[name] = make()
+        return self._new[name] if name in self._new else self.kept[name]
 
-    def arrays(self) -> dict[str, np.ndarray]:
-        """What was kept before, and the solvers of programs all of whose phases have been made."""
-        return self._kept | {
+    def new(self) -> dict[str, np.ndarray]:
+        """What this process has made and is worth keeping: of the solvers, those of whom every phase has been made."""
+        return self._new | {
             f"{name}/{phase}/{part}": array
             for name, axis in self._names.items()
             if not self._programs(name) and isinstance(axis.solvers, OnDemand) and axis.solvers.is_complete
@@ -111,12 +108,28 @@ class ProgramCache:
             for part, array in (solver.constants() or {}).items()
         }
 
-    def _programs(self, name: str) -> list[dict[str, np.ndarray]]:
+    def _programs(self, name: str) -> list[Mapping[str, np.ndarray]]:
         """The kept constants of the solvers with that name, by phase."""
-        phases: list[dict[str, np.ndarray]] = []
-        while all(f"{name}/{len(phases)}/{part}" in self._kept for part in PARTS):
-            phases.append({part: self._kept[f"{name}/{len(phases)}/{part}"] for part in PARTS})
-        return phases
+        phase = 0
+        while all(f"{name}/{phase}/{part}" in self.kept for part in PARTS):
+            phase += 1
+        return [_Constants(self.kept, f"{name}/{i}/") for i in range(phase)]
+
+
+class _Constants(Mapping[str, np.ndarray]):
+    """The constants of one solver among many arrays."""
+
+    def __init__(self, kept: Mapping[str, np.ndarray], start: str) -> None:
+        self._kept, self._start = kept, start
+
+    def __len__(self) -> int:
+        return len(PARTS)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(PARTS)
+
+    def __getitem__(self, part: str) -> np.ndarray:
+        return self._kept[self._start + part]
 
 
 def _compiled(problem: AxisProblem, kept: Sequence[Mapping[str, np.ndarray]] | None) -> Compiled:

@@ -39,11 +39,11 @@ def kept_programs(scenario: Scenario) -> ProgramCache:
 
 def keep_programs(scenario: Scenario, programs: ProgramCache) -> None:
     """Keeps what a scenario's walk has had to make, and throws out what was used longest ago."""
-    path, arrays = walk_file(scenario), programs.arrays()
-    if path is None or len(arrays) == programs.read:
+    path, new = walk_file(scenario), programs.new()
+    if path is None or not new:
         return
     with suppress(PdhocbfError, OSError):  # a full disk, a folder that can't be written
-        write_arrays(path, arrays, scenario.name)
+        write_arrays(path, {**programs.kept, **new}, scenario.name)
         throw_out(path.parent)
 
 
