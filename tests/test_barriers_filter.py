@@ -113,7 +113,7 @@ def test_infeasible_barriers_are_softened_with_a_reason():
 def test_a_row_without_input_at_this_state_is_not_called_solved():
     """h = 1 − x_1 x_2 has no gradient in u at x_1 = 0 but is violated there by its bound's fall alone."""
     system = PeriodicAffineSystem([[1.0, 0.0], [0.0, 1.0]], [[0.0], [1.0]])
-    barrier = Barrier("product", lambda k, x: (-0.5 if k else 1.0) - x[0] * x[1], 2, (0.5,))
+    barrier = Barrier("product", lambda k, x: (-0.5 if k % 2 else 1.0) - x[0] * x[1], 2, (0.5,))
     result = BarrierFilter(system, [barrier])(0, [0.0, 2.0], [1.0])
     assert result.status == "softened"
     assert result.psi[0] == -1.0
@@ -213,8 +213,8 @@ def test_the_filter_refuses_wrong_arguments():
     square = Barrier("square", lambda k, x: 1 - x[0] ** 2, 1, (0.5,))
     for build, text in (
         (lambda: BarrierFilter(system, [square]),
-         'barrier "square": psi_1 is not affine in the input, which the filter needs; '
-         "add_nonlinear_barrier_rows takes any"),
+         'barrier "square": psi_1 is not affine in the input, which BarrierFilter needs; '
+         "NonlinearFilter takes any"),
         (lambda: BarrierFilter(Pendulum(), [AffineBarrier("a", [1, 0], constant(1), 1, (0.5,))]),
          'barrier "a": relative degree 1 is declared by 1 class-K function, but the dynamics give 2 (at every phase)'),
         (lambda: BarrierFilter(system, [], lower=[1.0], upper=[0.0]),

@@ -6,6 +6,7 @@ functions call them once, where a value is given, so that no tick of a control l
 
 from __future__ import annotations
 
+from functools import cache
 from numbers import Real
 from typing import Any
 
@@ -20,6 +21,15 @@ _SHOWN = 100  # longest text of a given value in a message
 def is_number(value: Any) -> bool:
     """Whether the value is one real number, of Python's types or NumPy's; True and False are not."""
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def one_number(what: str, value: Any) -> Any:
+    """One number: of Python's types or NumPy's, AutoDiffXd or symbolic; raises `InputError` for arrays, None, …"""
+    single = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if is_number(single) or isinstance(single, _scalars()):
+        return single
+    shape = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
+    raise InputError(f"{what} must be one number, given {shown(value)}{shape}")
 
 
 def finite_number(what: str, value: Any, least: float | None = None) -> float:
@@ -42,8 +52,11 @@ def number_array(what: str, value: Any) -> NDArray[Any]:
     """An array of any shape, of numbers or of objects such as AutoDiffXd and decision variables.
 
     Raises:
-        InputError: the value is text, a ragged list, or anything else that is no array of numbers.
+        InputError: the value is text, a ragged list, or anything else that is no array of numbers; or a masked array
+            with an entry that is masked.
     """
+    if _has_masked(value):
+        raise InputError(f"{what} must be an array of numbers, given one with masked entries: {shown(value)}")
     try:
         array = np.asarray(value)
     except ValueError:  # ragged
@@ -81,7 +94,7 @@ def finite_vector(what: str, value: Any, size: int) -> NDArray[np.float64]:
 def decision_variables(what: str, value: Any) -> NDArray[Any]:
     """An array of decision variables, of any shape; raises `InputError` if an entry is something else."""
     array = np.asarray(value, dtype=object)
-    if wrong := [entry for entry in array.ravel() if not _is_variable(entry)]:
+    if wrong := [entry for entry in array.ravel() if not isinstance(entry, _variable())]:
         raise InputError(f"{what} must be decision variables, given {shown(wrong[0])}")
     return array
 
@@ -93,15 +106,34 @@ def numbers_or_variables(what: str, value: Any) -> NDArray[Any]:
         InputError: an entry is neither; NaN in a constraint would end the process in Drake.
     """
     array = np.asarray(value, dtype=object)
-    if any(map(_is_variable, array.ravel())):
+    if any(isinstance(entry, _variable()) for entry in array.ravel()):
         return decision_variables(what, array)
     return finite_array(what, value)
 
 
-def _is_variable(value: Any) -> bool:
-    from pydrake.symbolic import Variable  # here, so that a scenario is read, and refused, without loading Drake
+@cache
+def _scalars() -> tuple[type, ...]:
+    """What stands for one number in Drake; imported here, so that a scenario is read, and refused, without Drake."""
+    from pydrake.autodiffutils import AutoDiffXd
+    from pydrake.symbolic import Expression
 
-    return isinstance(value, Variable)
+    return AutoDiffXd, Expression, _variable()
+
+
+@cache
+def _variable() -> type:
+    from pydrake.symbolic import Variable
+
+    return Variable
+
+
+def _has_masked(value: Any) -> bool:
+    """Whether a masked entry is in an array or in lists of arrays; NumPy would take the number behind the mask."""
+    if type(value) is np.ndarray:
+        return False
+    if isinstance(value, (list, tuple)):
+        return any(_has_masked(entry) for entry in value if not isinstance(entry, (float, int)))
+    return bool(np.ma.is_masked(value))
 
 
 def shown(value: Any) -> str:

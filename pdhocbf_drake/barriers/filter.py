@@ -11,15 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.barriers.affine_input import check_affine_in_input
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
-from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, vector
-from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
+from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, vector, whole_ticks
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, check_system
 from pdhocbf_drake.barriers.priorities import nearest_kept
-from pdhocbf_drake.barriers.relative_degree import (
-    check_relative_degree,
-    enforced_psi,
-    enforced_values,
-    psi_sizes,
-)
+from pdhocbf_drake.barriers.relative_degree import enforced_row, enforced_values, psi_sizes
+from pdhocbf_drake.barriers.requirements import check_barriers
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[np.float64]
@@ -54,7 +50,7 @@ class FilterResult(NamedTuple):
     reason: str = ""
 
 
-class _Rows(NamedTuple):
+class Linearisation(NamedTuple):
     """ψ_m ≈ psi + gradient·(u − point), and the length of each gradient."""
 
     point: Array
@@ -92,6 +88,7 @@ class BarrierFilter:
         lower, upper: limits of the input, (n_u,); None for none.
         tightening: d̄ ≥ 0 [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
         priority: names of barriers, the most important one first; the others follow in the order of `barriers`.
+        states: (S, n), states at which h and the dynamics are defined, where they are checked.
 
     Raises:
         InputError: a declared relative degree is not the computed one; ψ_m is not affine in the input within its
@@ -107,9 +104,10 @@ class BarrierFilter:
         upper: ArrayLike | None = None,
         tightening: float = 0.0,
         priority: Sequence[str] = (),
+        states: ArrayLike | None = None,
     ) -> None:
-        self.system = system
-        self.barriers = tuple(barriers)
+        self.system = check_system(system)
+        self.barriers = check_barriers(barriers, system, states)
         self.lower = np.full(system.m, -np.inf) if lower is None else number_array("the lower limits", lower)
         self.upper = np.full(system.m, np.inf) if upper is None else number_array("the upper limits", upper)
         self.tightening = finite_number("the tightening", tightening, 0.0)
@@ -125,9 +123,11 @@ class BarrierFilter:
         self._affine = isinstance(system, PeriodicAffineSystem) and all(
             isinstance(barrier, AffineBarrier) for barrier in self.barriers
         )
+        self._check_inputs(states)
+
+    def _check_inputs(self, states: ArrayLike | None) -> None:
         for barrier in self.barriers:
-            check_relative_degree(barrier, system)
-            check_affine_in_input(barrier, system, self.lower, self.upper)
+            check_affine_in_input(barrier, self.system, self.lower, self.upper, "BarrierFilter", states)
 
     def __call__(self, k: int, x: ArrayLike, wanted: ArrayLike) -> FilterResult:
         """The filtered input at tick k and state x (n,), for the wanted input (n_u,).
@@ -135,17 +135,32 @@ class BarrierFilter:
         Raises:
             InputError: shapes that do not fit the system. Numbers that are not finite give the status "failed".
         """
+        k = whole_ticks("the tick k", k)
         state, target = vector("the state x", x, self.system.n), vector("the wanted input", wanted, self.system.m)
         state, target = state.astype(float), target.astype(float)
         clipped = np.clip(np.nan_to_num(target), self.lower, self.upper)
         unknown = np.full(len(self.barriers), np.nan)
         if not (np.all(np.isfinite(state)) and np.all(np.isfinite(target))):
             return FilterResult(clipped, "failed", unknown, unknown, "the state or the wanted input is not finite")
+        try:
+            return self._filtered(k, state, target, clipped)
+        except Exception as error:  # of a user's function at this state: nothing in a control loop raises
+            name = type(error).__name__
+            reason = str(error) if isinstance(error, InputError) else f"h or the dynamics raise {name} ({error})"
+            return FilterResult(clipped, "failed", unknown, unknown, reason)
+
+    def _filtered(self, k: int, state: Array, target: Array, clipped: Array) -> FilterResult:
         rows = self._rows(k, state, clipped)
         if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
+            unknown = np.full(len(self.barriers), np.nan)
             return FilterResult(clipped, "failed", rows.psi, unknown, "a barrier is not finite at this state")
         if np.all(rows.psi >= self.tightening):  # the nearest input within the limits is safe: nothing to solve
             return FilterResult(clipped, "solved", rows.psi, np.zeros(len(rows.psi)))
+        return self._search(k, state, target, rows)
+
+    def _search(self, k: int, state: Array, target: Array, rows: Linearisation) -> FilterResult:
+        """The answer where the wanted input within its limits, at which `rows` are linearised, is not safe."""
+        clipped = rows.point
         answers = list(self._answers(k, state, target, rows))
         exact = bool(answers) and answers[-1].exact
         if not exact or np.any(answers[-1].slack):
@@ -163,14 +178,14 @@ class BarrierFilter:
             return FilterResult(best.input, "solved", best.psi, best.slack)
         return FilterResult(best.input, "softened", best.psi, best.slack, _EXCLUDED if exact else _NOT_AFFINE)
 
-    def _rows(self, k: int, state: Array, point: Array) -> _Rows:
+    def _rows(self, k: int, state: Array, point: Array) -> Linearisation:
         """The linear ψ_m at an input."""
-        found = [enforced_psi(barrier, self.system, k, state, point) for barrier in self.barriers]
+        found = [enforced_row(barrier, self.system, k, state, point) for barrier in self.barriers]
         psi, slopes = np.array([value for value, _ in found]), np.array([slope for _, slope in found])
         gradient = slopes.reshape(-1, self.system.m)
-        return _Rows(point, psi, gradient, np.sqrt((gradient * gradient).sum(axis=1)))
+        return Linearisation(point, psi, gradient, np.sqrt((gradient * gradient).sum(axis=1)))
 
-    def _answers(self, k: int, state: Array, target: Array, rows: _Rows) -> Iterator[_Answer]:
+    def _answers(self, k: int, state: Array, target: Array, rows: Linearisation) -> Iterator[_Answer]:
         """The answers to `rows` and to those linearised anew at each answer, until ψ_m there is as predicted."""
         for _ in range(_LINEARISATIONS):
             u, lost = self._nearest(k, state, target, rows)
@@ -183,7 +198,7 @@ class BarrierFilter:
                 slack, exact = np.where(lost, short, 0.0), True
             else:
                 size = psi_sizes(self.barriers, self.system, k, state, u)
-                slack = np.where(short <= _rounding(size, rows), 0.0, np.where(np.isnan(short), np.inf, short))
+                slack = np.where(short <= rounding_of(size, rows), 0.0, np.where(np.isnan(short), np.inf, short))
                 near = np.abs(u - rows.point) <= _SETTLED * (np.abs(u) + np.abs(rows.point))
                 exact = bool(np.all(error <= allowed + _ROUNDING * size) or np.all(near))
             yield _Answer(u, psi, slack, exact)
@@ -193,11 +208,17 @@ class BarrierFilter:
             if not (np.all(np.isfinite(rows.psi)) and np.all(np.isfinite(rows.gradient))):
                 return
 
-    def _nearest(self, k: int, state: Array, target: Array, rows: _Rows) -> tuple[Array | None, NDArray[np.bool_]]:
-        """The input nearest to `target` under linear ψ_m, by `nearest_kept`, and which barriers it misses."""
+    def _nearest(
+        self, k: int, state: Array, target: Array, rows: Linearisation, levels: Array | float | None = None
+    ) -> tuple[Array | None, NDArray[np.bool_]]:
+        """The input nearest to `target` with linear ψ_m ≥ levels, by `nearest_kept`, and which barriers it misses.
+
+        The levels, (n_b,), are the tightening unless given.
+        """
+        levels = self.tightening if levels is None else levels
         length = rows.length
         with np.errstate(all="ignore"):  # rows without an input are left out
-            directions, bounds = rows.gradient / length[:, None], (self.tightening - rows.psi) / length
+            directions, bounds = rows.gradient / length[:, None], (levels - rows.psi) / length
         usable = np.isfinite(bounds) & (length > 0)
         order = self._order
         if not usable.all():
@@ -206,7 +227,7 @@ class BarrierFilter:
 
         def rounding() -> Array:
             size = psi_sizes(self.barriers, self.system, k, state, rows.point)
-            return (_rounding(size, rows) / length)[usable]
+            return (rounding_of(size, rows) / length)[usable]
 
         limits = self._limit_rows, self._limit_bounds - self._limit_rows @ rows.point
         found = nearest_kept(target - rows.point, directions[usable], bounds[usable], limits, order, rounding)
@@ -216,7 +237,7 @@ class BarrierFilter:
         lost[np.flatnonzero(usable)[found.lost]] = True
         return np.clip(rows.point + found.input, self.lower, self.upper), lost
 
-    def _bends(self, k: int, state: Array, rows: _Rows, points: list[Array]) -> bool:
+    def _bends(self, k: int, state: Array, rows: Linearisation, points: list[Array]) -> bool:
         """Whether ψ_m differs from its linear form at one of some inputs."""
         size = psi_sizes(self.barriers, self.system, k, state, rows.point)
         for u in points:
@@ -240,7 +261,7 @@ class BarrierFilter:
         return (*(slack > 0), *slack)
 
 
-def _rounding(size: Array, rows: _Rows) -> Array:
+def rounding_of(size: Array, rows: Linearisation) -> Array:
     """By how much each ψ_m may fall short because of rounding, its own and that of the answer, (n_b,) [unit of h]."""
     return _ROUNDING * size + (_ROUNDING_OF_INPUT * math.sqrt(rows.point @ rows.point)) * rows.length
 

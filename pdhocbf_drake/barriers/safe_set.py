@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from pdhocbf_drake.barriers.affine_input import check_affine_in_input
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
-from pdhocbf_drake.barriers.checks import finite_vector
-from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, rollout
+from pdhocbf_drake.barriers.checks import finite_vector, vector, whole_ticks
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, check_system, rollout
 from pdhocbf_drake.barriers.linear_program import minimum
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_along, psi_coefficients
-from pdhocbf_drake.barriers.relative_degree import enforced_psi
+from pdhocbf_drake.barriers.relative_degree import check_degrees, enforced_row, with_samples
+from pdhocbf_drake.barriers.requirements import barrier_list
 from pdhocbf_drake.barriers.rows import along_normals, check_affine
 from pdhocbf_drake.errors import InputError
 
@@ -29,7 +31,18 @@ def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) 
 
     These are ψ_0(k), …, ψ_{m−1}(k); where the relative degree r exceeds m, also ψ_m(k), …, ψ_m(k+r−m−1).
     Their keys are "psi_0", "psi_1", …, and such as "psi_1, 1 tick later," for ψ_m(k+1) and the following ones.
+
+    Raises:
+        InputError: the relative degree at tick k is not the declared one, so that an input can change one of them, or
+            that a later one belongs to them; or as `rollout`.
     """
+    check_system(system)
+    k, x = whole_ticks("the tick k", k), vector("the state x", x, system.n)
+    check_degrees(barrier, system, [k], with_samples(x))
+    return _initial_psi(barrier, system, k, x)
+
+
+def _initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> dict[str, float]:
     degree = barrier.relative_degree
     # h up to k+r−1 does not depend on the inputs, so any inputs give it.
     states = rollout(system, k, np.asarray(x, dtype=float), np.zeros((degree - 1, system.m)))
@@ -41,12 +54,15 @@ def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) 
 
 
 def in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> bool:
-    """Whether ψ_i(k) ≥ 0 for all i < m: then ψ_m ≥ 0 from k on keeps h ≥ 0 (Theorem 1)."""
+    """Whether ψ_i(k) ≥ 0 for all i < m: then ψ_m ≥ 0 from k on keeps h ≥ 0 (Theorem 1).
+
+    Raises `InputError` as `initial_psi`.
+    """
     return all(value >= 0 for value in initial_psi(barrier, system, k, x).values())
 
 
 def check_in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> None:
-    """Raises `InputError`, with the first negative ψ_i and its value, for a state outside the safe set."""
+    """Raises `InputError`, with the first negative ψ_i and its value, outside the safe set; or as `initial_psi`."""
     values = initial_psi(barrier, system, k, x)
     for which, value in values.items():
         if not value >= 0:  # NaN too
@@ -79,16 +95,20 @@ def input_interval(system: PeriodicSystem, barriers: Sequence[Barrier], k: int, 
     number there, gives (∞, −∞).
 
     Raises:
-        InputError: the system has more than one input; or the state has another size, or is not finite.
+        InputError: the system has more than one input; the state has another size, or is not finite; the relative
+            degree at tick k is not the declared one; or ψ_m is not affine in the input there.
     """
     _check_one_input(system)
-    x = finite_vector("the state x", x, system.n)
+    k, x = whole_ticks("the tick k", k), finite_vector("the state x", x, system.n)
+    samples, unlimited = with_samples(x), np.full(1, np.inf)
     lower, upper = -np.inf, np.inf
-    for barrier in barriers:
-        value, gradient = enforced_psi(barrier, system, k, x, np.zeros(1))
+    for barrier in barrier_list(barriers):
+        value, gradient = enforced_row(barrier, system, k, x, np.zeros(1))
         slope = float(gradient[0])
         if np.isnan(value) or np.isnan(slope):
             return np.inf, -np.inf
+        check_degrees(barrier, system, [k], samples)
+        check_affine_in_input(barrier, system, -unlimited, unlimited, "input_interval", samples, [k])
         if slope > 0:
             lower = max(lower, -value / slope)
         elif slope < 0:
@@ -106,16 +126,18 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
     (without limits on u): from each state of a safe set, some input leads into the next one.
 
     Raises:
-        InputError: more than one input, nonlinear class-K functions, no state in the common safe set, or limits that
-            overflow.
+        InputError: more than one input, nonlinear class-K functions, another relative degree than the declared one at
+            tick k, no state in the common safe set, or limits that overflow.
     """
     _check_one_input(system)
+    k = whole_ticks("the tick k", k)
     worst = WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
-    if not barriers:
+    members = barrier_list(barriers)
+    if not members:
         return worst
-    found = [_in_state_and_input(system, barrier, k) for barrier in barriers]
+    found = [_in_state_and_input(system, barrier, k) for barrier in members]
     inside = np.vstack([rows for rows, _ in found])
-    names = [barrier.name for barrier in barriers]
+    names = [barrier.name for barrier in members]
     # u ≥ limit·[1, x, …] for the lower limits, ≤ for the upper ones
     limits = [-enforced[:-1] / enforced[-1] for _, enforced in found]
     lower = [i for i, (_, enforced) in enumerate(found) if enforced[-1] > 0]
@@ -145,7 +167,7 @@ def _in_state_and_input(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The values of `initial_psi` as rows over [1, x], and ψ_m of `enforced_psi` over [1, x, u]."""
     check_affine(barrier, system)
-    barrier.check_fits(system.n)
+    check_degrees(barrier, system, [k])
     rates, degree, order = linear_rates(barrier), barrier.relative_degree, barrier.order
     on_state, on_inputs, offset = along_normals(barrier.normals(k, degree + 1), system, k, degree)
     along = np.column_stack([offset, on_state, on_inputs[:, : system.m]])
@@ -159,5 +181,5 @@ def _in_state_and_input(
 
 
 def _check_one_input(system: PeriodicSystem) -> None:
-    if system.m != 1:
+    if check_system(system).m != 1:
         raise InputError(f"the interval of allowed inputs is for systems with one input, given one with {system.m}")
