@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.files.arrays import read_about
+from pdhocbf_drake.files.arrays import read_arrays
 from pdhocbf_drake.files.cache import LIMIT, VARIABLE, cache_files, cache_folder, throw_out
 from pdhocbf_drake.terminal import table
 
@@ -43,7 +43,8 @@ def _walk(path: Path) -> tuple[str, str]:
     used = ""
     with suppress(OSError):
         used = f"{datetime.fromtimestamp(path.stat().st_mtime):%Y-%m-%d %H:%M}"
-    return read_about(path) or "damaged", used
+    arrays = read_arrays(path)
+    return "damaged" if arrays is None else arrays.about.partition(" ")[0], used
 
 
 def _megabytes(size: int) -> str:

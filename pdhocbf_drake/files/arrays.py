@@ -52,10 +52,14 @@ def write_arrays(path: Path, arrays: Mapping[str, np.ndarray], about: str = "") 
 
 
 class Arrays(Mapping[str, np.ndarray]):
-    """The arrays of a file, which has been read; each is made when it is asked for, and can't be written into."""
+    """The arrays of a file, which has been read; each is made when it is asked for.
 
-    def __init__(self, index: Mapping[str, list[Any]], data: memoryview) -> None:
-        self._index, self._data = index, data
+    Attributes:
+        about: the words that were written with them.
+    """
+
+    def __init__(self, about: str, index: Mapping[str, list[Any]], data: memoryview) -> None:
+        self.about, self._index, self._data = about, index, data
 
     def __len__(self) -> int:
         return len(self._index)
@@ -73,13 +77,10 @@ class Arrays(Mapping[str, np.ndarray]):
 def read_arrays(path: Path) -> Arrays | None:
     """The arrays; None for no file, a torn one, and one of something else."""
     found = _read(path)
-    return None if found is None else Arrays(found[0][1], found[1])
-
-
-def read_about(path: Path) -> str | None:
-    """The words about the arrays; None as in `read_arrays`."""
-    found = _read(path)
-    return None if found is None else str(found[0][0])
+    if found is None:
+        return None
+    (about, index), data = found
+    return Arrays(about, index, data)
 
 
 def _read(path: Path) -> tuple[Any, memoryview] | None:

@@ -96,7 +96,7 @@ class PeriodicMpc:
             self.prepare()
         # A terminal set has more facets at some phases than at others; without one all phases have the same rows.
         self.rows = [axis.rows[0] if on_demand else max(axis.rows) for axis in compiled]
-        self.rungs = rungs_of(self.problems)
+        self.rungs = rungs_of(self.problems, self.qps)
         self._slack_starts = [problem.slack_starts() for problem in self.problems]
         self._slacks = sum(map(len, self._slack_starts))
         if config.recovery is not None:

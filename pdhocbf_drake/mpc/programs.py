@@ -156,23 +156,35 @@ class Rung:
         reason: what a plan from this rung is logged with.
     """
 
-    def __init__(self, reason: Reason, problems: Sequence[AxisProblem], solver: str) -> None:
+    def __init__(
+        self,
+        reason: Reason,
+        problems: Sequence[AxisProblem],
+        solver: str,
+        qps: Sequence[Sequence[ParametricQp]] | None = None,
+    ) -> None:
+        """
+        Args:
+            problems: of both axes. solver: the solver's name.
+            qps: their programs by axis and phase, where others have them too.
+        """
         self.reason = reason
         self._problems, self._solver = problems, solver
+        self._qps = qps or [OnDemand(problem.setting.gait.period, problem.compile) for problem in problems]
         self._solvers: dict[tuple[int, int], QpSolver] = {}
 
     def solver(self, axis: int, phase: int) -> QpSolver:
         """The solver of this problem."""
         if (axis, phase) not in self._solvers:
             problem = self._problems[axis]
-            self._solvers[axis, phase] = make_solver(self._solver, problem.compile(phase), problem.bound_rows)
+            self._solvers[axis, phase] = make_solver(self._solver, self._qps[axis][phase], problem.bound_rows)
         return self._solvers[axis, phase]
 
 
-def rungs_of(problems: Sequence[AxisProblem]) -> list[Rung]:
-    """What is solved where the scenario's own problem has no solution."""
+def rungs_of(problems: Sequence[AxisProblem], qps: Sequence[Sequence[ParametricQp]]) -> list[Rung]:
+    """What is solved where the scenario's own problem, with these programs, has no solution."""
     config = problems[0].setting.config
-    own = Rung(Reason.CROSS_SOLVED, problems, "clarabel")
+    own = Rung(Reason.CROSS_SOLVED, problems, "clarabel", qps)
     hard = config.barrier == "hard" and any(problem.setting.barriers for problem in problems)
     softened = [Rung(Reason.SOFTENED, _changed(problems, Term.softened), config.solver)] if hard else []
     return [own, *softened, Rung(Reason.RELAXED, _changed(problems, Term.relaxed), config.solver)]

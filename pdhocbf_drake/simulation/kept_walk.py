@@ -18,7 +18,7 @@ from typing import Any, Final
 
 import pdhocbf_drake
 from pdhocbf_drake.errors import PdhocbfError
-from pdhocbf_drake.files.arrays import read_about, read_arrays, write_arrays
+from pdhocbf_drake.files.arrays import read_arrays, write_arrays
 from pdhocbf_drake.files.cache import SUFFIX, cache_folder, mark_used, throw_out
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -32,8 +32,9 @@ def kept_programs(scenario: Scenario) -> ProgramCache:
     """What earlier processes have kept for a scenario's walk; empty where that is nothing."""
     path = walk_file(scenario)
     arrays = None if path is None else read_arrays(path)
-    if path is not None and arrays is not None:
-        mark_used(path)
+    if path is None or arrays is None or arrays.about.split()[-1:] != [path.stem]:  # a file under another one's name
+        return ProgramCache()
+    mark_used(path)
     return ProgramCache(arrays)
 
 
@@ -43,14 +44,13 @@ def keep_programs(scenario: Scenario, programs: ProgramCache) -> None:
     if path is None or not new:
         return
     with suppress(PdhocbfError, OSError):  # a full disk, a folder that can't be written
-        write_arrays(path, {**programs.kept, **new}, scenario.name)
+        write_arrays(path, {**programs.kept, **new}, f"{scenario.name} {path.stem}")
         throw_out(path.parent)
 
 
 def is_kept(scenario: Scenario) -> bool:
     """Whether there are programs of a scenario's walk."""
-    path = walk_file(scenario)
-    return path is not None and read_about(path) is not None
+    return bool(kept_programs(scenario).kept)
 
 
 def walk_file(scenario: Scenario) -> Path | None:
@@ -61,14 +61,14 @@ def walk_file(scenario: Scenario) -> Path | None:
     barriers = {name: barrier.model_dump(exclude=_THETA) for name, barrier in scenario.barriers.items()}
     try:
         terminal = scenario.mpc.terminal_set and Path(scenario.mpc.terminal_set).read_bytes().hex()
-        key = [scenario.gait.model_dump(), scenario.mpc.model_dump(), barriers, terminal, _made_by()]
+        key = [scenario.gait.model_dump(), scenario.mpc.model_dump(), barriers, terminal, made_by()]
     except OSError:
         return None
     return folder / f"{hashlib.sha256(json.dumps(key).encode()).hexdigest()[:32]}{SUFFIX}"
 
 
 @cache
-def _made_by() -> list[Any]:
+def made_by() -> list[Any]:
     """What decides the numbers besides the scenario: versions, this package's own source, and the processor."""
     package = Path(pdhocbf_drake.__file__).parent
     source = hashlib.sha256()
