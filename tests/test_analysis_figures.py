@@ -66,8 +66,8 @@ def test_figures_are_written_and_not_blank(figures, tmp_path):
 
 def test_the_report_shows_the_pictures_of_the_folder_each_rendered_once(tmp_path, monkeypatch):
     times = []
-    draw = Figure.savefig
-    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (times.append(id(self)), draw(self, *a, **k))[1])
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, *a, **k: (times.append(id(self)), draw(self, *a, **k))[1])
     run = synthetic.run("biped", duration=3.0)
     write_report(run, metrics_of(run), tmp_path, None)
     page = (tmp_path / "report.html").read_text(encoding="utf-8")

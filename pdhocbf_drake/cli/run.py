@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pdhocbf_drake.arguments import add_overrides
-from pdhocbf_drake.collecting import quick_imports
+from pdhocbf_drake.collecting import quick_imports, without_garbage_collection
 from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
@@ -58,16 +58,18 @@ def run(options: argparse.Namespace) -> int:
         with stop_requests() as stop:  # the log is written before such a request takes effect
             recorded = _recorded(scenario, options.meshcat, options.verbose)
             # Here and below, for a quick start.
-            from pdhocbf_drake.analysis.degraded import degraded_rows
-            from pdhocbf_drake.analysis.report import write_metrics
-            from pdhocbf_drake.analysis.summary import summary_rows
+            with quick_imports():
+                from pdhocbf_drake.analysis.degraded import degraded_rows
+                from pdhocbf_drake.analysis.report import write_metrics
+                from pdhocbf_drake.analysis.summary import summary_rows
 
             recorded.save(folder.path)
             metrics = write_metrics(recorded, folder.path)
             folder.finish()
         written, problem = list[str](), _STOPPED
         if not stop.is_set():
-            written, problem = _write_pages(recorded, metrics, place, not options.no_replay)
+            with without_garbage_collection():  # figures are many objects
+                written, problem = _write_pages(recorded, metrics, place, not options.no_replay)
     rows = [(name.removesuffix(".html"), str(place / name)) for name in written] or [("run folder", str(place))]
     print(table([*summary_rows(metrics), *degraded_rows(recorded), *rows]))
     if problem:
