@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
+from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
@@ -29,6 +31,7 @@ from pdhocbf_drake.walking.quantities import Quantity
 from pdhocbf_drake.walking.vhip import Vhip
 from pdhocbf_drake.walking.walk_barrier import WalkBarrier, make_walk_barrier
 
+_COMPLETE = "complete"  # a name among what is kept of a walk
 AT_REST = np.zeros((2, 3))  # [c, v, p] per axis at tick 0: standing between the feet
 
 
@@ -65,9 +68,24 @@ def build_walk(scenario: Scenario) -> Walk:
         InputError: a gait that can't be walked, a horizon against Lemma 2, a bound on the ZMP's velocity below that of
             the nominal walk, a barrier with the wrong relative degree, or one whose safe set excludes the start.
     """
+    cache = kept_programs(scenario)
+    walk = _built(scenario, cache)
+    keep_programs(scenario, cache)
+    return walk
+
+
+def complete_programs(scenario: Scenario) -> None:
+    """Compiles and keeps what a walk has not needed so far, but may need: the programs of a disturbed one."""
+    cache = kept_programs(scenario)
+    if scenario.mpc.recovery is not None and _COMPLETE not in cache and walk_file(scenario) is not None:
+        _built(scenario, cache).mpc.prepare()
+        cache.array(_COMPLETE, lambda: np.zeros(0))
+        keep_programs(scenario, cache)
+
+
+def _built(scenario: Scenario, cache: ProgramCache) -> Walk:
     gait = Gait(scenario.gait)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    cache = ProgramCache()
     walks: dict[float, np.ndarray] = {}
     barriers = []
     for name, config in scenario.barriers.items():
@@ -77,7 +95,7 @@ def build_walk(scenario: Scenario) -> Walk:
             if stride not in walks:
                 with _naming(name):
                     gait_of(scenario, stride)
-                walks[stride] = nominal_walk_of(scenario, stride, cache)
+                walks[stride] = cache.array(f"orbit {stride!r}", partial(nominal_walk_of, scenario, stride, cache))
             nominal = walks[stride]
         barriers.append(_barrier(name, config, gait, vhip, nominal))
     if scenario.mpc.zmp_velocity_max is not None:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
-from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.collecting import without_garbage_collection
 from pdhocbf_drake.robot import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import build_walk
-from pdhocbf_drake.simulation.checks import check_scenario
+from pdhocbf_drake.simulation.checks import check_scenario, check_watchable
 from pdhocbf_drake.simulation.diagram import oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
@@ -24,19 +22,7 @@ Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 
-@contextmanager
-def _without_garbage_collection() -> Iterator[None]:
-    """Suspends the search for reference cycles, which takes long among the many objects of a diagram."""
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collecting:
-            gc.enable()
-
-
-@_without_garbage_collection()
+@without_garbage_collection()
 def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
     """The scenario's diagram with its log, drawn in `meshcat`; raises `InputError` or `ModelError`."""
     check_scenario(scenario)
@@ -55,12 +41,6 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDi
     if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
         check_zmp_box(biped, scenario.mpc.recovery.zmp_box)
     return biped_diagram(scenario, build_walk(scenario), biped, meshcat)
-
-
-def check_watchable(scenario: Scenario) -> None:
-    """Raises `InputError` for a scenario without a robot, which Meshcat can't show."""
-    if scenario.system != "biped":
-        raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Meshcat | None = None) -> RunLog:

@@ -8,17 +8,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pdhocbf_drake.barriers import AffineBarrier, constant
 from pdhocbf_drake.barriers.config import Side
-from pdhocbf_drake.barriers.relative_degree import relative_degree
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.divergent import DivergentComponent
-from pdhocbf_drake.walking.vhip import Vhip
+
+if TYPE_CHECKING:  # the template's kernels load numba
+    from pdhocbf_drake.walking.vhip import Vhip
 
 Array = NDArray[np.float64]
 Axis = Literal["x", "y"]
@@ -125,6 +124,10 @@ class Quantity:
     @cached_property
     def relative_degree(self) -> int:
         """r: ticks after which the ZMP velocity acts on q, computed for the Euler flow (23)."""
+        from pdhocbf_drake.barriers import AffineBarrier, constant
+        from pdhocbf_drake.barriers.relative_degree import relative_degree
+        from pdhocbf_drake.walking.vhip import Vhip
+
         vhip = Vhip(_ANY_ETA, _ANY_TICK)
         barrier = AffineBarrier(self.name, self.normals(vhip), constant(0.0), 1, [1.0])
         return max(r for k in range(vhip.period) if (r := relative_degree(barrier, vhip.system, k)) is not None)
@@ -142,6 +145,8 @@ def _constant(normal: tuple[float, float, float]) -> Callable[[Vhip], Array]:
 
 def _divergent(vhip: Vhip) -> Array:
     """[1, 1/ω_k, 0]: ξ_k = c + v/ω_k, eq. (30)."""
+    from pdhocbf_drake.walking.divergent import DivergentComponent
+
     omega = DivergentComponent(vhip).omega
     return np.column_stack([np.ones_like(omega), 1.0 / omega, np.zeros_like(omega)])
 

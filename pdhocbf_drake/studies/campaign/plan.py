@@ -12,7 +12,6 @@ from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.yaml_text import merge, read_yaml
 
@@ -96,6 +95,8 @@ def check_buildable(planned: Sequence[PlannedRun]) -> None:
     Raises:
         InputError, ModelError: the first barrier's scenario can't be built, nor that of any other one.
     """
+    from pdhocbf_drake.simulation.simulate import make_diagram  # here, since it loads Drake, for a quick start
+
     errors = []
     for run in planned:
         if run.point != planned[0].point:

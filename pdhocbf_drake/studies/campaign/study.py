@@ -63,19 +63,19 @@ def campaign(
         ModelError: its robot can't be loaded. ClusterError: the scheduler or its workers can't be used.
         RunFolderError: the folder can't be written, or holds another campaign.
     """
-    try:  # an optional extra
-        from pdhocbf_drake.studies.campaign.store import CAMPAIGN, FAILED, CampaignStore, locked
-        from pdhocbf_drake.studies.campaign.survival import campaign_summary
-    except ModuleNotFoundError as error:
-        raise InputError(
-            f"a campaign needs the package '{error.name}'; install them all with pip install 'pdhocbf-drake[campaign]'"
-        ) from None
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise InputError(f"workers must be 1 to {MOST_WORKERS}, given {workers}")
     if workers is not None and scheduler is not None:
         raise InputError("workers are for this machine; a scheduler has its own")
     config, path = load_campaign(str(file))
     planned = plan_runs(config, path.resolve().parent)
+    try:  # an optional extra, loaded once all that is given has been checked
+        from pdhocbf_drake.studies.campaign.store import CAMPAIGN, FAILED, CampaignStore, locked
+        from pdhocbf_drake.studies.campaign.survival import campaign_summary
+    except ModuleNotFoundError as error:
+        raise InputError(
+            f"a campaign needs the package '{error.name}'; install them all with pip install 'pdhocbf-drake[campaign]'"
+        ) from None
     folder = Path("runs") / f"campaign-{path.stem}" if out is None else Path(out)
     with locked(folder):
         store = CampaignStore(folder, planned)

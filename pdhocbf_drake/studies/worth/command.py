@@ -17,8 +17,6 @@ from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.shared.cases import lent_barriers
 from pdhocbf_drake.studies.shared.events import parse_phases
 from pdhocbf_drake.studies.shared.results import write_json
-from pdhocbf_drake.studies.worth.experiments import RobotWorth, TemplateWorth
-from pdhocbf_drake.studies.worth.results import draw, table
 from pdhocbf_drake.terminal import say, shown_progress
 from pdhocbf_drake.yaml_text import write_yaml
 
@@ -64,6 +62,10 @@ def run(options: argparse.Namespace) -> int:
     with new_folder(place, _ENTRIES, "a folder of worth") as folder:
         if lent := lent_barriers(scenario):
             say(lent)
+        # Here, since they load Drake: an argument that can't be used is refused at once.
+        from pdhocbf_drake.studies.worth.experiments import RobotWorth, TemplateWorth
+        from pdhocbf_drake.studies.worth.results import draw, table
+
         experiment = (TemplateWorth if scenario.system == "vhip" else RobotWorth)(scenario, *sizes, phases)
         with shown_progress("worth", 1 + 2 * len(gammas), "cases", every=True) as progress:
             rows = experiment.run(gammas, progress)
