@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pdhocbf_drake.mpc.kernels import believe
+from pdhocbf_drake.mpc.kernels import believe, write_plan
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -28,3 +28,19 @@ def test_the_believed_state(seed: int, zmp_measured: bool, broken: tuple[int, in
         np.testing.assert_allclose(state, np.column_stack([c + latency * v, v + latency * eta * (c - p), p]))
         np.testing.assert_allclose(moves, np.abs(planned - measured)[:, :2].max())
         np.testing.assert_array_equal(com, measured[:, :2].ravel())
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("barriers", [([], []), ([5, 4], []), ([3], [2, 6])])
+@pytest.mark.parametrize("soft", [True, False])
+def test_a_plan_from_the_decisions(seed: int, barriers: tuple[list[int], list[int]], soft: bool) -> None:
+    random = np.random.default_rng(seed)
+    inputs, footholds, slacks = np.empty((2, 7)), np.empty((2, 2)), np.empty(sum(map(len, barriers)))
+    starts = [np.cumsum([0, *counts])[: len(counts)] for counts in barriers]
+    parts = [[random.normal(size=count) * random.integers(0, 2) for count in counts] for counts in barriers]
+    x, y = (np.concatenate([random.normal(size=9), *(own if soft else [])]) for own in parts)
+    largest = write_plan(x, y, *starts, inputs, footholds, slacks)
+    np.testing.assert_array_equal(inputs, [x[:7], y[:7]])
+    np.testing.assert_array_equal(footholds, [x[7:9], y[7:9]])
+    np.testing.assert_array_equal(slacks, [own.max() if soft else 0.0 for axis in parts for own in axis])
+    assert largest == max(0.0, slacks.max(initial=0.0))

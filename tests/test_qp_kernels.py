@@ -7,9 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from numba.core.registry import CPUDispatcher
+from qp_programs import random_program
 
-from pdhocbf_drake.qp import AffineMap, QuadraticForm, kernels
-from pdhocbf_drake.qp.affine_map import compressed
+from pdhocbf_drake.qp import AffineMap, DaqpQp, QuadraticForm, compile_program, kernels
+from pdhocbf_drake.qp.affine_map import by_columns, compressed
 
 Values = tuple[np.ndarray | float, ...]
 Case = Callable[[np.random.Generator], tuple[Values, Values]]
@@ -25,6 +26,13 @@ def write_affine(random: np.random.Generator) -> tuple[Values, Values]:
     out = np.empty(9)
     kernels.write_affine(*AffineMap(offset, matrix).arrays, theta, out)
     return (out,), (offset + matrix @ theta,)
+
+
+def write_product(random: np.random.Generator) -> tuple[Values, Values]:
+    matrix, vector, out = sparse(random, 7, 5), random.normal(size=5), np.empty(7)
+    matrix[:, random.integers(5)] = 0.0
+    kernels.write_product(*by_columns(matrix), vector, out)
+    return (out,), (matrix @ vector,)
 
 
 def quadratic_value(random: np.random.Generator) -> tuple[Values, Values]:
@@ -55,13 +63,28 @@ def write_limits(random: np.random.Generator) -> tuple[Values, Values]:
     g = AffineMap(random.normal(size=n), sparse(random, n, parameters))
     bounds = AffineMap(random.choice([-np.inf, 1.0, 3.0, np.inf], 2 * m), sparse(random, 2 * m, parameters))
     constant = QuadraticForm(np.eye(parameters), random.normal(size=parameters), 1.5)
-    theta, optimum, limits = random.normal(size=parameters), np.empty(n), np.empty(2 * m)
+    theta, optimum, beyond, limits = random.normal(size=parameters), np.empty(n), np.empty(m - 3), np.empty(2 * m)
     least = kernels.write_limits(
-        g.arrays, bounds.arrays, compressed(L), compressed(R[3:]), constant.arrays, theta, optimum, limits
+        g.arrays, bounds.arrays, compressed(L), by_columns(R[3:]), constant.arrays, theta, optimum, beyond, limits
     )
     z = -np.linalg.solve(L @ L.T, g(theta))
     expected = bounds(theta) - np.tile(R @ z, 2)
-    return (least, optimum, limits), (constant(theta) + 0.5 * g(theta) @ z, z, expected)
+    return (least, optimum, beyond, limits), (constant(theta) + 0.5 * g(theta) @ z, z, (R @ z)[3:], expected)
+
+
+def write_slacks(random: np.random.Generator) -> tuple[Values, Values]:
+    n, m = 4, 7
+    R, y = np.vstack([np.eye(3, n), sparse(random, m - 3, n)]), random.normal(size=n)
+    low, high = random.normal(size=m) - 0.5, random.normal(size=m) + 0.5
+    softened, columns = random.permutation(m)[:4], random.permutation(6)[:4]
+    linear, quadratic, decisions, beyond = *random.random((2, 4)), np.zeros(6), np.empty(m - 3)
+    cost = kernels.write_slacks(
+        by_columns(R[3:]), softened, columns, linear, quadratic, y, beyond, np.concatenate([low, high]), decisions
+    )
+    slack = np.maximum(0.0, np.maximum(low - R @ y, R @ y - high))[softened]
+    expected = np.zeros(6)
+    expected[columns] = slack
+    return (cost, decisions), ((linear * slack + 0.5 * quadratic * slack**2).sum(), expected)
 
 
 def write_decisions(random: np.random.Generator) -> tuple[Values, Values]:
@@ -76,6 +99,23 @@ def write_decisions(random: np.random.Generator) -> tuple[Values, Values]:
     w, flags = np.zeros(7), np.zeros(m + 2)
     w[hard], flags[order] = inverse @ (z + y), np.sign(multipliers)
     return (cost, decisions, active, product), (0.5 * y @ L @ L.T @ y, w, flags, L.T @ y)
+
+
+def solve_packed(random: np.random.Generator) -> tuple[Values, Values]:
+    solver = DaqpQp(compile_program(*random_program(int(random.integers(100)), slacks=True)))
+    assert solver.packed is not None
+    ours, theirs = (solver.arguments(0.2 * random.normal(size=4), None) for _ in range(2))
+    answer = kernels.solve_packed(*solver.packed.arrays, *ours)
+    return (*answer, *ours[2:]), (*solver.steps.solve(ours[0], *theirs[1:]), *theirs[2:])
+
+
+def solve_two(random: np.random.Generator) -> tuple[Values, Values]:
+    solver = DaqpQp(compile_program(*random_program(int(random.integers(100)), slacks=True)))
+    assert solver.packed is not None
+    first, second = (solver.arguments(0.2 * random.normal(size=4), None) for _ in range(2))
+    answers = kernels.solve_two(*solver.packed.arrays, *first, *solver.packed.arrays, *second)
+    alone = [solver.steps.solve(given[0], *solver.arguments(given[0], None)[1:])[0] for given in (first, second)]
+    return (answers[0], answers[2]), tuple(alone)
 
 
 def merge_rows(random: np.random.Generator) -> tuple[Values, Values]:
@@ -95,7 +135,10 @@ def merge_rows(random: np.random.Generator) -> tuple[Values, Values]:
 
 CASES: dict[str, Case] = {
     case.__name__: case
-    for case in (write_affine, quadratic_value, is_finite, write_senses, write_limits, write_decisions, merge_rows)
+    for case in [
+        *(write_affine, write_product, quadratic_value, is_finite, write_senses, write_limits, write_decisions),
+        *(write_slacks, solve_packed, solve_two, merge_rows),
+    ]
 }
 
 

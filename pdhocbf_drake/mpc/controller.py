@@ -12,6 +12,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.kernels import write_plan
 from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
 from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
@@ -19,6 +20,7 @@ from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.terms import TERMS, constraints_of
 from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
+from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.vhip import Vhip
@@ -94,6 +96,7 @@ class PeriodicMpc:
         self.rows = [len(qps[0].A) if on_demand else max(len(qp.A) for qp in qps) for qps in self.qps]
         self.rungs = rungs_of(self.problems)
         self._slack_starts = [problem.slack_starts() for problem in self.problems]
+        self._slacks = sum(map(len, self._slack_starts))
         if config.recovery is not None:
             self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, True, turn, kinds)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
@@ -179,18 +182,13 @@ class PeriodicMpc:
             return self.recovery.solve(tick, state, stance, bounds, offset, last).of_disturbed(Reason.RECOVERING)
         given, phase = self.given(tick, state, stance, bounds, offset, last), tick % self.gait.period
         same = last is not None and last.recovering == (self.config.stability == "paid")
-        thetas: list[np.ndarray] = []
-        results: list[QpResult] = []
-        reasons: list[Reason] = []
-        for axis in (0, 1):
-            theta = self.problems[axis].theta(given)
-            guess = last.active[axis] if last is not None and same else None
-            result, why = self.solvers[axis][phase].solve(theta, guess), Reason.SOLVED
-            if not result.ok:
-                result, why = self._descend(axis, phase, theta, result)
-            thetas.append(theta)
-            results.append(result)
-            reasons.append(why)
+        thetas = [problem.theta(given) for problem in self.problems]
+        guesses = last.active if last is not None and same else (None, None)
+        results = solve_axes([self.solvers[0][phase], self.solvers[1][phase]], thetas, guesses)
+        if results[0].ok and results[1].ok:
+            return self._plan(tick, results, Reason.SOLVED)
+        rungs = [self._descend(axis, phase, thetas[axis], results[axis]) for axis in (0, 1)]
+        results, reasons = (rungs[0][0], rungs[1][0]), [why for _, why in rungs]
         reason = max(reasons)
         if reason == Reason.NO_STEADY_PLAN and self.recovery is not None:
             plan = self.recovery.solve(tick, state, stance, bounds, offset, last).of_disturbed(reason)
@@ -204,15 +202,14 @@ class PeriodicMpc:
 
     def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason) -> Plan:
         """What the solvers of both axes found."""
-        horizon, n_f = self.config.horizon, self.footholds
-        own = zip(results, self._slack_starts, strict=True)
-        slacks = np.concatenate([_largest_slacks(r.decisions[horizon + n_f :], starts) for r, starts in own])
-        if reason == Reason.SOLVED and slacks.max(initial=0.0) > NOTICED:
+        (x, y), (starts_x, starts_y) = results, self._slack_starts
+        inputs, footholds = np.empty((2, self.config.horizon)), np.empty((2, self.footholds))
+        slacks = np.empty(self._slacks)
+        largest = write_plan(x.decisions, y.decisions, starts_x, starts_y, inputs, footholds, slacks)
+        if reason == Reason.SOLVED and largest > NOTICED:
             reason = Reason.SOFTENED
-        plans = np.array([r.decisions[: horizon + n_f] for r in results])
-        active = (self._padded(0, results[0].active), self._padded(1, results[1].active))
-        cost = sum(r.cost for r in results)
-        return Plan(tick, plans[:, :horizon], plans[:, horizon:], active, slacks, cost, reason, 0, unmet=self._all_met)
+        active = (self._padded(0, x.active), self._padded(1, y.active))
+        return Plan(tick, inputs, footholds, active, slacks, x.cost + y.cost, reason, 0, unmet=self._all_met)
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
         """Flags for the longest program of this axis: rows that this phase, or a lower rung, lacks are inactive."""
@@ -222,7 +219,9 @@ class PeriodicMpc:
         return np.concatenate([active, np.zeros(missing)]) if missing else active
 
     def _descend(self, axis: int, phase: int, theta: np.ndarray, result: QpResult) -> tuple[QpResult, Reason]:
-        """The first rung below the scenario's own problem that has a solution, and the reason to log for it."""
+        """The first rung from the scenario's own problem down that has a solution, and the reason to log for it."""
+        if result.ok:
+            return result, Reason.SOLVED
         for rung in self.rungs:
             if rung.reason == Reason.CROSS_SOLVED and result.infeasible:
                 continue  # it has been proved that there is no solution
@@ -276,8 +275,3 @@ class PeriodicMpc:
         step, phase = self.gait.phase(tick - 1)
         half = self.commanded.steps(step).half
         return self.gait.region.box(phase, stance, footholds, half, self.config.zmp_margin)
-
-
-def _largest_slacks(slacks: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """The largest slack of each barrier [unit of h]; a hard program has no slacks, so 0."""
-    return np.maximum.reduceat(slacks, starts) if len(slacks) and slacks.any() else np.zeros(len(starts))

@@ -28,3 +28,37 @@ def believe(
         com[2 * axis], com[2 * axis + 1] = c, v
         state[axis, 0], state[axis, 1], state[axis, 2] = c + latency * v, v + latency * eta * (c - p), p
     return finite, repeats, moves
+
+
+@compiled
+def write_plan(
+    x: np.ndarray, y: np.ndarray, starts_x: np.ndarray, starts_y: np.ndarray, inputs: np.ndarray,
+    footholds: np.ndarray, slacks: np.ndarray,
+) -> float:  # fmt: skip
+    """Fills in a plan from the decisions of both axes: [inputs, footholds, slacks].
+
+    Args:
+        x, y: the decisions. starts_x, starts_y: where the slacks of each barrier begin among all slacks.
+        inputs: (2, H). footholds: (2, n_f).
+        slacks: the largest one of each barrier, those of x, then those of y; 0 where there are none.
+
+    Returns:
+        The largest of them all, at least 0.
+    """
+    horizon, count = inputs.shape[1], inputs.shape[1] + footholds.shape[1]
+    largest, place = 0.0, 0
+    for axis in range(2):
+        decisions, starts = (x, starts_x) if axis == 0 else (y, starts_y)
+        for i in range(horizon):
+            inputs[axis, i] = decisions[i]
+        for i in range(horizon, count):
+            footholds[axis, i - horizon] = decisions[i]
+        for i in range(len(starts)):
+            start = count + starts[i]
+            stop = min(count + starts[i + 1], len(decisions)) if i + 1 < len(starts) else len(decisions)
+            slacks[place] = decisions[start] if start < stop else 0.0
+            for j in range(start, stop):
+                slacks[place] = max(slacks[place], decisions[j])
+            largest = max(largest, slacks[place])
+            place += 1
+    return largest

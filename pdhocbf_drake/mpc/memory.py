@@ -12,6 +12,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.walking.footsteps import BOTH, LEFT
+from pdhocbf_drake.walking.kernels import write_foot_plan
 
 OUTPUTS = (
     "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack", "unmet",
@@ -20,6 +21,7 @@ OUTPUTS = (
 
 _ROWS = {LEFT: 0, -LEFT: 1}  # of `Memory.feet`, by the foot
 _NONE = np.zeros(0)
+_NUMBERS = 9  # single numbers, from `last_step` to `plan`, with which the part behind the outputs begins
 
 
 @dataclass
@@ -125,11 +127,8 @@ class Memory:
         """Steps the template by the plan's first input and moves on to tick k + 1."""
         gait, tick = mpc.gait, plan.tick
         self.plan = plan
-        self.state = mpc.vhip.step_axes(tick, state, plan.inputs[:, 0])
-        eta = mpc.vhip.eta.item((tick + 1) % mpc.vhip.period)
-        (x, vx, x_zmp), (y, vy, y_zmp) = self.state.tolist()
-        self.com_reference = np.array([x, vx, eta * (x - x_zmp), y, vy, eta * (y - y_zmp)])
-        self.zmp_reference = np.array([x_zmp, plan.inputs.item(0, 0), y_zmp, plan.inputs.item(1, 0)])
+        self.state, references = mpc.vhip.references(tick, state, plan.inputs[:, 0])
+        self.com_reference, self.zmp_reference = references[:6], references[6:]
         footholds = plan.footholds
         boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
         self.zmp_box = boxes.zmp_box(tick + 1, self.stance, footholds).ravel()
@@ -146,15 +145,12 @@ class Memory:
 
     def _write_feet(self, mpc: PeriodicMpc, tick: int, footholds: np.ndarray) -> None:
         """`stance_plan` and `foot_plan`: where the feet are and where they go."""
-        step, _ = mpc.gait.phase(tick)
-        stances, ends = np.empty((4, 2)), np.empty((2, 4))
-        stances[:2], stances[2:] = self.stance.T, footholds[:, :2].T
-        ends[:, :2] = ends[:, 2:] = self.feet
-        support = mpc.gait.support(step)
-        if support != BOTH:
-            landing = _landing(mpc.gait.support(step + 1), self.stance[:, 1], footholds[:, 0])
-            ends[_ROWS[-support], 2:] = landing
-        self.stance_plan, self.foot_plan = stances.ravel(), ends.ravel()
+        gait, planned = mpc.gait, np.empty(16)
+        step, _ = gait.phase(tick)
+        support = gait.support(step)
+        swinging = -1 if support == BOTH else _ROWS[-support]
+        write_foot_plan(swinging, gait.support(step + 1) == BOTH, self.stance, footholds, self.feet, planned)
+        self.stance_plan, self.foot_plan = planned[:8], planned[8:]
 
 
 class MemoryLayout:
@@ -180,30 +176,27 @@ class MemoryLayout:
         self.size = sum(self.sizes.values())
         self.carried = slice(self.places["last_step"].start, self.size)
         start = self.carried.start
-        self._behind = [slice(p.start - start, p.stop - start) for p in list(self.places.values())[len(OUTPUTS) :]]
+        behind = [slice(p.start - start, p.stop - start) for p in self.places.values() if p.start >= start]
+        self._arrays = [place for place in behind if place.start >= _NUMBERS]
+        self._planned = self.size - self.places["inputs"].start
 
     def pack(self, memory: Memory) -> np.ndarray:
         """The whole memory as one vector; the plan's parts are zero where there is none."""
-        vector = np.zeros(self.size)
         plan, disturbance = memory.plan, memory.disturbance
         marks = (-1.0, 0.0, 0.0) if plan is None else (plan.tick, plan.fallbacks, plan.recovering)
-        numbers = (
-            memory.last_step,
-            memory.degraded,
-            *disturbance.error_sum,
-            disturbance.active,
-            disturbance.quiet,
-            *marks,
-        )
+        numbers = np.array(
+            [
+                memory.last_step, memory.degraded, *disturbance.error_sum, disturbance.active, disturbance.quiet,
+                *marks,
+            ]
+        )  # fmt: skip
+        planned = [np.zeros(self._planned)] if plan is None else [plan.inputs, plan.footholds, *plan.active]
         parts = [
-            *(getattr(memory, name) for name in OUTPUTS), numbers, memory.measured, memory.state.ravel(),
-            memory.feet.ravel(), memory.stance.ravel(),
+            memory.com_reference, memory.zmp_reference, memory.zmp_box, memory.stance_plan, memory.foot_plan,
+            memory.solver_status, memory.barrier_slack, memory.unmet, numbers, memory.measured, memory.state,
+            memory.feet, memory.stance, *planned,
         ]  # fmt: skip
-        if plan is not None:
-            parts += [plan.inputs.ravel(), plan.footholds.ravel(), *plan.active]
-        known = np.concatenate(parts)
-        vector[: len(known)] = known
-        return vector
+        return np.concatenate(parts, axis=None)
 
     def unpack(self, vector: np.ndarray) -> Memory:
         """The inverse of `pack`, as copies."""
@@ -215,20 +208,18 @@ class MemoryLayout:
     def unpack_carried(self, carried: np.ndarray) -> Memory:
         """A memory from the part `carried` of the vector, as copies; its outputs are empty until the next tick."""
         own = np.array(carried)
-        parts = [own[place] for place in self._behind]
-        last_step, degraded, disturbance, marks, measured, state, feet, stance, inputs, footholds, *active = parts
-        x, y, disturbed, quiet = disturbance.tolist()
-        tick, fallbacks, recovering = marks.tolist()
+        last_step, degraded, x, y, disturbed, quiet, tick, fallbacks, recovering = own[:_NUMBERS].tolist()
+        measured, state, feet, stance, inputs, footholds, active_x, active_y = [own[place] for place in self._arrays]
         plan = None
         if tick >= 0:
             plan = Plan(
-                round(tick), inputs.reshape(2, -1), footholds.reshape(2, -1), (active[0], active[1]), _NONE, math.nan,
+                round(tick), inputs.reshape(2, -1), footholds.reshape(2, -1), (active_x, active_y), _NONE, math.nan,
                 Reason.SOLVED, round(fallbacks), bool(recovering),
             )  # fmt: skip
         return Memory(
             _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
-            state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), float(last_step[0]), float(degraded[0]),
-            measured, plan, Disturbance((x, y), bool(disturbed), round(quiet)),
+            state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), last_step, degraded, measured, plan,
+            Disturbance((x, y), bool(disturbed), round(quiet)),
         )  # fmt: skip
 
 

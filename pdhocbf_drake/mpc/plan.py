@@ -28,9 +28,10 @@ class Reason(IntEnum):
     @property
     def planned(self) -> bool:
         """Whether the tick's plan is the answer of a solver."""
-        return not Reason.INFEASIBLE <= self <= Reason.NOT_OPTIMAL
+        return self not in _NO_PLAN
 
 
+_NO_PLAN = Reason.INFEASIBLE, Reason.NOT_OPTIMAL
 _NOTHING = np.zeros((2, 0))
 _NOTHING.flags.writeable = False
 
@@ -66,7 +67,7 @@ class Plan(NamedTuple):
     @property
     def slack(self) -> float:
         """The barriers' largest slack [m/s]."""
-        return float(self.slacks.max(initial=0.0))
+        return max([0.0, *self.slacks.tolist()])
 
     def of_disturbed(self, why: Reason) -> Plan:
         """The same as the plan of a disturbed walk, for the reason `why`, unless its own one is worse."""

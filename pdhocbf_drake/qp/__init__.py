@@ -22,7 +22,8 @@ DAQP (active set, exact to rounding) or Clarabel (interior point, independent); 
 
 from pdhocbf_drake.qp.affine_map import AffineMap, QuadraticForm
 from pdhocbf_drake.qp.compiler import compile_program
-from pdhocbf_drake.qp.daqp_solver import DaqpQp, has_daqp
+from pdhocbf_drake.qp.daqp_library import has_daqp
+from pdhocbf_drake.qp.daqp_solver import DaqpQp
 from pdhocbf_drake.qp.parametric_qp import ParametricQp, QpResult
 from pdhocbf_drake.qp.solvers import ClarabelQp, QpSolver, make_solver
 

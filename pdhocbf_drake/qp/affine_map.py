@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.qp.kernels import Affine, Quadratic, Sparse, quadratic_value, write_affine
+from pdhocbf_drake.qp.kernels import Affine, Columns, Quadratic, Sparse, quadratic_value, write_affine
 
 
 def compressed(matrix: np.ndarray) -> Sparse:
@@ -15,6 +15,16 @@ def compressed(matrix: np.ndarray) -> Sparse:
     starts = np.searchsorted(places, matrix.shape[1] * np.arange(len(matrix) + 1))
     columns = places % max(matrix.shape[1], 1)
     return starts.astype(np.int32), columns.astype(np.int32), flat[places]
+
+
+def by_columns(matrix: np.ndarray) -> Columns:
+    """A dense matrix by columns, each from its first to its last entry that is not zero."""
+    used = matrix.T != 0.0
+    begun = np.logical_or.accumulate(used, axis=1)
+    kept = begun & np.logical_or.accumulate(used[:, ::-1], axis=1)[:, ::-1]
+    starts = np.concatenate([[0], np.cumsum(kept.sum(axis=1))])
+    firsts = used.shape[1] - begun.sum(axis=1)
+    return starts.astype(np.int32), firsts.astype(np.int32), matrix.T[kept]
 
 
 def generic_point(count: int) -> np.ndarray:

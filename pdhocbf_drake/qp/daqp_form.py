@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.qp.affine_map import AffineMap, compressed, generic_point
+from pdhocbf_drake.qp.affine_map import AffineMap, by_columns, compressed, generic_point
 from pdhocbf_drake.qp.kernels import EQUALITY, SOFT, Sparse
 from pdhocbf_drake.qp.parametric_qp import ParametricQp
 
@@ -70,7 +70,8 @@ class DaqpForm:
         bounds: l(θ), then u(θ), of these rows.
         slacks: what was left out. softened: the rows that they soften, as places in `order`.
         senses: DAQP's senses of the rows without a guess of the active set, shape (m,).
-        to_limits: the constant arguments of `kernels.write_limits`. to_decisions: those of `write_decisions`.
+        to_limits, to_decisions, to_slacks: the constant arguments of `kernels.write_limits`, `write_decisions` and
+            `write_slacks`.
 
     Raises:
         InputError: the bound rows don't form an invertible square matrix, or the cost is not strictly convex.
@@ -100,15 +101,28 @@ class DaqpForm:
         gradient = AffineMap(inverse.T @ qp.linear.offset[self.hard], _cleaned(inverse.T @ qp.linear.matrix[self.hard]))
         lower, upper = qp.lower.rows(self.order), qp.upper.rows(self.order)
         self.bounds = lower.stacked(upper)
-        rows = compressed(_cleaned(self.rows.copy()))
+        rows = by_columns(_cleaned(self.rows.copy()))
         self.to_limits = (gradient.arrays, self.bounds.arrays, root, rows, qp.constant.arrays)
         self.to_decisions = (root, compressed(inverse), self.hard, self.order)
+        self.to_slacks = (rows, self.softened, self.slacks.columns, self.slacks.linear, self.slacks.quadratic)
 
         theta = generic_point(lower.parameters)
         equal = (lower.offset == upper.offset) & (lower(theta) == upper(theta))
         self.senses = np.zeros(len(self.order), dtype=np.int32)
         self.senses[self.softened] = SOFT
         self.senses[equal] = EQUALITY
+
+    @property
+    def wide_limits(self) -> np.ndarray:
+        """Upper limits, and with the other sign lower ones, that don't contradict each other at any θ, (m,)."""
+        return np.where(self.senses == EQUALITY, 0.0, 1e30)
+
+    @property
+    def soft_weights(self) -> tuple[np.ndarray, np.ndarray]:
+        """1/quadratic and linear for the soft rows, zero for the others, shape (m,) each."""
+        rho, linear = np.zeros(len(self.order)), np.zeros(len(self.order))
+        rho[self.softened], linear[self.softened] = 1.0 / self.slacks.quadratic, self.slacks.linear
+        return rho, linear
 
 
 def _root(hessian: np.ndarray) -> Sparse:

@@ -1,24 +1,25 @@
-"""A parametric quadratic program in a persistent DAQP workspace, warm-started by a guessed active set."""
+"""A parametric quadratic program solved by DAQP, warm-started by a guessed active set."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.qp.affine_map import check_parameters
 from pdhocbf_drake.qp.daqp_form import DaqpForm
-from pdhocbf_drake.qp.kernels import EQUALITY, is_finite, write_decisions, write_limits, write_senses
+from pdhocbf_drake.qp.daqp_library import is_usable
+from pdhocbf_drake.qp.daqp_packed import PackedQp
+from pdhocbf_drake.qp.kernels import solve_packed, solve_two
 from pdhocbf_drake.qp.parametric_qp import ParametricQp, QpResult
 
-try:
-    import daqp
-except ImportError:
-    daqp = None
+if TYPE_CHECKING:
+    from pdhocbf_drake.qp.daqp_steps import DaqpSteps
 
-_SETTINGS = {"primal_tol": 1e-10, "dual_tol": 1e-10, "iter_limit": 2000}
-_INFEASIBLE, _SOFTENED, _DEPENDENT = -1, 2, -6
+_INFEASIBLE = -1
 _MESSAGES = {
     -1: "infeasible",
     -2: "cycling",
@@ -27,23 +28,21 @@ _MESSAGES = {
     -5: "not convex",
     -6: "overdetermined set",
 }
+_NO_GUESS = np.zeros(0)
 
-Outcome = tuple[int, np.ndarray, np.ndarray]
-"""DAQP's exit flag, y and the multipliers; see `DaqpForm`."""
-
-
-def has_daqp() -> bool:
-    """Whether the package `daqp` is installed."""
-    return daqp is not None
+Arguments = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+"""θ, the guess (empty for none), and room for the decisions and for the flags of the rows."""
 
 
 class DaqpQp:
     """Solves a `ParametricQp` at many θ in the coordinates of `DaqpForm`.
 
-    `solve` calls `prepare`, `start_from`, `factorize`, `iterate` and `result`, public so that each can be timed.
+    A solve is one compiled call that calls DAQP. Where it can't (see `daqp_library`), `steps` does the same through
+    `daqp.Model`, with the same answer to the last bit.
 
     Attributes:
-        core_seconds, iterations: of DAQP's last solve, the seconds by its own clock.
+        packed: the program as that call needs it; None where a solve goes in steps.
+        steps: the solve in steps.
 
     Raises:
         InputError: as `DaqpForm`, or DAQP refuses the program.
@@ -57,33 +56,35 @@ class DaqpQp:
             guess_rows: for each row of A, the index in `guess` of its guessed activity (None: its own index). Serves
                 where consecutive solves are of different programs whose rows correspond, as over a moving horizon.
         """
-        self.qp, self.core_seconds, self.iterations = qp, 0.0, 0
+        self.qp, self._made_from = qp, (qp, bound_rows, guess_rows)
         self._form = form = DaqpForm(qp, bound_rows)
         self._guess_from = form.order if guess_rows is None else guess_rows[form.order]
         self._guess_length = int(self._guess_from.max(initial=-1)) + 1
-        self._to_limits, self._to_decisions = form.to_limits, form.to_decisions
         (self._rows, self._decisions), self._parameters = qp.A.shape, qp.linear.parameters
-        n = len(form.hard)
-        self._optimum, self._product, self._limits = np.zeros(n), np.zeros(n), form.bounds.offset.copy()
-        self._low, self._high = np.split(self._limits, 2)
-        self._senses, self._guessed = form.senses, form.senses.copy()
-        self._softened_rows = np.vstack([np.eye(len(form.order) - len(form.rows), n), form.rows])[form.softened]
-        self._model = self._set_up()
-
-    def _set_up(self) -> daqp.Model:
-        form, slacks = self._form, self._form.slacks
-        model = daqp.Model()
-        model.settings = _SETTINGS
-        # The bounds at one θ may contradict each other, so set up with bounds that don't.
-        wide = np.where(form.senses == EQUALITY, 0.0, 1e30)
-        flag, _ = model.setup(form.hessian, None, np.ascontiguousarray(form.rows), wide, -wide, form.senses)
+        self.packed = PackedQp(form, self._guess_from) if is_usable() else None
+        flag = self.steps.flag if self.packed is None else self.packed.workspace.flag
         if flag < 0:
             raise InputError(f"the compiled program can't be set up in DAQP: {_message(flag)}")
-        if len(form.softened):
-            rho, linear = np.zeros(len(form.order)), np.zeros(len(form.order))
-            rho[form.softened], linear[form.softened] = 1.0 / slacks.quadratic, slacks.linear
-            model.soft_weights(rho_l=rho, rho_u=rho, w_l=linear, w_u=linear)
-        return model
+
+    def __reduce__(self) -> tuple[type[DaqpQp], tuple[ParametricQp, Sequence[str], np.ndarray | None]]:
+        """A copy is set up anew: DAQP's memory can't be copied."""
+        return DaqpQp, self._made_from
+
+    @cached_property
+    def steps(self) -> DaqpSteps:
+        from pdhocbf_drake.qp.daqp_steps import DaqpSteps  # here, since daqp may not be installed
+
+        return DaqpSteps(self._form, self._guess_from)
+
+    @property
+    def iterations(self) -> int:
+        """Of the last solve."""
+        return self.steps.iterations if self.packed is None else self.packed.workspace.iterations
+
+    @property
+    def core_seconds(self) -> float:
+        """Of the last solve, by DAQP's own clock."""
+        return self.steps.seconds if self.packed is None else self.packed.workspace.seconds
 
     def solve(self, theta: np.ndarray, guess: np.ndarray | None = None) -> QpResult:
         """Solves at θ, from the active set of an earlier result (`QpResult.active`), which never changes the answer.
@@ -91,57 +92,41 @@ class DaqpQp:
         Raises:
             InputError: θ has another length than the parameters, or the guess is too short for `guess_rows`.
         """
+        given = self.arguments(theta, guess)
+        if self.packed is None:
+            return answer(given, *self.steps.solve(*given))
+        return answer(given, *solve_packed(*self.packed.arrays, *given))
+
+    def arguments(self, theta: np.ndarray, guess: np.ndarray | None) -> Arguments:
+        """What one solve reads and writes, checked, since machine code would read and write beyond it."""
         check_parameters(theta, self._parameters)
-        least = self.prepare(theta)
-        self.start_from(guess)
-        outcome = self.iterate() if (flag := self.factorize()) >= 0 else self._failure(flag)
-        if outcome[0] < 0 and guess is not None:
-            return self.solve(theta)
-        return self.result(least, outcome)
-
-    def prepare(self, theta: np.ndarray) -> float:
-        """Computes z° and the limits on R y at θ; returns the cost at z°."""
-        return write_limits(*self._to_limits, theta, self._optimum, self._limits)
-
-    def start_from(self, guess: np.ndarray | None) -> None:
-        """Takes the guessed active set as the one to start from; None: equalities alone."""
         if guess is None:
-            self._start = self._senses
-            return
-        if len(guess) < self._guess_length:  # beyond which machine code would read
+            guess = _NO_GUESS
+        elif len(guess) < self._guess_length:
             raise InputError(f"a guess must have {self._guess_length} entries at least, given {len(guess)}")
-        write_senses(guess, self._guess_from, self._senses, self._guessed)
-        self._start = self._guessed
+        return theta, guess, np.empty(self._decisions), np.empty(self._rows)
 
-    def factorize(self) -> int:
-        """Hands the limits and the active set to DAQP, which factorizes it; returns its exit flag."""
-        return self._model.update(bupper=self._high, blower=self._low, sense=self._start)
 
-    def iterate(self) -> Outcome:
-        """Runs DAQP from the active set that it has factorized."""
-        y, _, flag, info = self._model.solve()
-        self.core_seconds, self.iterations = info["solve_time"], info["iterations"]
-        if flag > 0 and not is_finite(y):  # which DAQP calls optimal: the guess held rows that depend on each other
-            return self._failure(_DEPENDENT)
-        return flag, y, info["lam"]
+def solve_both(
+    first: DaqpQp, second: DaqpQp, theta: Sequence[np.ndarray], guess: Sequence[np.ndarray | None]
+) -> tuple[QpResult, QpResult]:
+    """What `solve` of each gives, in one compiled call where that can be.
 
-    def _failure(self, flag: int) -> Outcome:
-        return flag, np.zeros(len(self._optimum)), np.zeros(len(self._senses))
+    Raises:
+        InputError: as `DaqpQp.solve`.
+    """
+    if first.packed is None or second.packed is None:
+        return first.solve(theta[0], guess[0]), second.solve(theta[1], guess[1])
+    given, given_2 = first.arguments(theta[0], guess[0]), second.arguments(theta[1], guess[1])
+    flag, cost, flag_2, cost_2 = solve_two(*first.packed.arrays, *given, *second.packed.arrays, *given_2)
+    return answer(given, flag, cost), answer(given_2, flag_2, cost_2)
 
-    def result(self, least: float, outcome: Outcome) -> QpResult:
-        """The answer in w and the rows of A, from the cost at z° and DAQP's outcome."""
-        flag, y, multipliers = outcome
-        decisions, active = np.zeros(self._decisions), np.zeros(self._rows)
-        cost = least + write_decisions(
-            *self._to_decisions, self._optimum, y, multipliers, decisions, active, self._product
-        )
-        if flag == _SOFTENED:
-            slacks, softened, values = self._form.slacks, self._form.softened, self._softened_rows @ y
-            slack = np.maximum(0.0, np.maximum(self._low[softened] - values, values - self._high[softened]))
-            decisions[slacks.columns] = slack
-            cost += float(slack @ (slacks.linear + 0.5 * slacks.quadratic * slack))
-        status = "optimal" if flag > 0 else _message(flag)
-        return QpResult(flag > 0, decisions, cost, active, flag == _INFEASIBLE, status)
+
+def answer(given: Arguments, flag: int, cost: float) -> QpResult:
+    """DAQP's flag and the cost with the arrays that a solve has written."""
+    _, _, decisions, active = given
+    ok = flag > 0
+    return QpResult(ok, decisions, cost, active, flag == _INFEASIBLE, "optimal" if ok else _message(flag))
 
 
 def _message(flag: int) -> str:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from numba import types
 
 from pdhocbf_drake.jit import compiled
 
@@ -15,11 +16,40 @@ columns[starts[i] : starts[i + 1]]."""
 Affine: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """The map offset + M θ: offset, then M as in `Sparse`."""
 
+Columns: TypeAlias = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""A matrix by columns, each from its first to its last entry that is not zero: starts, firsts, values. Column j has
+values[starts[j] : starts[j + 1]] in the rows from firsts[j] on."""
+
 Quadratic: TypeAlias = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """The form c + Σ θ_i (r_i + ½ Σ_j R_ij θ_j): c, the indices i that occur, then the map r + ½ R θ as in `Affine`."""
 
 ACTIVE_UPPER, ACTIVE_LOWER, EQUALITY, SOFT = 1, 3, 5, 8
 """What DAQP calls the sense of a constraint; bits of one integer."""
+
+NEW_LIMITS_AND_SENSES = 8 + 16
+"""What DAQP is to read anew: bits of one integer."""
+
+OPTIMAL_SOFTENED, DEPENDENT = 2, -6
+"""DAQP's flags for an optimum that violates soft rows, and for a working set of rows that depend on each other."""
+
+WORKSPACE, PROBLEM, RESULT, FLAG = range(4)
+"""The first of `PackedQp.places`: addresses of DAQP's structures, and where its flag lies among the integers."""
+
+# Then, for each array, where it begins and ends among the real numbers,
+(
+    GRADIENT, GRADIENT_VALUES, BOUNDS, BOUNDS_VALUES, ROOT_VALUES, ROWS_VALUES, CONSTANT, CONSTANT_VECTOR,
+    CONSTANT_VALUES, INVERSE_VALUES, SLACK_LINEAR, SLACK_QUADRATIC, OPTIMUM, PRODUCT, BEYOND, LIMITS, Y, MULTIPLIERS,
+) = range(4, 40, 2)  # fmt: skip
+# or among the integers.
+(
+    STRUCTURES, GRADIENT_STARTS, GRADIENT_COLUMNS, BOUNDS_STARTS, BOUNDS_COLUMNS, ROOT_STARTS, ROOT_COLUMNS,
+    ROWS_STARTS, ROWS_FIRSTS, CONSTANT_USED, CONSTANT_STARTS, CONSTANT_COLUMNS, INVERSE_STARTS, INVERSE_COLUMNS,
+    HARD, ORDER, SOFTENED, SLACK_COLUMNS, GUESS_FROM, COLD, SENSES,
+) = range(40, 82, 2)  # fmt: skip
+
+daqp_update_ldp: Any = types.ExternalFunction("daqp_update_ldp", types.int32(types.int32, types.intp, types.intp))
+daqp_solve: Any = types.ExternalFunction("daqp_solve", types.void(types.intp, types.intp))
+"""DAQP's functions, see `daqp_library`."""
 
 
 @compiled
@@ -32,6 +62,20 @@ def write_affine(
         for k in range(starts[row], starts[row + 1]):
             total += values[k] * theta[columns[k]]
         out[row] = total
+
+
+@compiled
+def write_product(
+    starts: np.ndarray, firsts: np.ndarray, values: np.ndarray, vector: np.ndarray, out: np.ndarray
+) -> None:
+    """Writes the product of a matrix by columns with a vector into `out`, its terms in the order of the columns."""
+    for i in range(len(out)):
+        out[i] = 0.0
+    for j in range(len(firsts)):
+        column, factor = values[starts[j] : starts[j + 1]], vector[j]
+        rows = out[firsts[j] : firsts[j] + len(column)]
+        for i in range(len(column)):
+            rows[i] += column[i] * factor
 
 
 @compiled
@@ -72,8 +116,8 @@ def write_senses(guess: np.ndarray, source: np.ndarray, cold: np.ndarray, out: n
 
 @compiled
 def write_limits(
-    gradient: Affine, bounds: Affine, root: Sparse, rows: Sparse, constant: Quadratic, theta: np.ndarray,
-    optimum: np.ndarray, limits: np.ndarray,
+    gradient: Affine, bounds: Affine, root: Sparse, rows: Columns, constant: Quadratic, theta: np.ndarray,
+    optimum: np.ndarray, beyond: np.ndarray, limits: np.ndarray,
 ) -> float:  # fmt: skip
     """Writes z° = −(L Lᵀ)⁻¹ g(θ) into `optimum` and [l(θ) − R z°, u(θ) − R z°] into `limits`; see `DaqpForm`.
 
@@ -81,6 +125,7 @@ def write_limits(
         gradient: g. bounds: l, then u, shape (2m,).
         root: L, the diagonal last in each row.
         rows: R without its first rows, which are those of the identity.
+        beyond: work space, filled with those rows times z°.
         constant: the part of the cost that depends on θ alone.
 
     Returns:
@@ -102,13 +147,10 @@ def write_limits(
         for k in range(starts[i], last):
             optimum[columns[k]] -= values[k] * optimum[i]
     write_affine(bounds[0], bounds[1], bounds[2], bounds[3], theta, limits)
-    starts, columns, values = rows
-    simple = m - (len(starts) - 1)
+    write_product(rows[0], rows[1], rows[2], optimum, beyond)
+    simple = m - len(beyond)
     for i in range(m):
-        at = optimum[i] if i < simple else 0.0
-        if i >= simple:
-            for k in range(starts[i - simple], starts[i - simple + 1]):
-                at += values[k] * optimum[columns[k]]
+        at = optimum[i] if i < simple else beyond[i - simple]
         limits[i] -= at
         limits[m + i] -= at
     return least
@@ -148,6 +190,151 @@ def write_decisions(
     for value in product:
         cost += 0.5 * value * value
     return cost
+
+
+@compiled
+def write_slacks(
+    rows: Columns, softened: np.ndarray, columns: np.ndarray, linear: np.ndarray, quadratic: np.ndarray, y: np.ndarray,
+    beyond: np.ndarray, limits: np.ndarray, decisions: np.ndarray,
+) -> float:  # fmt: skip
+    """Writes by how much y violates each soft row into decisions[columns].
+
+    Args:
+        rows, beyond: as in `write_limits`.
+        softened: the soft rows. linear, quadratic: cost of a violation s: linear · s + ½ quadratic · s².
+        limits: of all rows, the lower ones first.
+
+    Returns:
+        The cost of the violations.
+    """
+    write_product(rows[0], rows[1], rows[2], y, beyond)
+    m, cost = len(limits) // 2, 0.0
+    simple = m - len(beyond)
+    for i in range(len(softened)):
+        row = softened[i]
+        value = y[row] if row < simple else beyond[row - simple]
+        slack = max(0.0, limits[row] - value, value - limits[m + row])
+        decisions[columns[i]] = slack
+        cost += slack * (linear[i] + 0.5 * quadratic[i] * slack)
+    return cost
+
+
+@compiled
+def solve_packed(
+    reals: np.ndarray, integers: np.ndarray, places: np.ndarray, theta: np.ndarray, guess: np.ndarray,
+    decisions: np.ndarray, active: np.ndarray,
+) -> tuple[int, float]:  # fmt: skip
+    """Solves a program at θ in one call, as `DaqpQp.solve_in_steps` does.
+
+    Args:
+        reals, integers, places: see `PackedQp`.
+        guess: flags of the active set to start from; empty for none.
+        decisions, active: written where there is an optimum, as in `QpResult`, else zero.
+
+    Returns:
+        DAQP's flag, and the cost.
+    """
+    at = places
+    root = (
+        integers[at[ROOT_STARTS] : at[ROOT_STARTS + 1]],
+        integers[at[ROOT_COLUMNS] : at[ROOT_COLUMNS + 1]],
+        reals[at[ROOT_VALUES] : at[ROOT_VALUES + 1]],
+    )
+    rows = (
+        integers[at[ROWS_STARTS] : at[ROWS_STARTS + 1]],
+        integers[at[ROWS_FIRSTS] : at[ROWS_FIRSTS + 1]],
+        reals[at[ROWS_VALUES] : at[ROWS_VALUES + 1]],
+    )
+    optimum, y = reals[at[OPTIMUM] : at[OPTIMUM + 1]], reals[at[Y] : at[Y + 1]]
+    beyond, limits = reals[at[BEYOND] : at[BEYOND + 1]], reals[at[LIMITS] : at[LIMITS + 1]]
+    cost = write_limits(
+        (
+            reals[at[GRADIENT] : at[GRADIENT + 1]],
+            integers[at[GRADIENT_STARTS] : at[GRADIENT_STARTS + 1]],
+            integers[at[GRADIENT_COLUMNS] : at[GRADIENT_COLUMNS + 1]],
+            reals[at[GRADIENT_VALUES] : at[GRADIENT_VALUES + 1]],
+        ),
+        (
+            reals[at[BOUNDS] : at[BOUNDS + 1]],
+            integers[at[BOUNDS_STARTS] : at[BOUNDS_STARTS + 1]],
+            integers[at[BOUNDS_COLUMNS] : at[BOUNDS_COLUMNS + 1]],
+            reals[at[BOUNDS_VALUES] : at[BOUNDS_VALUES + 1]],
+        ),
+        root,
+        rows,
+        (
+            reals[at[CONSTANT]],
+            integers[at[CONSTANT_USED] : at[CONSTANT_USED + 1]],
+            reals[at[CONSTANT_VECTOR] : at[CONSTANT_VECTOR + 1]],
+            integers[at[CONSTANT_STARTS] : at[CONSTANT_STARTS + 1]],
+            integers[at[CONSTANT_COLUMNS] : at[CONSTANT_COLUMNS + 1]],
+            reals[at[CONSTANT_VALUES] : at[CONSTANT_VALUES + 1]],
+        ),
+        theta,
+        optimum,
+        beyond,
+        limits,
+    )
+    cold, senses = integers[at[COLD] : at[COLD + 1]], integers[at[SENSES] : at[SENSES + 1]]
+    guess_from = integers[at[GUESS_FROM] : at[GUESS_FROM + 1]]
+    decisions[:] = 0.0
+    active[:] = 0.0
+    flag, attempts = np.int32(-1), 2 if len(guess) else 1
+    while flag < 0 and attempts:
+        if attempts == 2:
+            write_senses(guess, guess_from, cold, senses)
+        else:
+            senses[:] = cold
+        flag = daqp_update_ldp(NEW_LIMITS_AND_SENSES, at[WORKSPACE], at[PROBLEM])
+        if flag >= 0:
+            daqp_solve(at[RESULT], at[WORKSPACE])
+            flag = np.int32(integers[at[FLAG]])
+            if flag > 0 and not is_finite(y):
+                flag = np.int32(DEPENDENT)
+        attempts -= 1
+    if flag > 0:
+        cost += write_decisions(
+            root,
+            (
+                integers[at[INVERSE_STARTS] : at[INVERSE_STARTS + 1]],
+                integers[at[INVERSE_COLUMNS] : at[INVERSE_COLUMNS + 1]],
+                reals[at[INVERSE_VALUES] : at[INVERSE_VALUES + 1]],
+            ),
+            integers[at[HARD] : at[HARD + 1]],
+            integers[at[ORDER] : at[ORDER + 1]],
+            optimum,
+            y,
+            reals[at[MULTIPLIERS] : at[MULTIPLIERS + 1]],
+            decisions,
+            active,
+            reals[at[PRODUCT] : at[PRODUCT + 1]],
+        )
+    if flag == OPTIMAL_SOFTENED:
+        cost += write_slacks(
+            rows,
+            integers[at[SOFTENED] : at[SOFTENED + 1]],
+            integers[at[SLACK_COLUMNS] : at[SLACK_COLUMNS + 1]],
+            reals[at[SLACK_LINEAR] : at[SLACK_LINEAR + 1]],
+            reals[at[SLACK_QUADRATIC] : at[SLACK_QUADRATIC + 1]],
+            y,
+            beyond,
+            limits,
+            decisions,
+        )
+    return int(flag), cost
+
+
+@compiled
+def solve_two(
+    reals: np.ndarray, integers: np.ndarray, places: np.ndarray, theta: np.ndarray, guess: np.ndarray,
+    decisions: np.ndarray, active: np.ndarray,
+    reals_2: np.ndarray, integers_2: np.ndarray, places_2: np.ndarray, theta_2: np.ndarray, guess_2: np.ndarray,
+    decisions_2: np.ndarray, active_2: np.ndarray,
+) -> tuple[int, float, int, float]:  # fmt: skip
+    """`solve_packed` of one program, then of a second one, which may be the same."""
+    flag, cost = solve_packed(reals, integers, places, theta, guess, decisions, active)
+    flag_2, cost_2 = solve_packed(reals_2, integers_2, places_2, theta_2, guess_2, decisions_2, active_2)
+    return flag, cost, flag_2, cost_2
 
 
 @compiled

@@ -16,7 +16,8 @@ from pydrake.solvers import (
 )
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.qp.daqp_solver import DaqpQp, has_daqp
+from pdhocbf_drake.qp.daqp_library import has_daqp
+from pdhocbf_drake.qp.daqp_solver import DaqpQp, solve_both
 from pdhocbf_drake.qp.parametric_qp import ParametricQp, QpResult
 
 _ACTIVE_MARGIN = 1e-7  # a row this near to its bound counts as active
@@ -44,6 +45,20 @@ def make_solver(
     if name not in ("daqp", "clarabel"):
         raise InputError(f"solver {name!r}: choose daqp or clarabel")
     return DaqpQp(qp, bound_rows, guess_rows) if name == "daqp" and has_daqp() else ClarabelQp(qp)
+
+
+def solve_axes(
+    solvers: Sequence[QpSolver], theta: Sequence[np.ndarray], guess: Sequence[np.ndarray | None]
+) -> tuple[QpResult, QpResult]:
+    """What two solvers, which may be the same, answer at a θ and from a guess each; DAQP needs one call for both.
+
+    Raises:
+        InputError: as their `solve`.
+    """
+    first, second = solvers
+    if isinstance(first, DaqpQp) and isinstance(second, DaqpQp):
+        return solve_both(first, second, theta, guess)
+    return first.solve(theta[0], guess[0]), second.solve(theta[1], guess[1])
 
 
 class ClarabelQp:

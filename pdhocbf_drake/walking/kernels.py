@@ -35,6 +35,46 @@ def write_box(
 
 
 @compiled
+def write_references(
+    A: np.ndarray, B: np.ndarray, eta: float, state: np.ndarray, zmp_velocity: np.ndarray, following: np.ndarray,
+    out: np.ndarray,
+) -> None:  # fmt: skip
+    """Writes A s + B u of both axes, and what follows for the robot.
+
+    Args:
+        eta: of the tick that follows [1/s²].
+        out: x, ẋ, ẍ, y, ẏ, ÿ of the CoM, then the ZMP's x, ẋ, y, ẏ, (10,).
+    """
+    write_following(A, B, state, zmp_velocity, following)
+    for axis in range(2):
+        c, v, p = following[axis, 0], following[axis, 1], following[axis, 2]
+        out[3 * axis], out[3 * axis + 1], out[3 * axis + 2] = c, v, eta * (c - p)
+        out[6 + 2 * axis], out[7 + 2 * axis] = p, zmp_velocity[axis]
+
+
+@compiled
+def write_foot_plan(
+    swinging: int, stands_after: bool, stance: np.ndarray, footholds: np.ndarray, feet: np.ndarray, out: np.ndarray
+) -> None:
+    """Writes where the feet stand and where they go, for one step.
+
+    Args:
+        swinging: the foot that swings, 0 left, 1 right, −1 none.
+        stands_after: whether both feet stand side by side in the next step: then they frame its centre.
+        stance: centres of the last and of this step per axis, (2, 2). footholds: of the coming ones, (2, n_f).
+        feet: left, then right, (2, 2).
+        out: centres of the last, this and the next two steps; then for each foot its start and its end, (16,).
+    """
+    for axis in range(2):
+        for i in range(2):
+            out[2 * i + axis], out[4 + 2 * i + axis] = stance[axis, i], footholds[axis, i]
+            out[8 + 4 * i + axis] = out[10 + 4 * i + axis] = feet[i, axis]
+        if swinging >= 0:
+            landing = footholds[axis, 0]
+            out[10 + 4 * swinging + axis] = 2.0 * landing - stance[axis, 1] if stands_after else landing
+
+
+@compiled
 def least_jerk(
     position: float, velocity: float, acceleration: float, end: float, remaining: float
 ) -> tuple[float, float, float, float, float, float]:

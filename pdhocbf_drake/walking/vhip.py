@@ -9,7 +9,7 @@ import numpy as np
 from pdhocbf_drake.barriers.checks import finite_array, finite_number, shown
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.walking.kernels import write_following
+from pdhocbf_drake.walking.kernels import write_following, write_references
 
 Flow = Literal["euler", "exact"]
 
@@ -47,6 +47,8 @@ class Vhip:
         self.A = np.array([a for a, _ in pairs])
         self.B = np.array([b for _, b in pairs])
         self.system = PeriodicAffineSystem(self.A, self.B[:, :, None])
+        self._eta: list[float] = self.eta.tolist()
+        self._of_phase = [*zip(self.A, self.B, strict=True)]
         self._predictions: dict[int, tuple[np.ndarray, np.ndarray]] = {}
 
     def step(self, tick: int, state: np.ndarray, zmp_velocity: float) -> np.ndarray:
@@ -57,8 +59,16 @@ class Vhip:
     def step_axes(self, tick: int, state: np.ndarray, zmp_velocity: np.ndarray) -> np.ndarray:
         """s(k + 1) of both axes from s(k), shape (2, 3), under ZMP velocities (2,) [m/s]."""
         phase, following = tick % self.period, np.empty((2, 3))
-        write_following(self.A[phase], self.B[phase], state, zmp_velocity, following)
+        write_following(*self._of_phase[phase], state, zmp_velocity, following)
         return following
+
+    def references(self, tick: int, state: np.ndarray, zmp_velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`step_axes`; and x, ẋ, ẍ, y, ẏ, ÿ of the CoM and x, ẋ, y, ẏ of the ZMP at k + 1, shape (10,)."""
+        phase, following, references = tick % self.period, np.empty((2, 3)), np.empty(10)
+        eta = self._eta[(phase + 1) % self.period]
+        A, B = self._of_phase[phase]
+        write_references(A, B, eta, state, zmp_velocity, following, references)
+        return following, references
 
     def prediction(self, tick: int, horizon: int) -> tuple[np.ndarray, np.ndarray]:
         """Φ (H + 1, 3, 3) and Γ (H + 1, 3, H), read-only, with s(k + i) = Φ_i s(k) + Γ_i [u(k), …, u(k + H − 1)]."""

@@ -39,4 +39,8 @@ class Footholds(Term):
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
         here, most = tick.here[self.axis], self._correction
-        theta[self.places["target"]] += here + min(max(tick.ahead.centre[self.axis] - here, -most), most)
+        away = tick.ahead.centre[self.axis] - here
+        shift = here + (most if away > most else -most if away < -most else away)
+        targets = self.places["target"]
+        for place in range(targets.start, targets.stop):  # a few numbers, faster one by one
+            theta[place] += shift

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from pdhocbf_drake.qp import DaqpQp
+from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.bench.recording import AXES, Tick, now, record, solve, theta, time_routes, typical
@@ -15,22 +16,22 @@ from pdhocbf_drake.studies.bench.routes import daqp_solvers, ours
 
 TIMED = 120  # ticks
 STEP = 0.4  # duration of a step, however many ticks it has [s]
-_PARTS = ("theta", "bounds", "guess", "update", "core", "call", "decisions")
+_PARTS = ("theta", "call", "core")
 
 
 def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
     """Seconds of a tick (both axes, medians over the ticks of each tick's median over the passes).
 
-    "theta" is the parameters' assembly; "bounds" their map, with the optimum without constraints; "guess" the warm
-    start; "update" hands vectors to DAQP, which factorizes the guessed active set; "core" is DAQP's own clock, "call"
-    the time that its Python interface adds; "decisions" the map to w, with cost and flags; "plan" the rest.
+    "theta" is the parameters' assembly. "core" is DAQP's own clock, "call" the rest of the compiled call in which it
+    solves both axes: limits at θ, the guessed active set, which DAQP factorizes, and the way back to w, cost and flags.
+    "plan" is the rest of the tick.
     """
     solvers = daqp_solvers(walk)
     rows = np.empty((passes, len(ticks), len(_PARTS) + 1))
     for number in range(passes):
         for i, given in enumerate(ticks):
             phase = given.tick % walk.gait.period
-            spent = np.sum([_axis(solvers[axis][phase], walk, given, axis) for axis in AXES], axis=0)
+            spent = _own(solvers[0][phase], solvers[1][phase], walk, given)
             start = now()
             solve(walk.mpc, given)
             rows[number, i] = [*spent, now() - start]
@@ -39,24 +40,16 @@ def parts(walk: Walk, ticks: Sequence[Tick], passes: int) -> dict[str, float]:
     return {**table, "plan": table["whole"] - sum(medians[:-1])}
 
 
-def _axis(solver: DaqpQp, walk: Walk, given: Tick, axis: int) -> np.ndarray:
-    """Seconds of each of `_PARTS` on one axis."""
-    clock, active = now, given.guess(axis)
-    times = [clock()]
-    parameters = theta(walk.mpc, given, axis)
-    times.append(clock())
-    least = solver.prepare(parameters)
-    times.append(clock())
-    solver.start_from(active)
-    times.append(clock())
-    solver.factorize()
-    times.append(clock())
-    outcome = solver.iterate()
-    times.append(clock())
-    solver.result(least, outcome)
-    times.append(clock())
-    spent, core = np.diff(times), solver.core_seconds
-    return np.array([*spent[:4], core, spent[4] - core, spent[5]])
+def _own(x: DaqpQp, y: DaqpQp, walk: Walk, given: Tick) -> tuple[float, float, float]:
+    """Seconds of each of `_PARTS`."""
+    clock, guesses = now, [given.guess(axis) for axis in AXES]
+    start = clock()
+    parameters = [theta(walk.mpc, given, axis) for axis in AXES]
+    assembled = clock()
+    solve_axes([x, y], parameters, guesses)
+    solved = clock()
+    core = x.core_seconds + y.core_seconds
+    return assembled - start, solved - assembled - core, core
 
 
 def grow(cases: list[tuple[int, int]], passes: int) -> list[dict[str, Any]]:

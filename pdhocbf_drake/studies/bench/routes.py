@@ -42,8 +42,8 @@ def core(walk: Walk) -> Seconds:
         for axis in AXES:
             solver = solvers[axis][given.tick % len(solvers[axis])]
             parameters = theta(walk.mpc, given, axis)
-            start = now()
-            solver.prepare(parameters)
+            steps, start = solver.steps, now()
+            steps.prepare(parameters)
             total += now() - start
             solver.solve(parameters, given.guess(axis))
             total += solver.core_seconds
