@@ -12,9 +12,10 @@ Below them the controller shifts its last plan; and a walk that stays degraded c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.terms.term import Term
@@ -56,15 +57,13 @@ class ProgramCache:
     share programs and solvers, which carry nothing from one solve to the next that would change an answer.
     """
 
-    def __init__(self) -> None:
-        self._kept: dict[Hashable, Compiled] = {}
+    def __init__(self, most: int | None = None) -> None:
+        """Keeps the programs of the last `most` axes; None keeps all."""
+        self._kept = Kept[Compiled](most)
 
     def compiled(self, problem: AxisProblem) -> Compiled:
         """The programs of one axis, each compiled when it is first asked for."""
-        key = problem.key
-        if key not in self._kept:
-            self._kept[key] = _compiled(problem)
-        return self._kept[key]
+        return self._kept.get(problem.key, lambda: _compiled(problem))
 
 
 def _compiled(problem: AxisProblem) -> Compiled:

@@ -19,6 +19,7 @@ from pdhocbf_drake.barriers import (
 )
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
@@ -59,8 +60,30 @@ class Walk:
         return [(axis, barrier.name) for axis, barrier in zip(self.axes, self.barriers, strict=True)]
 
 
-def build_walk(scenario: Scenario) -> Walk:
+class WalkParts:
+    """What several walks have in common, by what it was made from: compiled programs, and nominal walks.
+
+    Args:
+        most: how many of each are kept, the last ones asked for; None keeps all.
+    """
+
+    def __init__(self, most: int | None = None) -> None:
+        self.programs = ProgramCache(most)
+        self._nominal = Kept[np.ndarray](most)
+
+    def nominal_walk(self, scenario: Scenario, stride: float) -> np.ndarray:
+        """As `nominal_walk_of`, in an array that is not to be written into."""
+        gait = gait_of(scenario, stride)
+        key = gait.config.model_dump_json(), scenario.mpc.model_dump_json(exclude={"recovery"})
+        return self._nominal.get(key, lambda: nominal_walk_of(scenario, stride, self.programs))
+
+
+def build_walk(scenario: Scenario, parts: WalkParts | None = None) -> Walk:
     """The walk of a scenario.
+
+    Args:
+        scenario: the scenario.
+        parts: what other walks have in common with it; None for none.
 
     Raises:
         InputError: a gait that can't be walked, a horizon against Lemma 2, a bound on the ZMP's velocity below that of
@@ -68,18 +91,16 @@ def build_walk(scenario: Scenario) -> Walk:
     """
     gait = Gait(scenario.gait)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    cache = ProgramCache()
-    walks: dict[float, np.ndarray] = {}
+    parts = parts or WalkParts()
+    cache = parts.programs
     barriers = []
     for name, config in scenario.barriers.items():
         nominal = None
         if config.bound.follows_orbit:
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
-            if stride not in walks:
-                with _naming(name):
-                    gait_of(scenario, stride)
-                walks[stride] = nominal_walk_of(scenario, stride, cache)
-            nominal = walks[stride]
+            with _naming(name):
+                gait_of(scenario, stride)
+            nominal = parts.nominal_walk(scenario, stride)
         barriers.append(_barrier(name, config, vhip, nominal))
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)

@@ -17,6 +17,8 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import ConstantVectorSource
 
+from pdhocbf_drake.kept import Kept
+
 T = TypeVar("T")
 _WORDS = {bool: "true or false", str: "a name"}  # allowed values of a key whose default is of that type; else a number
 
@@ -51,8 +53,12 @@ def simulator_config(data: dict[str, Any]) -> SimulatorConfig:
 
 
 def completed(load: Callable[[dict[str, Any]], Any]) -> Callable[[dict[str, Any]], dict[str, Any]]:
-    """The function that returns the data of a config with Drake's defaults written out."""
-    return lambda data: _dump(load(data))
+    """The function that returns the data of a config with Drake's defaults written out.
+
+    Drake's reader takes milliseconds, and many scenarios have the same configs: the last ones are kept.
+    """
+    kept = Kept[dict[str, Any]](64)
+    return lambda data: dict(kept.get(repr(data), lambda: _dump(load(data))))
 
 
 def _load(schema: type[T], data: dict[str, Any], defaults: T) -> T:
