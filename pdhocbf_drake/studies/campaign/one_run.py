@@ -80,15 +80,18 @@ def prepared(scenario_data: dict[str, Any], parts: WalkParts) -> Walk | None:
 def main() -> None:
     """Serves the worker at the other end of standard input, until that closes or asks for no more runs.
 
-    A request is `{"run", "scenario", "fork"}`. A request for a run begins it; any other message stops it. The answer is
-    as of `run_one`, or `{"died": exit code}`.
+    A request is `{"run", "scenario", "fork"}`, and an empty message ends its run, if that has not just ended. The
+    answer is that of `run_one`, or `{"died": exit code}`.
     """
     worker, parts = Connection(os.dup(0)), WalkParts(_MOST)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # libraries may write to standard output
     with suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while worker.poll(IDLE):
-            request = json.loads(worker.recv_bytes())
+            message = worker.recv_bytes()
+            if not message:
+                continue
+            request = json.loads(message)
             run, scenario = request["run"], request["scenario"]
             if not request["fork"]:
                 threading.Thread(target=_end_with, args=(worker,), daemon=True).start()
@@ -108,7 +111,7 @@ def _forked(run: int, scenario: dict[str, Any], walk: Walk | None, worker: Conne
     answer = b""
     try:
         if worker in wait([worker, answers]):
-            worker.recv_bytes()  # stops the run; at the worker's end it raises EOFError
+            worker.recv_bytes()  # an empty message; where the worker has ended it raises EOFError
         else:
             with suppress(EOFError):  # the process died
                 answer = answers.recv_bytes()
@@ -122,9 +125,7 @@ def _forked(run: int, scenario: dict[str, Any], walk: Walk | None, worker: Conne
     return result
 
 
-def _answer(
-    run: int, scenario: dict[str, Any], walk: Walk | None, worker: Connection, answer_to: Connection
-) -> None:
+def _answer(run: int, scenario: dict[str, Any], walk: Walk | None, worker: Connection, answer_to: Connection) -> None:
     worker.close()
     threading.Thread(target=_end_with_parent, daemon=True).start()
     _name(run)

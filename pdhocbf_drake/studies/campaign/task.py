@@ -114,7 +114,7 @@ class _PreparedProcess:
         """Stops the run; where only that takes too long, the prepared process too."""
         self.reusable = False
         if forked:
-            self._place.send_bytes(b"stop")
+            self._place.send_bytes(b"")
             if self._place.poll(_STOPPING):
                 self._place.recv_bytes()
                 self.reusable = True
