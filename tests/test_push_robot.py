@@ -92,8 +92,8 @@ def test_scenarios_that_cannot_be_pushed_are_refused_in_one_sentence() -> None:
 def test_the_verb_writes_its_documented_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from pdhocbf_drake.cli.main import main
 
-    def found(work: search.Search) -> list[Impulse]:
-        return [Impulse(work.barrier, way, work.phase, 12.0 + work.phase / 10) for way in work.guesses]
+    def found(work: search.Search) -> Impulse:
+        return Impulse(work.barrier, work.direction, work.phase, 12.0 + work.phase / 10)
 
     monkeypatch.setattr(search, "search", found)
     out = tmp_path / "pushes"
@@ -117,7 +117,7 @@ def test_a_figure_that_can_not_be_written_costs_the_figure_alone(
     def full(impulses: list[Impulse], path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    monkeypatch.setattr(search, "search", lambda work: [Impulse(work.barrier, "+x", work.phase, 12.5)])
+    monkeypatch.setattr(search, "search", lambda work: Impulse(work.barrier, "+x", work.phase, 12.5))
     monkeypatch.setattr("pdhocbf_drake.studies.push.study.draw_polar", full)
     words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out"]
     assert main([*words, str(tmp_path / "pushes")]) == 1

@@ -7,7 +7,6 @@ can't fork safely itself: it keeps a prepared process that does, see `one_run`.
 from __future__ import annotations
 
 import json
-import multiprocessing
 import os
 import signal
 import socket
@@ -22,8 +21,8 @@ from typing import Any, Final
 
 from distributed import get_worker
 
-# Each core has one run, so libraries must not start further threads.
-_ONE_THREAD = {name: "1" for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")}
+from pdhocbf_drake.studies.shared.pool import ONE_THREAD, can_fork
+
 _STOPPING = 5.0  # time for a run to stop when asked to [s]
 
 DIED: Final = "died"
@@ -40,11 +39,6 @@ def perform(run: int, scenario: dict[str, Any], seconds: float, topic: str) -> d
     # Announces that the run has begun, since a worker that is killed later can't.
     worker.log_event(topic, {"run": run})
     return {**run_process(run, scenario, seconds), "worker": worker.address}
-
-
-def can_fork() -> bool:
-    """Whether processes can be forked; on macOS system libraries don't survive it."""
-    return "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin"
 
 
 def run_process(run: int, scenario: dict[str, Any], seconds: float) -> dict[str, Any]:
@@ -74,14 +68,14 @@ class _PreparedProcess:
 
     def __init__(self) -> None:
         ours, theirs = socket.socketpair()
-        self._complaints = tempfile.TemporaryFile("a+b")
+        self._complaints = tempfile.TemporaryFile("a+b")  # noqa: SIM115
         with theirs:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "pdhocbf_drake.studies.campaign.one_run"],
                 stdin=theirs,
                 stdout=self._complaints,
                 stderr=self._complaints,
-                env={**os.environ, **_ONE_THREAD},
+                env={**os.environ, **ONE_THREAD},
                 start_new_session=True,  # Ctrl-C stops the command, which then ends its runs
             )
         self._place = Connection(ours.detach())
