@@ -239,7 +239,7 @@ def test_an_h_that_is_no_number_is_not_mistaken_for_one_without_input():
     nowhere = Barrier("x", lambda k, x: NAN * x[0], 1, (0.5, 0.5))
     assert message(lambda: check_relative_degree(nowhere, SYSTEM)) == (
         'barrier "x": h or its derivative in the input is not finite at the 4 states tried; '
-        "give check_relative_degree states at which they are"
+        "give states at which they are"
     )
     # ... and states at which it is a number decide
     half = Barrier("half", lambda k, x: np.log(x[0]), 1, (0.5, 0.5))

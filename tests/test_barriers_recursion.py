@@ -86,7 +86,7 @@ def test_psi_simulates_the_dynamics_from_its_own_tick():
     """Everything by hand on a system and a barrier of different periods, 2 and 3."""
     gain = [1.0, -0.5]
     system = PeriodicAffineSystem(np.array([[[g]] for g in gain]), [[2.0]], [0.1])
-    barrier = Barrier("h", lambda k, x: (k + 1.0) - x[0] ** 2, 3, (0.25, 0.75))
+    barrier = Barrier("h", lambda k, x: (k % 3 + 1.0) - x[0] ** 2, 3, (0.25, 0.75))
     k, x, u = 5, 0.3, (0.2, -0.4)
     x1 = gain[1] * x + 2.0 * u[0] + 0.1
     x2 = gain[0] * x1 + 2.0 * u[1] + 0.1

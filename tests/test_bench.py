@@ -109,7 +109,7 @@ def test_the_bare_plant_stands_still() -> None:
     scenario = load_scenario("walking_nobarrier", SHORT)
     diagram = bare_plant(scenario, build_walk(scenario), Biped.load(scenario.robot))
     simulator = Simulator(diagram)
-    simulator.AdvanceTo(0.3)
+    simulator.AdvanceTo(1.0)
     plant = diagram.GetSubsystemByName("plant")
     state = plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()))
     assert np.abs(state[19:]).max() < 0.05

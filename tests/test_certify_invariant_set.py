@@ -108,7 +108,7 @@ def test_a_tighter_limit_never_enlarges_a_set(seed, cut):
         assert loose.enforceable
         for inner, outer in zip(tight.sets, loose.sets, strict=True):
             assert outer.violation(inner.vertices).max() < 1e-7
-            assert inner.volume() <= outer.volume() + 1e-9
+            assert inner.volume() <= outer.volume() + 1e-7  # vertices agree to 1e-7, and a set here is about 2 across
 
 
 def test_with_too_weak_an_input_there_is_no_set_and_the_phase_is_named():

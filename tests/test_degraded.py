@@ -32,7 +32,7 @@ barriers:
 
 
 @pytest.mark.parametrize("barrier", ["soft", "hard"])
-@pytest.mark.parametrize(("softened", "force"), [("forward", "[580, 0, 0]"), ("sideways", "[0, 700, 0]")])
+@pytest.mark.parametrize(("softened", "force"), [("forward", "[580, 0, 0]"), ("sideways", "[0, 850, 0]")])
 def test_of_three_barriers_the_log_names_the_softened_one(barrier: str, softened: str, force: str) -> None:
     scenario = load_scenario("vhip_nobarrier", THREE % (barrier, force))
     log = simulate(scenario)

@@ -17,6 +17,7 @@ WRITTEN = {
     "certify_a_bound": ["example_certify_1/certify.json", "example_certify_1/figures/safe_tube.png"],
     "controller_in_your_diagram": [],
     "controller_without_simulator": [],
+    "pass_a_moving_obstacle": [],
     "push_the_robot": ["example_push/push.json", "example_push/push.png"],
     "walk_and_replay": ["example_walk/metrics.json", "example_walk/replay.html", "example_walk/report.html"],
 }
@@ -26,6 +27,7 @@ SAYS = {
     "certify_a_bound": "can't be kept, no state is left at phase",
     "controller_in_your_diagram": "501 ticks, of which 0 were not simply solved",
     "controller_without_simulator": "step 9, tick  0",
+    "pass_a_moving_obstacle": "it stands, the start is in line: h ≥ 0.0000 m², 2.00 m from the goal, solved",
     "push_the_robot": "N s are survived",
     "walk_and_replay": "finished: walked 0.88 m in 4.0 s",
 }

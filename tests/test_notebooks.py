@@ -17,6 +17,7 @@ NAMES = [
     "03_walking_biped",
     "04_conservatism_and_unsafe_events",
     "05_your_own_periodic_system",
+    "06_an_obstacle_that_moves",
 ]
 
 

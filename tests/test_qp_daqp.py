@@ -46,7 +46,7 @@ def test_this_machine_solves_in_one_call() -> None:
     assert DaqpQp(compile_program(*random_program(0))).packed is not None
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(seed=SEEDS, scale=SCALES, slacks=st.booleans(), guess=st.lists(st.sampled_from([-1.0, 0.0, 1.0]), max_size=20))
 def test_one_call_gives_what_the_steps_give(seed: int, scale: float, slacks: bool, guess: list[float]) -> None:
     qp = compile_program(*random_program(seed, slacks))

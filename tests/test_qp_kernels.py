@@ -109,13 +109,14 @@ def solve_packed(random: np.random.Generator) -> tuple[Values, Values]:
     return (*answer, *ours[2:]), (*solver.steps.solve(ours[0], *theirs[1:]), *theirs[2:])
 
 
-def solve_two(random: np.random.Generator) -> tuple[Values, Values]:
+def solve_programs(random: np.random.Generator) -> tuple[Values, Values]:
     solver = DaqpQp(compile_program(*random_program(int(random.integers(100)), slacks=True)))
     assert solver.packed is not None
-    first, second = (solver.arguments(0.2 * random.normal(size=4), None) for _ in range(2))
-    answers = kernels.solve_two(*solver.packed.arrays, *first, *solver.packed.arrays, *second)
-    alone = [solver.steps.solve(given[0], *solver.arguments(given[0], None)[1:])[0] for given in (first, second)]
-    return (answers[0], answers[2]), tuple(alone)
+    packed, (first, second) = solver.packed.arrays, (solver.arguments(0.2 * random.normal(size=4), None) for _ in "xy")
+    both = kernels.solve_programs(2, *packed, *first, *packed, *second)
+    one = kernels.solve_programs(1, *packed, *first, *packed, *first)[2:]
+    alone = [solver.steps.solve(given[0], *solver.arguments(given[0], None)[1:]) for given in (first, second)]
+    return (*both, *one), (*alone[0], *alone[1], *alone[0])
 
 
 def merge_rows(random: np.random.Generator) -> tuple[Values, Values]:
@@ -137,7 +138,7 @@ CASES: dict[str, Case] = {
     case.__name__: case
     for case in [
         *(write_affine, write_product, quadratic_value, is_finite, write_senses, write_limits, write_decisions),
-        *(write_slacks, solve_packed, solve_two, merge_rows),
+        *(write_slacks, solve_packed, solve_programs, merge_rows),
     ]
 }
 

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
+import pytest
 
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.studies.reproduce import lemma_2, literal
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.reproduce import lemma_2, literal, sensitivity
+from pdhocbf_drake.studies.reproduce.runs import Runs
 from pdhocbf_drake.studies.reproduce.stability import VARIANTS, Attempt
 from pdhocbf_drake.studies.reproduce.unsafe_findings import acts_first, conclusions, finding
 from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC
@@ -79,3 +84,15 @@ def test_the_slips_that_left_no_solution_are_those_that_did():
     assert "solution: none (" in literal.finding({"one": False})
     assert literal.refusal_of("mpc: {horizon: 60}").startswith("refused: ")
     assert literal.refusal_of("") == "accepted"
+
+
+@pytest.mark.parametrize(("key", "value", "margin"), [("margin", 0.003, 0.003), ("ticks_per_step", 36, 0.0073)])
+def test_settled_walks_lie_on_the_law_of_m(key, value, margin):
+    ripple, ratio = sensitivity.measured(load_scenario("paper_vhip").to_dict(), key, value, {})
+    assert ratio == pytest.approx(100.0 * margin / (margin + ripple), abs=0.01)
+
+
+def test_a_compared_walk_says_how_far_and_how_fast_it_went():
+    runs = Runs()
+    said = literal.walked(runs.run(("walking", "{duration: 5.0}")))
+    assert re.match(r"robot, 5 s: 1\.\d\d m of 1\.50 m commanded, 0\.37\d m/s from 2 s on; ", said)

@@ -141,8 +141,8 @@ def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
         slack_max=_statistic(np.max, slack),
         tick_seconds_median=_statistic(np.median, seconds),
         tick_seconds_p99=_statistic(lambda values: np.percentile(values, 99), seconds),
-        # The oscillator's filter takes any dynamics, and Drake solves its program.
-        solver="clarabel" if scenario.system == "van_der_pol" else scenario.mpc.solver,
+        # The oscillator's filter is `BarrierFilter`, which projects onto its rows.
+        solver="projection" if scenario.system == "van_der_pol" else scenario.mpc.solver,
     )
 
 

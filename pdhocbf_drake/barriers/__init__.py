@@ -13,6 +13,7 @@ from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
 from pdhocbf_drake.barriers.filter import BarrierFilter, FilterResult
 from pdhocbf_drake.barriers.margin import BarrierRecord, margin_ratio, record, record_from_h, safety_margin
 from pdhocbf_drake.barriers.nonlinear import add_dynamics, add_nonlinear_barrier_rows
+from pdhocbf_drake.barriers.nonlinear_filter import NonlinearFilter
 from pdhocbf_drake.barriers.recursion import psi, psi_along, psi_coefficients, psi_from_h
 from pdhocbf_drake.barriers.relative_degree import check_relative_degree, enforced_psi, relative_degree
 from pdhocbf_drake.barriers.rows import Rows, add_barrier_rows, affine_rows
@@ -27,8 +28,8 @@ from pdhocbf_drake.barriers.safe_set import (
 
 __all__ = [
     "AffineBarrier", "Barrier", "BarrierConfig", "BarrierFilter", "BarrierRecord", "Bound", "BoundConfig", "ClassK",
-    "FilterResult", "Linear", "PeriodicAffineSystem", "PeriodicSystem", "Rows", "Saturating", "WorstCase",
-    "add_barrier_rows", "add_dynamics", "add_nonlinear_barrier_rows", "affine_rows", "check_class_k",
+    "FilterResult", "Linear", "NonlinearFilter", "PeriodicAffineSystem", "PeriodicSystem", "Rows", "Saturating",
+    "WorstCase", "add_barrier_rows", "add_dynamics", "add_nonlinear_barrier_rows", "affine_rows", "check_class_k",
     "check_in_safe_set", "check_relative_degree", "constant", "enforced_psi", "feasible_width", "harmonic",
     "in_safe_set", "initial_psi", "input_interval", "make_barrier", "make_bound", "margin_ratio", "psi", "psi_along",
     "psi_coefficients", "psi_from_h", "record", "record_from_h", "relative_degree", "rollout", "safety_margin",

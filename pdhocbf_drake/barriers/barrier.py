@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Sequence
 from math import lcm
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydrake.autodiffutils import AutoDiffXd
 
-from pdhocbf_drake.barriers.bounds import Bound
-from pdhocbf_drake.barriers.checks import finite_array, shown, whole_ticks
+from pdhocbf_drake.barriers.bounds import Bound, repeated
+from pdhocbf_drake.barriers.checks import finite_array, is_number, one_number, shown, whole_ticks
 from pdhocbf_drake.barriers.class_k import ClassK, as_class_k, check_class_k
 from pdhocbf_drake.barriers.config import BarrierConfig
 from pdhocbf_drake.barriers.dynamics import Array
+from pdhocbf_drake.barriers.periodicity import check_h_repeats
 from pdhocbf_drake.errors import InputError
 
 
 class Barrier:
     """The safe set C(k) = {x : h(k, x) ≥ 0}, h(k+N, x) = h(k, x), eqs. (8)–(11).
+
+    `h` takes any tick k. At the first use of each phase it is compared with itself one period and 101 periods on, at
+    the state at hand and two random ones of its magnitude: up to 15 evaluations, once for each phase that is used.
 
     Attributes:
         name: for rows, logs and messages.
@@ -28,10 +34,12 @@ class Barrier:
         relative_degree: declared number of ticks after which an input acts on h; by default m. If it is larger than m,
             no input acts on the first ψ_m, and ψ_m ≥ 0 is enforced from the first tick on at which one does.
         unit: unit of h.
+        vouched: h repeats by the word of its author: only h(0, ·), …, h(N−1, ·) are used, and nothing is compared.
+            For an h that looks up a table of one period, or that is expensive.
 
     Raises:
-        InputError: h can't be called; there is no class-K function, or one without Lemma 1; or the period or the
-            relative degree is impossible.
+        InputError: h can't be called with a tick and a state; there is no class-K function, or one without Lemma 1;
+            or the period or the relative degree is impossible.
     """
 
     def __init__(
@@ -42,11 +50,13 @@ class Barrier:
         class_k: Sequence[ClassK | float],
         unit: str = "",
         relative_degree: int | None = None,
+        vouched: bool = False,
     ) -> None:
-        if not callable(h):
-            raise InputError(f'barrier "{name}": h is a function of the tick k and the state x, given {shown(h)}')
+        if not (callable(h) and _takes_two(h)):
+            raise InputError(f'barrier "{name}": h is a function of the tick k and the state x, given {_described(h)}')
         if not np.iterable(class_k):
             raise InputError(f'barrier "{name}": the class-K functions are a list, given {shown(class_k)}')
+        class_k = tuple(class_k)
         if len(class_k) == 0:
             raise InputError(f'barrier "{name}": at least one class-K function is needed, given none')
         self.name = name
@@ -63,11 +73,22 @@ class Barrier:
                 f"{self.relative_degree}, but at most that many are allowed (else psi_i holds inputs for some i < m)"
             )
         self.unit = unit
+        self.vouched = vouched
         self._h = h
+        self._compared: set[int] = set()  # the phases at which h was found to repeat
 
     def h(self, k: int, x: Array) -> Any:
-        """h(k, x) [unit]; x (n,) may hold floats or AutoDiffXd."""
-        return self._h(k % self.period, x)
+        """h(k, x) [unit]; x (n,) may hold floats or AutoDiffXd.
+
+        Raises:
+            InputError: h gives something else than one number, or does not repeat; k is not a whole number.
+        """
+        phase = (k if type(k) is int else whole_ticks("the tick k", k)) % self.period
+        if not self.vouched and phase not in self._compared and (state := _finite_floats(x)) is not None:
+            check_h_repeats(self.name, self._h, phase, self.period, state)
+            self._compared.add(phase)
+        value = self._h(phase, x)
+        return value if isinstance(value, (float, AutoDiffXd)) else one_number(f'barrier "{self.name}": h', value)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.name!r}, period={self.period}, class_k={self.class_k})"
@@ -106,10 +127,11 @@ class AffineBarrier(Barrier):
             raise InputError(
                 f'barrier "{name}": the bound is made by constant, harmonic or tabulated, given {shown(bound)}'
             )
-        if sign not in (1, -1):
-            raise InputError(f'barrier "{name}": the sign is +1 (upper bound) or -1 (lower bound), given {sign}')
+        if not (is_number(sign) and sign in (1, -1)):
+            raise InputError(f'barrier "{name}": the sign is +1 (upper bound) or -1 (lower bound), given {shown(sign)}')
+        normals.flags.writeable = False
         self._normals, self.normal = normals, normals[0] if len(normals) == 1 else normals
-        super().__init__(name, self._affine, lcm(bound.period, len(normals)), class_k, unit, relative_degree)
+        super().__init__(name, self._affine, lcm(bound.period, len(normals)), class_k, unit, relative_degree, True)
 
     @property
     def normal_period(self) -> int:
@@ -118,7 +140,7 @@ class AffineBarrier(Barrier):
 
     def normals(self, k: int, count: int) -> NDArray[np.float64]:
         """n_k, …, n_{k+count−1}, shape (count, n)."""
-        return np.take(self._normals, np.arange(k, k + count), axis=0, mode="wrap")
+        return repeated(self._normals, k, count)
 
     def check_fits(self, states: int) -> None:
         """Raises `InputError`, with both numbers, unless the system has as many states as the normal has entries."""
@@ -132,6 +154,29 @@ class AffineBarrier(Barrier):
         except ValueError:  # checked only after a failure, because h is evaluated at every tick
             self.check_fits(np.size(x))
             raise
+
+
+def _takes_two(h: Callable[..., Any]) -> bool:
+    try:
+        inspect.signature(h).bind(0, None)
+    except TypeError:
+        return False
+    except ValueError:  # a function of compiled code, without a signature
+        return True
+    return True
+
+
+def _described(h: Any) -> str:
+    return f"one that takes {inspect.signature(h)}" if callable(h) else shown(h)
+
+
+def _finite_floats(x: Any) -> NDArray[np.float64] | None:
+    """The values of a state of floats or AutoDiffXd, or None where they are not finite, or symbolic."""
+    try:
+        values = np.array([entry.value() if hasattr(entry, "derivatives") else entry for entry in x], dtype=float)
+    except (TypeError, ValueError, RuntimeError):
+        return None
+    return values if values.ndim == 1 and np.all(np.isfinite(values)) else None
 
 
 def make_barrier(name: str, config: BarrierConfig, normal: ArrayLike, bound: Bound) -> AffineBarrier:

@@ -13,6 +13,7 @@ from pdhocbf_drake.barriers.checks import finite_number, number_array, shown, wh
 from pdhocbf_drake.barriers.config import BoundConfig, Side
 from pdhocbf_drake.errors import InputError
 
+_SHOWN_VALUES = 12  # a longer table is not shown in full
 _LONGEST_PERIOD = 1_000_000  # [ticks]; a bound holds a table of one period
 
 
@@ -53,8 +54,24 @@ class Bound:
             raise
 
     def samples(self, k: int, n: int) -> NDArray[np.float64]:
-        """V̄(k), …, V̄(k+n−1), shape (n,)."""
-        return np.take(self.values, np.arange(k, k + n), mode="wrap")
+        """V̄(k), …, V̄(k+n−1), shape (n,); raises `InputError` unless both are whole numbers."""
+        return repeated(self.values, k, n)
+
+    def __repr__(self) -> str:
+        if len(self.values) <= _SHOWN_VALUES:
+            return f"Bound({self.values})"
+        least, largest = min(self.values), max(self.values)
+        return f"Bound(<{len(self.values)} values from {least:g} to {largest:g}>)"
+
+
+def repeated(table: ArrayLike, k: int, count: int) -> NDArray[Any]:
+    """Entries k, …, k+count−1 of a table that repeats; raises `InputError` unless both are whole numbers."""
+    try:
+        return np.take(table, np.arange(k, k + count), axis=0, mode="wrap")
+    except (TypeError, ValueError):  # checked only after a failure, because this runs at every tick
+        whole_ticks("the tick k", k)
+        whole_ticks("the number of ticks", count)
+        raise
 
 
 def constant(value: float) -> Bound:

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.symbolic import Variable
+from pydrake.autodiffutils import AutoDiffXd
+from pydrake.symbolic import Expression, Variable
 
 from pdhocbf_drake.errors import InputError
 
@@ -21,6 +22,15 @@ _SHOWN = 100  # longest text of a given value in a message
 def is_number(value: Any) -> bool:
     """Whether the value is one real number, of Python's types or NumPy's; True and False are not."""
     return isinstance(value, Real) and not isinstance(value, bool)
+
+
+def one_number(what: str, value: Any) -> Any:
+    """One number: of Python's types or NumPy's, AutoDiffXd or symbolic; raises `InputError` for arrays, None, …"""
+    single = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
+    if is_number(single) or isinstance(single, (AutoDiffXd, Expression, Variable)):
+        return single
+    shape = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
+    raise InputError(f"{what} must be one number, given {shown(value)}{shape}")
 
 
 def finite_number(what: str, value: Any, least: float | None = None) -> float:
@@ -43,8 +53,11 @@ def number_array(what: str, value: Any) -> NDArray[Any]:
     """An array of any shape, of numbers or of objects such as AutoDiffXd and decision variables.
 
     Raises:
-        InputError: the value is text, a ragged list, or anything else that is no array of numbers.
+        InputError: the value is text, a ragged list, or anything else that is no array of numbers; or a masked array
+            with an entry that is masked.
     """
+    if _has_masked(value):
+        raise InputError(f"{what} must be an array of numbers, given one with masked entries: {shown(value)}")
     try:
         array = np.asarray(value)
     except ValueError:  # ragged
@@ -97,6 +110,15 @@ def numbers_or_variables(what: str, value: Any) -> NDArray[Any]:
     if any(isinstance(entry, Variable) for entry in array.ravel()):
         return decision_variables(what, array)
     return finite_array(what, value)
+
+
+def _has_masked(value: Any) -> bool:
+    """Whether a masked entry is in an array or in lists of arrays; NumPy would take the number behind the mask."""
+    if type(value) is np.ndarray:
+        return False
+    if isinstance(value, (list, tuple)):
+        return any(_has_masked(entry) for entry in value if not isinstance(entry, (float, int)))
+    return bool(np.ma.is_masked(value))
 
 
 def shown(value: Any) -> str:

@@ -11,7 +11,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
-from pdhocbf_drake.barriers.checks import finite_number, is_number, shown
+from pdhocbf_drake.barriers.checks import finite_number, is_number, one_number, shown
 from pdhocbf_drake.errors import InputError
 
 # Arguments at which a class-K function of another form is sampled: from far below to far above any unit in use.
@@ -23,8 +23,8 @@ _ROUNDING = 1e-12
 class ClassK(Protocol):
     """A class-K function, extended to s < 0: increasing, α(0) = 0, and α(s) ≤ s for s ≥ 0.
 
-    It takes a float, an array, or Drake's AutoDiffXd (NumPy's functions accept all three). s < 0 belongs to states
-    outside the safe set, where −α(s) is the part of the violation that must vanish within a tick.
+    It takes a float; in `add_nonlinear_barrier_rows` also Drake's AutoDiffXd (NumPy's functions accept both). s < 0
+    belongs to states outside the safe set, where −α(s) is the part of the violation that must vanish within a tick.
     """
 
     def __call__(self, s: Any) -> Any: ...
@@ -94,15 +94,26 @@ def check_class_k(alpha: ClassK, where: str) -> None:
     """Refuses a function for which Lemma 1 fails, by samples at 151 points over 15 decades on either side of 0.
 
     Raises:
-        InputError: α(0) ≠ 0, α is not increasing, or α(s) > s at some s > 0, the first of which is named.
+        InputError: α raises an exception or gives no number, α(0) ≠ 0, α is not increasing, or α(s) > s at some s > 0,
+            the first of which is named.
     """
     if isinstance(alpha, (Linear, Saturating)):
         return  # true by construction: tanh(s) ≤ s for s ≥ 0
-    at_zero = float(alpha(0.0))
+
+    def value(s: float) -> float:
+        try:
+            found = alpha(s)
+        except Exception as error:
+            raise InputError(
+                f"{where}: alpha({s:g}) raised {type(error).__name__} ({error}); it takes one number"
+            ) from error
+        return float(one_number(f"{where}: alpha({s:g})", found))
+
+    at_zero = value(0.0)
     if at_zero != 0:
         raise InputError(f"{where}: alpha(0) = {at_zero:g}, but a class-K function is 0 at 0")
-    values = np.array([float(alpha(float(s))) for s in _SAMPLES])
-    mirrored = np.array([float(alpha(-float(s))) for s in _SAMPLES])
+    values = np.array([value(float(s)) for s in _SAMPLES])
+    mirrored = np.array([value(-float(s)) for s in _SAMPLES])
     # Far from 0 a bounded function may be constant within rounding, but near 0 it must differ from 0.
     both = np.concatenate([mirrored[::-1], [0.0], values])
     if not (np.all(np.isfinite(both)) and np.all(np.diff(both) >= 0) and values[0] > 0 and mirrored[0] < 0):

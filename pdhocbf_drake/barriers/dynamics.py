@@ -7,6 +7,7 @@ from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydrake.autodiffutils import AutoDiffXd
 
 from pdhocbf_drake.barriers.checks import finite_array, number_array, shown, vector, whole_ticks
 from pdhocbf_drake.errors import InputError
@@ -22,6 +23,7 @@ class PeriodicSystem(Protocol):
         period: N [ticks].
         n: number of states.
         m: number of inputs.
+        vouched: optional; true if `step` is not to be compared with itself one period on.
     """
 
     @property
@@ -32,7 +34,10 @@ class PeriodicSystem(Protocol):
     def m(self) -> int: ...
 
     def step(self, k: int, x: Array, u: Array) -> Array:
-        """x(k+1) from x (n,) and u (m,), which may be floats or AutoDiffXd: use operators and NumPy functions."""
+        """x(k+1) from x (n,) and u (m,), both floats or both AutoDiffXd: use operators and NumPy functions.
+
+        Write into np.zeros_like(x) or np.array(x), which take both, and not into an array of floats.
+        """
         ...
 
 
@@ -67,6 +72,8 @@ class PeriodicAffineSystem:
             if len(part) not in (1, period):
                 raise InputError(f"A, B and c share one period, or are constant: {name} has {len(part)}, not {period}")
         self._A, self._B, self._c = (np.repeat(p, period // len(p), axis=0) for p in (a, b, offset))
+        for part in (self._A, self._B, self._c):
+            part.flags.writeable = False  # A(k) is a view
 
     @classmethod
     def from_drake(cls, system: Any) -> PeriodicAffineSystem:
@@ -93,20 +100,51 @@ class PeriodicAffineSystem:
         return int(self._B.shape[2])
 
     def A(self, k: int) -> Array:
-        """A_k, (n, n)."""
-        return np.asarray(self._A[k % self.period])
+        """A_k, (n, n), not to be written to."""
+        return self._at(self._A, k)
 
     def B(self, k: int) -> Array:
-        """B_k, (n, m)."""
-        return np.asarray(self._B[k % self.period])
+        """B_k, (n, m), not to be written to."""
+        return self._at(self._B, k)
 
     def c(self, k: int) -> Array:
-        """c_k, (n,)."""
-        return np.asarray(self._c[k % self.period])
+        """c_k, (n,), not to be written to."""
+        return self._at(self._c, k)
 
     def step(self, k: int, x: Array, u: Array) -> Array:
         """x(k+1), eq. (1)."""
         return self.A(k) @ x + self.B(k) @ u + self.c(k)
+
+    @staticmethod
+    def _at(table: Array, k: int) -> Array:
+        try:
+            return np.asarray(table[k % len(table)])
+        except (TypeError, IndexError):  # checked only after a failure, because this runs at every tick
+            whole_ticks("the tick k", k)
+            raise
+
+
+def check_system(system: Any) -> PeriodicSystem:
+    """The system itself; raises `InputError` unless it has `period`, `n` and `m`, whole and positive, and `step`."""
+    for part, what in (("period", "the period"), ("n", "the number of states"), ("m", "the number of inputs")):
+        if not hasattr(system, part):
+            raise InputError(f"a system has period, n, m and step(k, x, u), given {shown(system)} without {part}")
+        value = getattr(system, part)
+        if not isinstance(value, (int, np.integer)) or isinstance(value, bool) or value < 1:
+            raise InputError(f"the system: {what} is a whole number, at least 1, given {shown(value)}")
+    if not callable(getattr(system, "step", None)):
+        raise InputError(f"a system has period, n, m and step(k, x, u), given {shown(system)} without step")
+    return system
+
+
+def next_state(system: PeriodicSystem, k: int, x: Array, u: Array) -> Array:
+    """x(k+1) = step(k, x, u), (n,); raises `InputError` for any other answer."""
+    after = system.step(k, x, u)
+    return after if type(after) is np.ndarray and after.shape == (system.n,) else _state(after, system.n)
+
+
+def _state(after: Any, n: int) -> Array:
+    return vector("the system's step: x(k+1)", after, n)
 
 
 def rollout(system: PeriodicSystem, k: int, x: ArrayLike, inputs: Sequence[Any] | Array) -> Array:
@@ -118,11 +156,31 @@ def rollout(system: PeriodicSystem, k: int, x: ArrayLike, inputs: Sequence[Any] 
     Raises:
         InputError: shapes that do not fit the system, or a tick that is not a whole number.
     """
-    k = whole_ticks("the tick k", k)
-    states = [vector("the state x", x, system.n)]
-    for i, u in enumerate(input_rows(system, inputs)):
-        states.append(np.asarray(system.step(k + i, states[-1], u)))
+    if not (isinstance(getattr(system, "n", None), int) and isinstance(getattr(system, "m", None), int)):
+        check_system(system)
+    k, state, rows = whole_ticks("the tick k", k), vector("the state x", x, system.n), input_rows(system, inputs)
+    # Arrays of whole numbers would round what a step writes into their like.
+    state, rows = (array.astype(float) if array.dtype.kind in "iub" else array for array in (state, rows))
+    if state.dtype == object or rows.dtype != object:
+        return _along(system, k, state, rows)
+    try:
+        return _along(system, k, state, rows)
+    except (TypeError, ValueError):  # a step that writes AutoDiffXd into an array made from floats
+        return _along(system, k, _lifted(state), _lifted(rows), lift=True)
+
+
+def _along(system: PeriodicSystem, k: int, state: Array, rows: Array, lift: bool = False) -> Array:
+    states = [state]
+    for i, u in enumerate(rows):  # of copies, since a step may write into its arguments
+        after = next_state(system, k + i, states[-1].copy(), u.copy())
+        states.append(_lifted(after) if lift else after)
     return np.array(states)
+
+
+def _lifted(array: Array) -> Array:
+    """The array with AutoDiffXd for each number; symbolic entries stay as they are."""
+    entries = [AutoDiffXd(float(entry)) if isinstance(entry, (float, int)) else entry for entry in array.flat]
+    return np.array(entries, dtype=object).reshape(array.shape)
 
 
 def input_rows(system: PeriodicSystem, inputs: ArrayLike | Sequence[Any]) -> Array:

@@ -36,6 +36,12 @@ class BarrierRecord(NamedTuple):
         """h along the record, (T,) [unit]."""
         return self.psi[0]
 
+    def __repr__(self) -> str:
+        return (
+            f"BarrierRecord(h_min={self.h_min:.6g}, h_mean={self.h_mean:.6g}, violations={self.violations} of "
+            f"{len(self.h)} ticks, psi_min={self.psi_min:.6g})"
+        )
+
 
 def record_from_h(h: ArrayLike, class_k: Sequence[ClassK | float]) -> BarrierRecord:
     """The record of a barrier whose h was logged, shape (T,); raises `InputError` if it is empty or not finite."""
@@ -54,6 +60,7 @@ def record(barrier: Barrier, states: ArrayLike, k: int = 0) -> BarrierRecord:
     k, points = whole_ticks("the tick k", k), number_array("the recorded states", states)
     if points.ndim != 2:
         raise InputError(f"the recorded states must have shape (T, n), given {points.shape}")
+    points = points.astype(float) if points.dtype.kind in "iu" else points
     return record_from_h([float(barrier.h(k + i, x)) for i, x in enumerate(points)], barrier.class_k)
 
 

@@ -7,13 +7,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from pydrake.autodiffutils import InitializeAutoDiff
 from pydrake.solvers import Binding, Constraint, MathematicalProgram
 from pydrake.symbolic import Variable
 
 from pdhocbf_drake.barriers.barrier import Barrier
 from pdhocbf_drake.barriers.checks import decision_variables, finite_number, numbers_or_variables, whole_ticks
-from pdhocbf_drake.barriers.dynamics import Array, PeriodicSystem, rollout
+from pdhocbf_drake.barriers.dynamics import Array, PeriodicSystem, check_system, next_state, rollout
 from pdhocbf_drake.barriers.recursion import psi_from_h
+from pdhocbf_drake.barriers.relative_degree import check_degrees, phases_of
 from pdhocbf_drake.barriers.rows import slack_variables
 from pdhocbf_drake.errors import InputError
 
@@ -27,10 +29,11 @@ def add_nonlinear_barrier_rows(
     inputs: NDArray[Any],
     slack: Variable | NDArray[Any] | None = None,
     tightening: float = 0.0,
+    samples: ArrayLike | None = None,
 ) -> list[Binding[Constraint]]:
     """Adds ψ_m(k+i) + slack ≥ tightening for i = r−m, …, H−m, r the relative degree; solve with SNOPT or IPOPT.
 
-    r is the declared one; `check_relative_degree` computes it, which is expensive for general dynamics.
+    r is the declared one, which is compared with the computed one at each tick of the horizon: about 1 ms a tick.
 
     Args:
         states: x(k), (n,), finite numbers or decision variables: shooting, one vector constraint in the inputs; or
@@ -39,10 +42,13 @@ def add_nonlinear_barrier_rows(
         inputs: decision variables (H, n_u).
         slack: as in `add_barrier_rows`, for rows i = 0, …, H−m.
         tightening: as in `add_barrier_rows` [unit of h].
+        samples: (S, n), states at which h and the dynamics are defined, where they are checked.
 
     Raises:
-        InputError: shapes that do not fit, a number that is not finite, or a horizon shorter than the relative degree.
+        InputError: as `check_relative_degree`; shapes that do not fit, a number that is not finite, or a horizon
+            shorter than the relative degree; or a class-K function that can't take AutoDiffXd.
     """
+    check_system(system)
     where = f'barrier "{barrier.name}"'
     k, tightening = whole_ticks(f"{where}: the tick k", k), finite_number(f"{where}: the tightening", tightening, 0.0)
     inputs = decision_variables(f"{where}: the inputs", inputs)
@@ -56,6 +62,9 @@ def add_nonlinear_barrier_rows(
         raise InputError(f"{where}: the states must have shape {allowed}, given {points.shape}")
     if len(rows) == 0:
         raise InputError(f"{where}: a horizon of {barrier.relative_degree} ticks is needed, given {horizon}")
+    period = len(phases_of(barrier, system))
+    acting = sorted({(k + j) % period for j in range(horizon - barrier.relative_degree + 1)})
+    check_degrees(barrier, system, acting, samples)
     count = horizon - barrier.order + 1
     slacks = np.zeros(0, dtype=object) if slack is None else slack_variables(prog, barrier.name, slack, count)
     if points.ndim == 2:
@@ -83,6 +92,7 @@ def add_dynamics(
 
     Raises `InputError` for other shapes, or other things than decision variables.
     """
+    check_system(system)
     k = whole_ticks("the tick k", k)
     states, inputs = decision_variables("the states", states), decision_variables("the inputs", inputs)
     if inputs.ndim != 2 or inputs.shape[1] != system.m or states.shape != (len(inputs) + 1, system.n):
@@ -95,7 +105,7 @@ def add_dynamics(
 
         def defect(variables: Array, tick: int = k + i) -> Array:
             x, u, after = np.split(variables, [system.n, system.n + system.m])
-            return after - np.asarray(system.step(tick, x, u))
+            return after - next_state(system, tick, x, u)
 
         variables = np.concatenate([states[i], inputs[i], states[i + 1]])
         zero = np.zeros(system.n)
@@ -118,6 +128,13 @@ def _add(
         psi = np.array([psi_from_h(h[i : i + barrier.order + 1], barrier.class_k)[-1] for i in starts])
         return psi + values[len(variables) :] if len(slacks) else psi
 
-    lower, upper = np.full(count, tightening), np.full(count, np.inf)
     both = np.concatenate([variables, slacks])
+    try:
+        with_slack(InitializeAutoDiff(np.random.default_rng(0).standard_normal(len(both))).ravel())
+    except (TypeError, AttributeError) as error:  # Drake would raise it from within the solver
+        raise InputError(
+            f'barrier "{barrier.name}": a class-K function, h or the dynamics cannot take AutoDiffXd ({error}); '
+            "write them with operators and NumPy functions"
+        ) from error
+    lower, upper = np.full(count, tightening), np.full(count, np.inf)
     return prog.AddConstraint(with_slack, lb=lower, ub=upper, vars=both, description=description)

@@ -16,14 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 from pydrake.autodiffutils import InitializeAutoDiff
 
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
-from pdhocbf_drake.barriers.checks import finite_array, vector, whole_ticks
-from pdhocbf_drake.barriers.dynamics import Array, PeriodicAffineSystem, PeriodicSystem, rollout
+from pdhocbf_drake.barriers.checks import finite_array, shown, vector, whole_ticks
+from pdhocbf_drake.barriers.dynamics import Array, PeriodicAffineSystem, PeriodicSystem, check_system, rollout
+from pdhocbf_drake.barriers.periodicity import check_step_repeats
 from pdhocbf_drake.barriers.recursion import psi_from_h
 from pdhocbf_drake.errors import InputError
 
 # A derivative below this share of its summed terms is their rounding error.
 _ROUNDING = 1e-12
 _SAMPLES = 4
+_STEP = 2.0**-20  # share of a state or input, for a difference quotient
 
 
 def relative_degree(
@@ -38,9 +40,11 @@ def relative_degree(
         states: (S, n), where to differentiate; by default four drawn from a standard normal distribution.
 
     Raises:
-        InputError: the dynamics or h cannot take AutoDiffXd; h is finite at none of the states; or the states or the
-            barrier's normal have another size than the system's state.
+        InputError: the dynamics or h cannot take AutoDiffXd, do not repeat with their period, or give no state and no
+            number; h is finite at none of the states; the states or the barrier's normal have another size than the
+            system's state; or the system lacks a part.
     """
+    check_system(system)
     phase = whole_ticks("the phase", phase)
     if isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem):
         return _from_matrices(barrier, system, [phase])[0]
@@ -49,6 +53,10 @@ def relative_degree(
     if points.ndim != 2 or points.shape[1] != system.n or not len(points):
         raise InputError(f"the states must have shape (S, {system.n}), given {points.shape}")
     inputs = random.standard_normal((len(points), system.m))
+    if not isinstance(system, PeriodicAffineSystem):
+        origin = np.zeros((1, system.n + system.m))  # where nothing hides what depends on the tick alone
+        sampled = np.vstack([origin, np.hstack([points[:2], inputs[:2]])])
+        check_step_repeats(system, phase, sampled[:, : system.n], sampled[:, system.n :])
     defined = False
     for reach in (system.n, system.n * system.period):  # the second only if the first, which is usual, finds none
         found: list[int] = []
@@ -65,7 +73,7 @@ def relative_degree(
     if not defined:
         raise InputError(
             f'barrier "{barrier.name}": h or its derivative in the input is not finite at the {len(points)} states '
-            "tried; give check_relative_degree states at which they are"
+            "tried; give states at which they are"
         )
     return None
 
@@ -73,16 +81,29 @@ def relative_degree(
 def check_relative_degree(
     barrier: Barrier, system: PeriodicSystem, states: ArrayLike | None = None
 ) -> tuple[int | None, ...]:
-    """The relative degree at every phase; raises `InputError`, with both of them, where it is not the declared one."""
-    phases = phases_of(barrier, system)
+    """The relative degree at every phase, which may take a millisecond each unless barrier and system are affine.
+
+    Raises:
+        InputError: as `relative_degree`; at some phase the relative degree is not the declared one, with both of them;
+            or h or the dynamics do not repeat with their period.
+    """
+    return check_degrees(barrier, system, phases_of(barrier, check_system(system)), states)
+
+
+def check_degrees(
+    barrier: Barrier, system: PeriodicSystem, phases: Sequence[int], states: ArrayLike | None = None
+) -> tuple[int | None, ...]:
+    """`check_relative_degree` at these phases alone."""
+    check_system(system)
     if isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem):
         computed = tuple(_from_matrices(barrier, system, phases))
     else:
         computed = tuple(relative_degree(barrier, system, phase, states) for phase in phases)
-    wrong = [phase for phase, degree in enumerate(computed) if degree != barrier.relative_degree]
+    wrong = [i for i, degree in enumerate(computed) if degree != barrier.relative_degree]
     if wrong:
         degree = computed[wrong[0]]
-        where = "every phase" if len(set(computed)) == 1 else f"phase {wrong[0]}"
+        every = len(set(computed)) == 1 and len(phases) == len(phases_of(barrier, system))
+        where = "every phase" if every else f"phase {phases[wrong[0]]}"
         what = "the input never shows in h" if degree is None else f"the dynamics give {degree}"
         declared, count = barrier.relative_degree, barrier.order
         by = f" by {count} class-K function{'s' * (count > 1)}" if declared == count else ""
@@ -103,11 +124,67 @@ def enforced_psi(
 ) -> tuple[float, NDArray[np.float64]]:
     """ψ_m(k+r−m), the first ψ_m that depends on u(k), and its derivative in u(k), shape (n_u,).
 
-    With the relative degree r = m this is ψ_m(k). Raises `InputError` if the dynamics or h cannot take AutoDiffXd.
+    With the relative degree r = m this is ψ_m(k).
+
+    Raises:
+        InputError: as `relative_degree`, which is compared with the declared one at tick k in each call; or shapes that
+            do not fit.
     """
-    h = _differentiated_h(barrier, system, k, x, u, barrier.relative_degree)
-    last = psi_from_h(h[barrier.relative_degree - barrier.order :], barrier.class_k)[-1]
+    check_system(system)
+    check_degrees(barrier, system, [whole_ticks("the tick k", k)], with_samples(vector("the state x", x, system.n)))
+    return enforced_row(barrier, system, k, x, u)
+
+
+def enforced_row(
+    barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike
+) -> tuple[float, NDArray[np.float64]]:
+    """`enforced_psi` without a check of the relative degree, for loops."""
+    h = _differentiated_h(barrier, system, k, x, u, barrier.relative_degree)[barrier.relative_degree - barrier.order :]
+    # No h before the last one depends on u(k); as floats they suit class-K functions that can't take AutoDiffXd.
+    last = psi_from_h([*map(_value, h[:-1]), h[-1]], barrier.class_k)[-1]
     return _value(last), _gradient(last, system.m)
+
+
+def with_samples(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The state at hand and the states that `relative_degree` takes by default, (1 + S, n)."""
+    return np.vstack([x, np.random.default_rng(0).standard_normal((_SAMPLES, len(x)))])
+
+
+def enforced_values(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """ψ_m of `enforced_psi` for each barrier, (n_b,), along one rollout of floats."""
+    along = _along(barriers, system, k, x, u)
+    return np.array([psi_from_h(h, b.class_k)[-1] for h, b in zip(along, barriers, strict=True)], dtype=float)
+
+
+def psi_sizes(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """The size of the terms that each ψ_m is a difference of, which its rounding is a share of, (n_b,) [unit of h].
+
+    It is max_j |h(k+j)| + |∂h(k+j)/∂ log(x, u)|, the latter from one step in a generic direction.
+    """
+    generic = 1 + _STEP * np.sin(np.arange(1.0, system.n + system.m + 1.0) ** 2)  # no two entries move alike
+    there = _along(barriers, system, k, x * generic[: system.n], u * generic[system.n :])
+    here = _along(barriers, system, k, x, u)
+    return np.array([
+        max(abs(a) + abs(b - a) / _STEP for a, b in zip(one, other, strict=True))
+        for one, other in zip(here, there, strict=True)
+    ])  # fmt: skip
+
+
+def _along(
+    barriers: Sequence[Barrier], system: PeriodicSystem, k: int, x: NDArray[np.float64], u: NDArray[np.float64]
+) -> list[list[float]]:
+    """The h of each barrier that its first ψ_m with an effect of u(k) is made of; later inputs are zero."""
+    inputs = np.zeros((max((b.relative_degree for b in barriers), default=0), system.m))
+    inputs[:1] = u
+    states = rollout(system, k, x, inputs)
+    return [
+        [float(b.h(k + j, states[j])) for j in range(b.relative_degree - b.order, b.relative_degree + 1)]
+        for b in barriers
+    ]
 
 
 def _from_matrices(barrier: AffineBarrier, system: PeriodicAffineSystem, phases: Sequence[int]) -> list[int | None]:
@@ -138,10 +215,30 @@ def _differentiated_h(
     try:
         states = rollout(system, k, x, inputs)
         return [barrier.h(k + j, state) for j, state in enumerate(states)]
-    except (TypeError, AttributeError) as error:
+    except InputError:
+        raise
+    except Exception as error:
+        _try_with_floats(barrier, system, k, x, u, ticks)
         raise InputError(
             f'barrier "{barrier.name}": the dynamics or h cannot take AutoDiffXd ({error}); '
             "write them with operators and NumPy functions"
+        ) from error
+
+
+def _try_with_floats(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike, u: ArrayLike, ticks: int) -> None:
+    """Raises `InputError`, with the exception that the dynamics or h raise, unless they take floats."""
+    what = "the dynamics raise"
+    try:
+        states = rollout(system, k, x, np.vstack([u, np.zeros((ticks - 1, system.m))]))
+        what = "h raises"
+        for j, state in enumerate(states):
+            barrier.h(k + j, state)
+    except InputError:
+        raise
+    except Exception as error:
+        at = shown(np.asarray(x).tolist())
+        raise InputError(
+            f'barrier "{barrier.name}": {what} {type(error).__name__} ({error}) after tick {k} from the state {at}'
         ) from error
 
 

@@ -11,15 +11,19 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from pydrake.solvers import ClpSolver, MathematicalProgram
 
+from pdhocbf_drake.barriers.affine_input import check_affine_in_input
 from pdhocbf_drake.barriers.barrier import AffineBarrier, Barrier
-from pdhocbf_drake.barriers.checks import finite_vector
-from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, rollout
-from pdhocbf_drake.barriers.recursion import linear_rates, psi_along
-from pdhocbf_drake.barriers.relative_degree import enforced_psi
-from pdhocbf_drake.barriers.rows import check_affine
+from pdhocbf_drake.barriers.checks import finite_vector, vector, whole_ticks
+from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem, check_system, rollout
+from pdhocbf_drake.barriers.linear_program import minimum
+from pdhocbf_drake.barriers.recursion import linear_rates, psi_along, psi_coefficients
+from pdhocbf_drake.barriers.relative_degree import check_degrees, enforced_row, with_samples
+from pdhocbf_drake.barriers.requirements import barrier_list
+from pdhocbf_drake.barriers.rows import along_normals, check_affine
 from pdhocbf_drake.errors import InputError
+
+_TIE = 1e-9  # widths that differ by a smaller share are one; the first is named
 
 
 def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> dict[str, float]:
@@ -27,7 +31,18 @@ def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) 
 
     These are ψ_0(k), …, ψ_{m−1}(k); where the relative degree r exceeds m, also ψ_m(k), …, ψ_m(k+r−m−1).
     Their keys are "psi_0", "psi_1", …, and such as "psi_1, 1 tick later," for ψ_m(k+1) and the following ones.
+
+    Raises:
+        InputError: the relative degree at tick k is not the declared one, so that an input can change one of them, or
+            that a later one belongs to them; or as `rollout`.
     """
+    check_system(system)
+    k, x = whole_ticks("the tick k", k), vector("the state x", x, system.n)
+    check_degrees(barrier, system, [k], with_samples(x))
+    return _initial_psi(barrier, system, k, x)
+
+
+def _initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> dict[str, float]:
     degree = barrier.relative_degree
     # h up to k+r−1 does not depend on the inputs, so any inputs give it.
     states = rollout(system, k, np.asarray(x, dtype=float), np.zeros((degree - 1, system.m)))
@@ -39,12 +54,15 @@ def initial_psi(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) 
 
 
 def in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> bool:
-    """Whether ψ_i(k) ≥ 0 for all i < m: then ψ_m ≥ 0 from k on keeps h ≥ 0 (Theorem 1)."""
+    """Whether ψ_i(k) ≥ 0 for all i < m: then ψ_m ≥ 0 from k on keeps h ≥ 0 (Theorem 1).
+
+    Raises `InputError` as `initial_psi`.
+    """
     return all(value >= 0 for value in initial_psi(barrier, system, k, x).values())
 
 
 def check_in_safe_set(barrier: Barrier, system: PeriodicSystem, k: int, x: ArrayLike) -> None:
-    """Raises `InputError`, with the first negative ψ_i and its value, for a state outside the safe set."""
+    """Raises `InputError`, with the first negative ψ_i and its value, outside the safe set; or as `initial_psi`."""
     values = initial_psi(barrier, system, k, x)
     for which, value in values.items():
         if not value >= 0:  # NaN too
@@ -77,16 +95,20 @@ def input_interval(system: PeriodicSystem, barriers: Sequence[Barrier], k: int, 
     number there, gives (∞, −∞).
 
     Raises:
-        InputError: the system has more than one input; or the state has another size, or is not finite.
+        InputError: the system has more than one input; the state has another size, or is not finite; the relative
+            degree at tick k is not the declared one; or ψ_m is not affine in the input there.
     """
     _check_one_input(system)
-    x = finite_vector("the state x", x, system.n)
+    k, x = whole_ticks("the tick k", k), finite_vector("the state x", x, system.n)
+    samples, unlimited = with_samples(x), np.full(1, np.inf)
     lower, upper = -np.inf, np.inf
-    for barrier in barriers:
-        value, gradient = enforced_psi(barrier, system, k, x, np.zeros(1))
+    for barrier in barrier_list(barriers):
+        value, gradient = enforced_row(barrier, system, k, x, np.zeros(1))
         slope = float(gradient[0])
         if np.isnan(value) or np.isnan(slope):
             return np.inf, -np.inf
+        check_degrees(barrier, system, [k], samples)
+        check_affine_in_input(barrier, system, -unlimited, unlimited, "input_interval", samples, [k])
         if slope > 0:
             lower = max(lower, -value / slope)
         elif slope < 0:
@@ -104,69 +126,60 @@ def feasible_width(system: PeriodicAffineSystem, barriers: Sequence[AffineBarrie
     (without limits on u): from each state of a safe set, some input leads into the next one.
 
     Raises:
-        InputError: more than one input, nonlinear class-K functions, no state in the common safe set, or limits that
-            overflow.
+        InputError: more than one input, nonlinear class-K functions, another relative degree than the declared one at
+            tick k, no state in the common safe set, or limits that overflow.
     """
     _check_one_input(system)
+    k = whole_ticks("the tick k", k)
     worst = WorstCase(np.inf, np.full(system.n, np.nan), ("", ""))
-    if not barriers:
+    members = barrier_list(barriers)
+    if not members:
         return worst
-    for barrier in barriers:
-        check_affine(barrier, system)
-        linear_rates(barrier)
-    inside_offset, inside_slope = _affine_in_state(system, barriers, k)
-    # (name, offset, slope): u ≥ offset + slope·x for the lower limits, ≤ for the upper ones
-    lower: list[tuple[str, float, NDArray[np.float64]]] = []
-    upper: list[tuple[str, float, NDArray[np.float64]]] = []
-    for barrier in barriers:
-        offset, on_state, on_input = _enforced_row(system, barrier, k)
-        (lower if on_input > 0 else upper).append((barrier.name, -offset / on_input, -on_state / on_input))
-    for low_name, low, low_slope in lower:
-        for high_name, high, high_slope in upper:
-            limits = np.array([high - low, *(high_slope - low_slope)])
-            if not all(np.all(np.isfinite(part)) for part in (limits, inside_offset, inside_slope)):
-                # Drake would end the process
-                raise InputError(f"the limits of barriers {low_name} and {high_name} are too large for floating point")
-            prog = MathematicalProgram()
-            x = prog.NewContinuousVariables(system.n, "x")
-            prog.AddLinearConstraint(inside_slope, -inside_offset, np.full(len(inside_offset), np.inf), x)
-            prog.AddLinearCost(high_slope - low_slope, high - low, x)
-            result = ClpSolver().Solve(prog)
-            if result.get_solution_result().name == "kDualInfeasible":
+    found = [_in_state_and_input(system, barrier, k) for barrier in members]
+    inside = np.vstack([rows for rows, _ in found])
+    names = [barrier.name for barrier in members]
+    # u ≥ limit·[1, x, …] for the lower limits, ≤ for the upper ones
+    limits = [-enforced[:-1] / enforced[-1] for _, enforced in found]
+    lower = [i for i, (_, enforced) in enumerate(found) if enforced[-1] > 0]
+    upper = [i for i, (_, enforced) in enumerate(found) if enforced[-1] < 0]
+    for low in lower:
+        for high in upper:
+            width = limits[high] - limits[low]
+            pair = names[low], names[high]
+            if not np.isfinite(width @ width + np.sum(inside * inside)):
+                raise InputError(f"the limits of barriers {pair[0]} and {pair[1]} are too large for floating point")
+            least = minimum(width, inside)
+            if least is None:
                 raise InputError(
-                    f"the safe set is unbounded: barriers {low_name} and {high_name} exclude each other in it"
+                    f"no state at tick {k} is in the safe sets of all of these barriers: {', '.join(names)}"
                 )
-            if not result.is_success():
-                names = ", ".join(barrier.name for barrier in barriers)
-                raise InputError(f"no state at tick {k} is in the safe sets of all of these barriers: {names}")
-            if result.get_optimal_cost() < worst.width:
-                worst = WorstCase(result.get_optimal_cost(), result.GetSolution(x), (low_name, high_name))
+            if least.value == -np.inf:
+                raise InputError(
+                    f"the safe set is unbounded: barriers {pair[0]} and {pair[1]} exclude each other in it"
+                )
+            if least.value < worst.width - _TIE * abs(worst.width) or worst.width == np.inf:
+                worst = WorstCase(least.value, least.point, pair)
     return worst
 
 
-def _affine_in_state(
-    system: PeriodicAffineSystem, barriers: Sequence[AffineBarrier], k: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Offsets and slopes of all ψ_i(k), i < m, as affine functions of x, from their values at 0 and at unit vectors."""
-
-    def values(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.concatenate([list(initial_psi(barrier, system, k, x).values()) for barrier in barriers])
-
-    offset = values(np.zeros(system.n))
-    return offset, np.stack([values(unit) - offset for unit in np.eye(system.n)], axis=1)
-
-
-def _enforced_row(
+def _in_state_and_input(
     system: PeriodicAffineSystem, barrier: AffineBarrier, k: int
-) -> tuple[float, NDArray[np.float64], float]:
-    """(a, b, c) with ψ_m(k) = a + b·x + c·u."""
-    offset, gradient = enforced_psi(barrier, system, k, np.zeros(system.n), np.zeros(1))
-    if gradient[0] == 0:
-        raise InputError(f'barrier "{barrier.name}": the input does not show in psi_{barrier.order} at tick {k}')
-    on_state = [enforced_psi(barrier, system, k, unit, np.zeros(1))[0] - offset for unit in np.eye(system.n)]
-    return offset, np.array(on_state), float(gradient[0])
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The values of `initial_psi` as rows over [1, x], and ψ_m of `enforced_psi` over [1, x, u]."""
+    check_affine(barrier, system)
+    check_degrees(barrier, system, [k])
+    rates, degree, order = linear_rates(barrier), barrier.relative_degree, barrier.order
+    on_state, on_inputs, offset = along_normals(barrier.normals(k, degree + 1), system, k, degree)
+    along = np.column_stack([offset, on_state, on_inputs[:, : system.m]])
+    h = -barrier.sign * along
+    h[:, 0] += barrier.sign * barrier.bound.samples(k, degree + 1)
+    rows = [psi_coefficients(rates[:i]) @ h[: i + 1] for i in range(order)]
+    later = [psi_coefficients(rates) @ h[j : j + order + 1] for j in range(degree - order + 1)]
+    if later[-1][-1] == 0:
+        raise InputError(f'barrier "{barrier.name}": the input does not show in psi_{order} at tick {k}')
+    return np.array([*rows, *later[:-1]])[:, : 1 + system.n], later[-1]
 
 
 def _check_one_input(system: PeriodicSystem) -> None:
-    if system.m != 1:
+    if check_system(system).m != 1:
         raise InputError(f"the interval of allowed inputs is for systems with one input, given one with {system.m}")

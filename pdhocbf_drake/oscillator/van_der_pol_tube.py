@@ -22,7 +22,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.oscillator.van_der_pol import VanDerPol, harmonic_orbit, limit_cycle
 
-_ROUNDING = 1e-6  # of the linear program for an interval's width [1/s²]
+_ROUNDING = 1e-10  # of an interval's width, as a share of the terms that it is a difference of
 
 
 class Run(NamedTuple):
@@ -67,7 +67,8 @@ class VanDerPolTube:
         self.barriers = tube_barriers(self.orbit, config.tube, config.gamma_1, config.gamma_2)
         self.filter = BarrierFilter(self.system, self.barriers)  # checks the relative degrees
         self.worst = worst = joint_feasibility(self.barriers, config.tick)
-        if worst.width < -_ROUNDING:
+        largest = np.abs(self.orbit).max(axis=0) + config.tube
+        if worst.width < -_ROUNDING * max(largest / [config.tick**2, config.tick]):  # inputs that move x₁, x₂ so far
             raise InputError(
                 f"van_der_pol: the barriers {worst.opponents[0]} and {worst.opponents[1]} exclude each other by "
                 f"{-worst.width:.3g} 1/s^2 of input near x = ({worst.state[0]:.3g}, {worst.state[1]:.3g}): "
@@ -127,4 +128,4 @@ def joint_feasibility(barriers: tuple[AffineBarrier, ...], tick: float) -> Worst
     """
     integrator = PeriodicAffineSystem([[1.0, tick], [0.0, 1.0]], [[0.0], [tick]])
     widths = [feasible_width(integrator, barriers, k) for k in range(barriers[0].period)]
-    return min(widths, key=lambda worst: worst.width)
+    return min(widths, key=lambda worst: float(f"{worst.width:.9g}"))  # the first of phases that differ by rounding

@@ -13,7 +13,7 @@ from pdhocbf_drake.qp.affine_map import check_parameters
 from pdhocbf_drake.qp.daqp_form import DaqpForm
 from pdhocbf_drake.qp.daqp_library import is_usable
 from pdhocbf_drake.qp.daqp_packed import PackedQp
-from pdhocbf_drake.qp.kernels import solve_packed, solve_two
+from pdhocbf_drake.qp.kernels import solve_programs
 from pdhocbf_drake.qp.parametric_qp import ParametricQp, QpResult
 
 if TYPE_CHECKING:
@@ -95,7 +95,9 @@ class DaqpQp:
         given = self.arguments(theta, guess)
         if self.packed is None:
             return answer(given, *self.steps.solve(*given))
-        return answer(given, *solve_packed(*self.packed.arrays, *given))
+        own = (*self.packed.arrays, *given)
+        _, _, flag, cost = solve_programs(1, *own, *own)
+        return answer(given, flag, cost)
 
     def arguments(self, theta: np.ndarray, guess: np.ndarray | None) -> Arguments:
         """What one solve reads and writes, checked, since machine code would read and write beyond it."""
@@ -118,7 +120,7 @@ def solve_both(
     if first.packed is None or second.packed is None:
         return first.solve(theta[0], guess[0]), second.solve(theta[1], guess[1])
     given, given_2 = first.arguments(theta[0], guess[0]), second.arguments(theta[1], guess[1])
-    flag, cost, flag_2, cost_2 = solve_two(*first.packed.arrays, *given, *second.packed.arrays, *given_2)
+    flag, cost, flag_2, cost_2 = solve_programs(2, *first.packed.arrays, *given, *second.packed.arrays, *given_2)
     return answer(given, flag, cost), answer(given_2, flag_2, cost_2)
 
 

@@ -277,14 +277,17 @@ def solve_packed(
     )
     cold, senses = integers[at[COLD] : at[COLD + 1]], integers[at[SENSES] : at[SENSES + 1]]
     guess_from = integers[at[GUESS_FROM] : at[GUESS_FROM + 1]]
-    decisions[:] = 0.0
-    active[:] = 0.0
+    for i in range(len(decisions)):
+        decisions[i] = 0.0
+    for i in range(len(active)):
+        active[i] = 0.0
     flag, attempts = np.int32(-1), 2 if len(guess) else 1
     while flag < 0 and attempts:
         if attempts == 2:
             write_senses(guess, guess_from, cold, senses)
         else:
-            senses[:] = cold
+            for i in range(len(cold)):  # to assign a slice takes seconds to compile
+                senses[i] = cold[i]
         flag = daqp_update_ldp(NEW_LIMITS_AND_SENSES, at[WORKSPACE], at[PROBLEM])
         if flag >= 0:
             daqp_solve(at[RESULT], at[WORKSPACE])
@@ -325,16 +328,22 @@ def solve_packed(
 
 
 @compiled
-def solve_two(
+def solve_programs(
+    count: int,
     reals: np.ndarray, integers: np.ndarray, places: np.ndarray, theta: np.ndarray, guess: np.ndarray,
     decisions: np.ndarray, active: np.ndarray,
     reals_2: np.ndarray, integers_2: np.ndarray, places_2: np.ndarray, theta_2: np.ndarray, guess_2: np.ndarray,
     decisions_2: np.ndarray, active_2: np.ndarray,
 ) -> tuple[int, float, int, float]:  # fmt: skip
-    """`solve_packed` of one program, then of a second one, which may be the same."""
-    flag, cost = solve_packed(reals, integers, places, theta, guess, decisions, active)
-    flag_2, cost_2 = solve_packed(reals_2, integers_2, places_2, theta_2, guess_2, decisions_2, active_2)
-    return flag, cost, flag_2, cost_2
+    """`solve_packed` of one program and, if `count` is 2, of a second one, which may be the same: both answers."""
+    first, second = (0, 0.0), (0, 0.0)
+    for i in range(count):  # so that the machine code has it once
+        if i == 0:
+            r, n, p, t, g, d, a = reals, integers, places, theta, guess, decisions, active
+        else:
+            r, n, p, t, g, d, a = reals_2, integers_2, places_2, theta_2, guess_2, decisions_2, active_2
+        first, second = second, solve_packed(r, n, p, t, g, d, a)
+    return first[0], first[1], second[0], second[1]
 
 
 @compiled

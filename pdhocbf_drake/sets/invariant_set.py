@@ -17,6 +17,8 @@ from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope
 
 Rows = tuple[Array, Array]
 
+_ROUNDING = 1e-13  # share of its terms below which an entry of a computed row is 0
+
 
 @dataclass(frozen=True)
 class InvariantSet:
@@ -32,7 +34,8 @@ class InvariantSet:
         first_failing_phase: the phase at which, going backward in time, no state was left; None if there is a set.
         sweeps: passes around the cycle.
         residual: the largest distance of a vertex of some C_k from Pre_k(C_{k+1}), of the order of the tolerance at
-            which the iteration stops [unit of x]; NaN if there is no set.
+            which the iteration stops, where half the extent of the limits is the unit of each state [1]; NaN if there
+            is no set.
         seconds: wall time.
     """
 
@@ -51,7 +54,12 @@ class InvariantSet:
 def predecessor_rows(system: PeriodicAffineSystem, k: int, target: Polytope, inputs: Polytope) -> Rows:
     """Pre_k(target) as rows (A, b): A_k x + c_k ∈ target ⊕ (−B_k U_k), where A_k may be singular."""
     reach = target.swept(np.unique(-(inputs.vertices @ system.B(k).T), axis=0))
-    return reach.A @ system.A(k), reach.b - reach.A @ system.c(k)
+    size = np.linalg.norm(reach.A * target.unit, axis=1)[:, None]
+    normals = reach.A / size
+    rows, bounds = normals @ system.A(k), reach.b / size[:, 0] - normals @ system.c(k)
+    rows[np.abs(rows) <= _ROUNDING * (np.abs(normals) @ np.abs(system.A(k)))] = 0.0
+    bounds[~np.any(rows, axis=1) & (np.abs(bounds) <= THINNEST)] = 0.0  # true or false anywhere, but for rounding
+    return rows, bounds
 
 
 def invariant_set(
@@ -67,7 +75,8 @@ def invariant_set(
         system: x(k+1) = A_k x + B_k u + c_k of period N.
         states: X_k, N of them or one; None for an empty one, with which there is no invariant set.
         inputs: U_k, N of them or one.
-        tolerance: a sweep that cuts off less than this anywhere is the last one [unit of x].
+        tolerance: a sweep that cuts off less than this anywhere is the last one, where half the extent of the limits
+            is the unit of each state [1].
         max_sweeps: largest number of passes around the cycle.
 
     Raises:
@@ -80,7 +89,7 @@ def invariant_set(
         return InvariantSet((), states.index(None), 0, np.nan, 0.0)
     limits = _one_per_phase(present, period, system.n, "state")
     allowed = _one_per_phase(inputs, period, system.m, "input")
-    sets = list(limits)
+    sets, unit = list(limits), np.max([part.unit for part in limits], axis=0)
     stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were computed
     residual = np.zeros(period)
     for sweep in range(1, max_sweeps + 1):
@@ -89,13 +98,13 @@ def invariant_set(
             if not stale[k]:
                 continue
             rows, bounds = predecessor_rows(system, k, sets[(k + 1) % period], allowed[k])
-            size = np.maximum(np.linalg.norm(rows, axis=1), THINNEST)  # a row of zeros is true or false anywhere
+            size = np.maximum(np.linalg.norm(rows * unit, axis=1), THINNEST)  # a row of zeros holds anywhere or nowhere
             excess = float(((sets[k].vertices @ rows.T - bounds) / size).max())
             stale[k], residual[k], cut = False, max(excess, 0.0), max(cut, excess)
             if excess <= tolerance:
                 continue
             smaller = Polytope.from_rows(
-                np.vstack([limits[k].A, rows]), np.concatenate([limits[k].b, bounds]), sets[k].centre
+                np.vstack([limits[k].A, rows]), np.concatenate([limits[k].b, bounds]), sets[k].centre, unit
             )
             if smaller is None:
                 return InvariantSet((), k, sweep, np.nan, time.perf_counter() - started)
@@ -124,7 +133,8 @@ def broken_phases(
         there = parts[(k + 1) % system.period]
         if here is not None and there is not None:
             rows, bounds = predecessor_rows(system, k, there, inputs[k])
-            if (here.vertices @ rows.T - bounds).max() <= THINNEST:
+            size = np.maximum(np.linalg.norm(rows * here.unit, axis=1), THINNEST)
+            if ((here.vertices @ rows.T - bounds) / size).max() <= THINNEST:
                 continue
         broken.append(k)
     return tuple(broken)

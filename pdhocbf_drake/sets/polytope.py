@@ -10,15 +10,18 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
+from pdhocbf_drake.barriers.linear_program import minimum
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[np.float64]
 
 THINNEST = 1e-7
-"""A polytope without an inscribed ball of this radius is empty [unit of x]."""
+"""A polytope without an inscribed ball of this radius is empty, in its unit of each coordinate."""
+_FLAT = 1e-12  # a side that is shorter than this share of its coordinates is none
 _SAME = 1e-10  # unit rows and vertices that differ by less are one
 _ROUNDED = "a polytope was lost to rounding: scale the states to similar sizes"
-_DEEP = 1e-3  # margin from which on an inner point is good enough [unit of x]
+_UNBOUNDED = "a polytope must be bounded: limit every state, if only loosely"
+_DEEP = 1e-3  # margin from which on an inner point is good enough, in the same unit
 
 
 @dataclass(frozen=True)
@@ -39,36 +42,53 @@ class Polytope:
     def from_vertices(cls, points: ArrayLike) -> Polytope | None:
         """The convex hull of points, shape (v, n); None where it has no interior."""
         given = np.asarray(points, dtype=float)
+        low, high = given.min(axis=0), given.max(axis=0)
+        if _is_flat(low, high):
+            return None
         if given.shape[1] == 1:
-            low, high = float(given.min()), float(given.max())
-            if high - low < 2 * THINNEST:
-                return None
-            return cls(np.array([[1.0], [-1.0]]), np.array([high, -low]), np.array([[low], [high]]))
+            return cls(np.array([[1.0], [-1.0]]), np.concatenate([high, -low]), np.array([low, high]))
+        centre, unit = 0.5 * (low + high), 0.5 * (high - low)
         try:
-            hull = ConvexHull(given)
+            hull = ConvexHull((given - centre) / unit)
         except (QhullError, ValueError):  # flat, or too few points
             return None
         # Qhull cuts every facet into simplices, each with the facet's own plane.
         facets = _unique(hull.equations)
-        return cls(facets[:, :-1], -facets[:, -1], given[hull.vertices])
+        rows = facets[:, :-1] / unit
+        size = np.linalg.norm(rows, axis=1)
+        rows /= size[:, None]
+        return cls(rows, rows @ centre - facets[:, -1] / size, given[hull.vertices])
 
     @classmethod
-    def from_rows(cls, A: ArrayLike, b: ArrayLike, near: ArrayLike | None = None) -> Polytope | None:
+    def from_rows(
+        cls, A: ArrayLike, b: ArrayLike, near: ArrayLike | None = None, unit: ArrayLike | None = None
+    ) -> Polytope | None:
         """{x : A x ≤ b} without its redundant rows; None where it has no interior.
 
         Args:
-            near: a guess of an inner point, which saves a linear program.
+            near: a guess of an inner point.
+            unit: of each coordinate, in which `THINNEST` is meant, (n,); by default half the sides of the smallest box
+                around the polytope, so that no factor on any coordinate makes a difference.
 
         Raises:
             InputError: the rows leave x unbounded.
         """
         rows, bounds = np.asarray(A, dtype=float), np.asarray(b, dtype=float)
+        if unit is None:
+            box = bounding_box(rows, bounds)
+            if box is None or _is_flat(*box):
+                return None
+            centre, scale = 0.5 * (box[0] + box[1]), 0.5 * (box[1] - box[0])
+        else:
+            scale = np.asarray(unit, dtype=float)
+            centre = np.zeros(len(scale)) if near is None else np.asarray(near, dtype=float)
+        rows, bounds = rows * scale, bounds - rows @ centre
         size = np.linalg.norm(rows, axis=1)
-        if np.any(bounds[size < _SAME] < -THINNEST):
-            return None  # 0 ≤ b is false
-        keep = size >= _SAME
-        rows, bounds = rows[keep] / size[keep, None], bounds[keep] / size[keep]
-        inner = None if near is None else np.asarray(near, dtype=float)
+        zero = size <= _SAME * np.abs(bounds)  # 0 ≤ b, as far as x can reach
+        if np.any(bounds[zero] < 0):
+            return None
+        rows, bounds = rows[~zero] / size[~zero, None], bounds[~zero] / size[~zero]
+        inner = None if near is None else (np.asarray(near, dtype=float) - centre) / scale
         if inner is None or (bounds - rows @ inner).min() < _DEEP:
             inner = inner_point(rows, bounds)
         if inner is None:
@@ -80,17 +100,19 @@ class Polytope:
         if corners is None:
             raise InputError(_ROUNDED)
         if not np.isfinite(corners).all():
-            raise InputError("a polytope must be bounded: limit every state, if only loosely")
-        return cls.from_vertices(_unique(corners))
+            raise InputError(_UNBOUNDED)
+        return cls.from_vertices(centre + scale * _unique(corners))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Polytope:
         """{x : lower ≤ x ≤ upper}; raises `InputError` if the limits are not finite, or leave no interior."""
         low, high = np.atleast_1d(np.asarray(lower, dtype=float)), np.atleast_1d(np.asarray(upper, dtype=float))
-        if low.shape != high.shape or not np.all(np.isfinite([low, high])) or np.any(high - low < 2 * THINNEST):
+        if low.shape != high.shape or not np.all(np.isfinite([low, high])) or np.any(low >= high):
             raise InputError(f"a box needs finite limits with lower < upper, given {low.tolist()} and {high.tolist()}")
         eye = np.eye(len(low))
-        return _body(cls.from_rows(np.vstack([eye, -eye]), np.concatenate([high, -low]), 0.5 * (low + high)))
+        return _body(
+            cls.from_rows(np.vstack([eye, -eye]), np.concatenate([high, -low]), 0.5 * (low + high), 0.5 * (high - low))
+        )
 
     @property
     def dimension(self) -> int:
@@ -102,6 +124,11 @@ class Polytope:
         """The mean of the vertices, a point well inside."""
         return np.asarray(self.vertices.mean(axis=0))
 
+    @property
+    def unit(self) -> Array:
+        """Half the extent along each coordinate, (n,) [unit of x]."""
+        return np.asarray(0.5 * np.ptp(self.vertices, axis=0))
+
     def violation(self, points: ArrayLike) -> Array:
         """max_i (A_i x − b_i) at each point, shape (p, n) → (p,); ≤ 0 inside [unit of x]."""
         return np.asarray((np.asarray(points) @ self.A.T - self.b).max(axis=-1))
@@ -110,7 +137,7 @@ class Polytope:
         """Length, area, volume, … [unit of x to the power n]."""
         if self.dimension == 1:
             return float(np.ptp(self.vertices))
-        return float(ConvexHull(self.vertices).volume)
+        return float(ConvexHull((self.vertices - self.centre) / self.unit).volume * np.prod(self.unit))
 
     @property
     def outline(self) -> Array:
@@ -134,11 +161,30 @@ class Polytope:
         """{y : (y, values) ∈ P}, with the last coordinates fixed; None where it has no interior."""
         fixed = np.atleast_1d(np.asarray(values, dtype=float))
         free = self.dimension - len(fixed)
-        return Polytope.from_rows(self.A[:, :free], self.b - self.A[:, free:] @ fixed)
+        bounds = self.b - self.A[:, free:] @ fixed
+        return Polytope.from_rows(self.A[:, :free], bounds, self.centre[:free], self.unit[:free])
 
     def shadow(self, size: int) -> Polytope:
         """The projection onto the first `size` coordinates."""
         return _body(Polytope.from_vertices(self.vertices[:, :size]))
+
+
+def bounding_box(A: Array, b: Array) -> tuple[Array, Array] | None:
+    """The smallest box around {x : A x ≤ b}; None where it is empty. Raises `InputError` where it is unbounded."""
+    rows, sides = np.column_stack([b, -A]), []
+    for axis in np.vstack([np.eye(A.shape[1]), -np.eye(A.shape[1])]):
+        least = minimum(np.append(0.0, axis), rows)
+        if least is None:
+            return None
+        if least.value == -np.inf:
+            raise InputError(_UNBOUNDED)
+        sides.append(least.value)
+    low, high = np.split(np.array(sides), 2)
+    return low, -high
+
+
+def _is_flat(low: Array, high: Array) -> bool:
+    return bool(np.any(high - low <= _FLAT * (np.abs(low) + np.abs(high))))
 
 
 def _body(polytope: Polytope | None) -> Polytope:

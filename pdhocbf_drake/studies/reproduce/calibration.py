@@ -31,7 +31,7 @@ CHOSEN: dict[str, Any] = {
     "gait": {"stride": 0.15, "double_support_ticks": 0, "start_steps": 0},
     "mpc": {"foothold_weight": 1e4},
 }
-_SETTLED = 1200  # ticks after which the walk repeats to some 0.1 mm/s
+SETTLED = 1200  # ticks after which the walk repeats to some 0.1 mm/s
 _TOLERANCE = 1e-6  # [m/s]
 
 
@@ -51,7 +51,7 @@ class Calibration(NamedTuple):
     walks: int
 
 
-def free_walk(gait: dict[str, Any], mpc: dict[str, Any], ticks: int = _SETTLED) -> NDArray[np.float64]:
+def free_walk(gait: dict[str, Any], mpc: dict[str, Any], ticks: int = SETTLED) -> NDArray[np.float64]:
     """Forward CoM velocity of the template without barriers from a stand on, (ticks,) [m/s]."""
     walk = build_walk(Scenario.from_dict({"system": "vhip", "gait": gait, "mpc": mpc}, "calibration"))
     return forward_speed(walk.mpc, ticks)

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pdhocbf_drake.analysis.feet import steps_taken
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.run_folder import Run
+from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.reproduce.lemma_2 import in_words, literal_attempts
 from pdhocbf_drake.studies.reproduce.report import Number, Section, Table
@@ -21,13 +21,15 @@ from pdhocbf_drake.studies.shared.cases import PERIODIC
 from pdhocbf_drake.studies.shared.template import SettledWalk
 from pdhocbf_drake.walking.support import contains
 
-NO_DOUBLE_SUPPORT: Request = ("walking", "{duration: 5.0, gait: {double_support_ticks: 0}}")
-MEASURED_ZMP: Request = ("walking", "{duration: 5.0, mpc: {zmp_state: measured}}")
+_DURATION = 5.0  # [s] of each compared walk of the robot
+NO_DOUBLE_SUPPORT: Request = ("walking", f"{{duration: {_DURATION}, gait: {{double_support_ticks: 0}}}}")
+MEASURED_ZMP: Request = ("walking", f"{{duration: {_DURATION}, mpc: {{zmp_state: measured}}}}")
 HARD: Request = ("paper_vhip", "mpc: {barrier: hard}")
 SOFT: Request = ("paper_vhip", "barriers: {forward_speed: {gamma: [0.5, 0.5]}}")
 _KICK = 0.02  # [m/s]
 _PHASES = range(0, 40, 5)
 _AFTER = 40
+_ROUNDING = 1e-9  # [m]
 
 
 def literal_against_corrected(runs: Runs) -> Section:
@@ -35,7 +37,7 @@ def literal_against_corrected(runs: Runs) -> Section:
     runs.report("gamma = 1 as a hard constraint after a kick")
     hard, soft = _after_kicks(runs, HARD), _after_kicks(runs, SOFT)
     eta, both = literal_attempts(runs)
-    base, jump, measured = (_robot_walk(runs.run(r)) for r in (ROBOT[PERIODIC], NO_DOUBLE_SUPPORT, MEASURED_ZMP))
+    base, jump, measured = (walked(runs.run(r)) for r in (ROBOT[PERIODIC], NO_DOUBLE_SUPPORT, MEASURED_ZMP))
     kick, phases = f"after a kick of {1e3 * _KICK:g} mm/s", len(_PHASES)
     degree = refusal_of("barriers: {forward_speed: {gamma: [1.0], relative_degree: 1}}")
     slips = {
@@ -90,21 +92,31 @@ def _after_kicks(runs: Runs, request: Request) -> int:
     return count
 
 
-def _robot_walk(run: Run) -> str:
-    """Ending, ZMP and least h of a run of the robot, in words."""
+def walked(run: Run) -> str:
+    """Ending, distance, speed, ZMP and least h of the first `_DURATION` seconds of a run of the robot, in words."""
     log, scenario = run.log, run.scenario
-    rows = np.asarray(log.time >= scenario.from_time)
+    rows = np.asarray((log.time >= scenario.from_time) & (log.time <= _DURATION + 1e-9))
     if not rows.any():
         return f"{log.ending} after {log.time[-1]:.1f} s"
+    time, com = log.time[rows], log.element("lip_state", "x")
     zmp, box = log["lip_state"][:, [2, 5]], log["zmp_box"].reshape(-1, 2, 2)
-    outside = 1.0 - contains(box, zmp)[rows].mean()
-    jump = np.abs(np.diff(log.element("zmp_reference", "y_zmp")))[rows[1:]].max()
+    outside = 1.0 - contains(box, zmp, _ROUNDING)[rows].mean()
+    planned = np.stack([log.element("zmp_reference", axis) for axis in ("x_zmp", "y_zmp")], axis=1)
+    jump = np.linalg.norm(np.diff(planned, axis=0), axis=1)[rows[1:]].max()
     h = log["h"][rows, 0].min()
+    ended = "" if time[-1] > _DURATION - scenario.tick else f"{log.ending} at {log.time[-1]:.1f} s; "
+    gone, speed = com[rows][-1] - com[0], (com[rows][-1] - com[rows][0]) / (time[-1] - time[0])
     return (
-        f"robot: {log.ending} at {log.time[-1]:.1f} s, {steps_taken(log)} steps; ZMP outside its box "
-        f"{100 * outside:.0f} % of the time, planned jumps up to {1e3 * jump:.0f} mm a tick, least h {1e3 * h:.0f} "
-        "mm/s"
+        f"robot, {time[-1]:g} s: {ended}{gone:.2f} m of {_commanded(scenario, time[-1]):.2f} m commanded, "
+        f"{speed:.3f} m/s from {scenario.from_time:g} s on; ZMP outside its box {100 * outside:.0f} % of the time, "
+        f"planned ZMP jumps up to {1e3 * jump:.0f} mm a tick, least h {1e3 * h:.0f} mm/s"
     )
+
+
+def _commanded(scenario: Scenario, time: float) -> float:
+    """Distance that the CoM is commanded to have gone [m]: half a stride less than the steps."""
+    gait = scenario.gait
+    return max(0.0, time / (gait.ticks_per_step * gait.tick) - gait.start_steps - 0.5) * gait.stride
 
 
 def refusal_of(text: str) -> str:
