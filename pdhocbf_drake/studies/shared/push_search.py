@@ -55,8 +55,8 @@ def search_all(
 ) -> Iterator[list[Impulse]]:  # fmt: skip
     """The largest survived impulse for every barrier, direction and phase, yielded as they are found.
 
-    A search in the second step of the gait begins from what is survived in its first one, with left and right exchanged,
-    and one with a barrier from what is survived without: the same walk, mirrored or nearly.
+    A search in the second step of the gait begins from what is survived in its first one with left and right exchanged,
+    and a search with a barrier from what is survived without one.
 
     Args:
         scenario: the scenario. barriers: some of `CASES`.
