@@ -72,7 +72,7 @@ class _PreparedProcess:
         with theirs:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", "pdhocbf_drake.studies.campaign.one_run"],
-                stdin=theirs,
+                stdin=theirs.fileno(),
                 stdout=self._complaints,
                 stderr=self._complaints,
                 env={**os.environ, **ONE_THREAD},
