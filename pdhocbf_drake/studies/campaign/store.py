@@ -117,7 +117,8 @@ class CampaignStore:
                 raise RunFolderError(f"{whole} cannot be read: {first}") from None
         for part in sorted(self._parts.glob(_PART)):
             try:
-                yield pq.read_table(part)
+                with pq.ParquetFile(part) as file:  # a third of the time of `read_table`
+                    yield file.read(use_threads=False)
             except (OSError, pa.ArrowInvalid):
                 continue  # cut short by a crash of the machine: the run is run again
 
