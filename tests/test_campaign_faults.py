@@ -77,10 +77,15 @@ def test_a_run_whose_process_is_killed_is_begun_once_more(tmp_path) -> None:
     summary = json.loads((tmp_path / "out" / "campaign.json").read_text())
     assert (summary["runs"], summary["succeeded"], summary["failed"]) == (9, 8, 1)
 
+    assert summary["workers"] == 2
+    assert summary["simulating_share"] == summary["simulating_seconds"] / (2 * summary["seconds"])
+    assert 0.0 < summary["simulating_share"] < 1.0
+
     # What failed is run again only on demand.
     code, out, err = finish(start("campaign", tmp_path / "tiny.yaml", "--out", tmp_path / "out"))
     assert code == 0, err
     assert "failed: 1 runs" in out, err
+    assert json.loads((tmp_path / "out" / "campaign.json").read_text()) == summary
     code, out, err = finish(start("campaign", tmp_path / "tiny.yaml", "--out", tmp_path / "out", "--retry-failed"))
     assert code == 0, err
     assert "failed" not in out, err

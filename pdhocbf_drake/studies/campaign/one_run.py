@@ -14,7 +14,6 @@ import threading
 import time
 from contextlib import suppress
 from multiprocessing.connection import Connection, wait
-from multiprocessing.process import parent_process
 from pathlib import Path
 from typing import Any, Final
 
@@ -27,6 +26,7 @@ from pdhocbf_drake.simulation.checks import check_scenario
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import advance, make_diagram
 from pdhocbf_drake.studies.shared.endings import ending_of
+from pdhocbf_drake.studies.shared.pool import end_with_parent
 
 IDLE: Final = 60.0  # time without a run after which the process ends [s]
 _EXIT = 1.0  # time for a process to end after its answer [s]
@@ -127,7 +127,7 @@ def _forked(run: int, scenario: dict[str, Any], walk: Walk | None, worker: Conne
 
 def _answer(run: int, scenario: dict[str, Any], walk: Walk | None, worker: Connection, answer_to: Connection) -> None:
     worker.close()
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    end_with_parent()
     _name(run)
     _send(answer_to, run_one(scenario, walk))
 
@@ -140,13 +140,6 @@ def _name(run: int) -> None:
     """Names the process for `ps` and `top`, where Linux allows it."""
     with suppress(OSError):
         Path("/proc/self/comm").write_text(f"run-{run}", encoding="ascii")
-
-
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def _end_with(worker: Connection) -> None:

@@ -6,11 +6,13 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from multiprocessing.context import BaseContext
+from multiprocessing.process import BaseProcess, parent_process
 from typing import Any, Final, TypeVar
 from unittest.mock import patch
 
@@ -34,11 +36,11 @@ def worker_pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Processes that start as work is submitted; work that has not begun when the block ends is dropped.
 
     They are forked from one that only imports what they need: a child of this one would share Drake's threads and
-    locks. Where processes can't be forked, each is spawned. An exception in the block ends them at once; Ctrl-C, which
-    a terminal sends to them too, only by that way.
+    locks. Where processes can't be forked, each is spawned. An exception in the block ends them at once, and so does
+    the end of this process; Ctrl-C, which a terminal sends to them too, only by that way.
     """
     others = multiprocessing.active_children()
-    with _Pool(workers, _context(), _ignore_ctrl_c) as pool:
+    with _Pool(workers, _context(), _begin) as pool:
         try:
             yield pool
         except BaseException:
@@ -62,15 +64,27 @@ def _context() -> BaseContext:
 
 
 class _Pool(ProcessPoolExecutor):
-    """A pool whose processes start with Ctrl-C blocked, until `_ignore_ctrl_c` runs in them."""
+    """A pool whose processes start with Ctrl-C blocked, until `_begin` runs in them."""
 
     def submit(self, *args: Any, **kwargs: Any) -> Future[Any]:
         with ctrl_c_blocked():
             return super().submit(*args, **kwargs)
 
 
-def _ignore_ctrl_c() -> None:
+def _begin() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    end_with_parent()
+
+
+def end_with_parent() -> None:
+    """From here on this process ends when the one that it was made for does, also when that one is killed."""
+    if (parent := parent_process()) is not None:
+        threading.Thread(target=_wait_for, args=(parent,), daemon=True).start()
+
+
+def _wait_for(parent: BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
 
 
 def result_of(future: Future[Result], advice: str = "") -> Result:
