@@ -140,7 +140,7 @@ def test_configs_of_drake_that_runs_have_in_common_are_read_once(tmp_path, monke
     read: list[type] = []
     ours = drake_config.yaml_load_typed
     monkeypatch.setattr(
-        drake_config, "yaml_load_typed", lambda schema, **more: read.append(schema) or ours(schema, **more)
+        drake_config, "yaml_load_typed", lambda schema, **more: read.append(schema) or ours(schema=schema, **more)
     )
     varied = {**TINY["factors"], "plant.time_step": {"values": [0.001, 0.002, 0.004]}}
     reported: list[tuple[int, int]] = []
