@@ -7,9 +7,10 @@ import json
 import numpy as np
 import pytest
 import synthetic
+from pydrake.geometry.optimization import HPolyhedron, VPolytope
 from synthetic import MARGIN, SPEED, STRIDE, TICK, N
 
-from pdhocbf_drake.analysis.feet import slip_max, zmp_margins
+from pdhocbf_drake.analysis.feet import hull_margins, slip_max, zmp_margins
 from pdhocbf_drake.analysis.metrics import base_yaw, compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
@@ -45,7 +46,7 @@ def test_every_promised_key_is_there_and_documented(log):
     assert set(data) >= PROMISED
     assert data["schema"] == 1
     barrier = {"h_min", "h_mean", "violations", "psi_min", "gamma", "relative_degree", "unit"}
-    barrier |= {"slack_max", "softened_ticks"}
+    barrier |= {"slack_max", "softened_ticks", "active_ticks", "active_first", "active_slower"}
     assert set(data["barriers"]["forward_speed"]) == barrier
     mpc = {"solves", "fallbacks", "failures", "slack_max", "tick_seconds_median", "tick_seconds_p99", "solver"}
     assert set(data["mpc"]) == mpc | {"degraded"}
@@ -172,6 +173,53 @@ def test_the_zmp_margin_turns_with_the_foot(log, yaw):
     assert zmp_margins(log, LIMITS.sole_half)[row] == pytest.approx(0.01)
 
 
+def test_a_foot_that_lands_tilted_supports_with_the_corners_that_touch(log):
+    row = round(1.4 / TICK)  # on the left foot, in mid-step
+    left, tilt = log["foot_state"][row, :6], 0.1
+    log["foot_state"][row, 6:] = [left[0] + 0.2, left[1] - 0.16, 0.1 * np.sin(tilt), 0.0, tilt, 0.0]  # on its toes
+    log["lip_state"][row, [2, 5]] = left[0] + 0.25, left[1] - 0.16
+    toes = left[0] + 0.2 + 0.1 * np.cos(tilt)
+    assert zmp_margins(log, LIMITS.sole_half)[row] > 0.02
+    log["lip_state"][row, 2] = toes + 0.01
+    assert zmp_margins(log, LIMITS.sole_half)[row] == pytest.approx(-0.01)
+    log["foot_state"][row, 8] += 2e-3  # a little higher, it carries nothing
+    assert zmp_margins(log, LIMITS.sole_half)[row] == pytest.approx(-np.hypot(toes - left[0] - 0.09, 0.1))
+
+
+def test_there_is_no_margin_without_a_corner_on_the_ground(log):
+    log["foot_state"][100, [2, 8]] = 0.01
+    margins = zmp_margins(log, LIMITS.sole_half)
+    assert np.flatnonzero(np.isinf(margins)).tolist() == [100]
+    assert metrics(log).zmp_margin_min == pytest.approx(margins.min())
+
+
+def test_margins_are_distances_from_the_edge_of_the_hull():
+    random = np.random.default_rng(1)
+    for count in (1, 2, 3, 6):
+        corners, points = random.normal(size=(count, 2)), random.normal(size=(30, 2))
+        found = hull_margins(points, np.tile(corners, (30, 1, 1)), np.ones((30, count), dtype=bool))
+        hull = VPolytope(corners.T)
+        for point, margin in zip(points, found, strict=True):
+            inside, nearest = hull.PointInSet(point), hull.Projection(point)[1][:, 0]
+            assert (margin >= 0) == inside
+            if not inside:
+                assert -margin == pytest.approx(np.linalg.norm(point - nearest), abs=1e-5)
+            elif count > 2:
+                edges = HPolyhedron(hull)
+                distance = (edges.b() - edges.A() @ point) / np.linalg.norm(edges.A(), axis=1)
+                assert margin == pytest.approx(distance.min())
+
+
+def test_ticks_without_load_on_the_ground_are_counted(log):
+    load = np.full((len(log), 1), 285.0)
+    load[[0, 70, 71]] = 0.0  # at the start no contact has been found yet
+    loaded = RunLog({**log.signals, "ground_load": load}, log.time)
+    found = metrics(loaded)
+    assert found.unloaded_ticks == 2
+    assert "no load on the ground at 2 ticks" in dict(summary_rows(found))["ZMP"]
+    assert metrics(log).unloaded_ticks is None  # an older log
+
+
 def test_standing_feet_support_between_them_too(log):
     assert zmp_margins(log, LIMITS.sole_half)[0] == pytest.approx(0.1)  # the front edge is nearer than the sides
 
@@ -243,3 +291,8 @@ def test_an_empty_log_has_metrics_too():
     assert data["ending"] == "interrupted"
     assert data["steps_taken"] is None
     assert data["mpc"]["solves"] == 0
+
+
+def test_a_violation_is_more_than_rounding(log):
+    log["h"][300:303, 0] = [-5.55e-17, -1e-10, -1e-8]  # of a bound of some 0.4 m/s
+    assert metrics(log).barriers["forward_speed"].violations == 1

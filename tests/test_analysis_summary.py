@@ -74,3 +74,24 @@ def test_a_number_that_is_null_is_called_unknown():
     rows = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, LIMITS)))
     assert "unknown" in rows["tracking"]
     assert "unknown" in rows["ZMP"]
+
+
+def test_a_barrier_says_whether_it_acted_when_first_and_how_slow_the_walk_was():
+    run = synthetic.run()
+    assert "acted" not in summary()["barrier forward_speed"]  # an older log
+    active = np.zeros((len(run.log), 1))
+    run.log.signals["barrier_active"] = active
+    line = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, LIMITS)))["barrier forward_speed"]
+    assert line.endswith("it never acted")
+    active[101:111] = 1.0  # planned at ticks 100 to 109, in step 2
+    run.log["lip_state"][80:120, 1] -= 0.1
+    found = compute_metrics(run.scenario, run.log, 2.0, LIMITS)
+    barrier = found.barriers["forward_speed"]
+    assert (barrier.active_ticks, barrier.active_first) == (10, pytest.approx(1.0))
+    assert barrier.active_slower == pytest.approx(0.1)
+    line = dict(summary_rows(found))["barrier forward_speed"]
+    assert line.endswith("it acted at 10 ticks, first at 1.00 s, in steps that were 0.100 m/s slower than commanded")
+
+
+def test_the_width_of_the_walk_stands_beside_the_commanded_one():
+    assert "feet 160.0 mm apart (commanded 160.0 mm)" in summary()["straightness"]

@@ -29,9 +29,9 @@ class FaultyEstimator(LeafSystem):
 
     fault: Callable[[float, np.ndarray], np.ndarray] | None = None
 
-    def __init__(self, biped: Biped) -> None:
+    def __init__(self, biped: Biped, tick: float) -> None:
         super().__init__()
-        self._true = StateEstimator(biped)
+        self._true = StateEstimator(biped, tick)
         self._context = self._true.CreateDefaultContext()
         self.parts = self._true.parts
         ports = map(self._true.get_input_port, range(self._true.num_input_ports()))

@@ -143,7 +143,21 @@ def test_anticipative_tail_is_brute_force_summation_of_the_commanded_zmp() -> No
     velocity = [(centre(k + 1) - centre(k)) / 0.01 for k in range(tick, tick + 2000)]
     brute = mpc.divergent.input_weights(tick, 2000)[80:] @ np.array(velocity)[80:]
     ours = [stability(mpc, axis).anticipative_tail(tick) for axis in (0, 1)]
-    np.testing.assert_allclose(ours, brute, atol=1e-7)
+    np.testing.assert_allclose(ours, brute, atol=1e-9)
+
+
+@pytest.mark.parametrize(("period", "horizon"), [(10, 20), (10, 80), (40, 80)])
+def test_the_anticipative_tail_is_that_of_the_whole_walk_ahead(period: int, horizon: int) -> None:
+    gait = {"ticks_per_step": period, "double_support_ticks": 2, "com_height_amplitude": 0.0, "stride": 0.1}
+    mpc = make_mpc(gait, {"horizon": horizon, "tail": "anticipative"})
+    weight = mpc.gait.region.weight
+    for tick in (0, 3 * period + 3):
+        steps, phases = np.divmod(np.arange(tick, tick + 3001), period)
+        feet = np.array([mpc.gait.foothold(j) for j in range(-1, steps[-1] + 1)])
+        centre = feet[steps] + weight[phases, None] * (feet[steps + 1] - feet[steps])
+        brute = mpc.divergent.input_weights(tick, 3000)[horizon:] @ np.diff(centre, axis=0)[horizon:] / 0.01
+        ours = [stability(mpc, axis).anticipative_tail(tick) for axis in (0, 1)]
+        np.testing.assert_allclose(ours, brute, atol=1e-9)
 
 
 def test_the_walk_settles_into_an_orbit_with_the_commanded_speed() -> None:

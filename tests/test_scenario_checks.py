@@ -107,6 +107,11 @@ def test_a_long_stand_before_the_walk_costs_no_time_and_changes_no_orbit():
     assert (short == long).all()
 
 
+def test_a_walk_that_settles_slowly_has_an_orbit():
+    text = "{mpc: {foothold_weight: 1000, zmp_centre_weight: 30}}"
+    build_walk(load_scenario("vhip", text))  # its velocity changes by 4e-9 m/s still after 60 gaits
+
+
 def test_errors_of_nominal_walks_name_the_decisive_keys():
     with pytest.raises(InputError, match=r"can't be planned .*gait\.stride 10 m .* mpc\.step_tolerance \[0\.1"):
         nominal_walk_of(coarse(), 10.0)

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from logs import differences
+from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import PortDataType
 
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.mpc.terms import constraints_of
+from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
@@ -153,3 +155,16 @@ def test_the_last_tick_is_not_lost_to_rounding(ticks):
     # 6·0.1 is above 0.6 in floating point, and Drake counts that way.
     text = f"{{duration: {ticks / 10}, van_der_pol: {{tick: 0.1, ticks_per_period: 63}}}}"
     assert len(simulate(load_scenario("van_der_pol", text))) == ticks + 1
+
+
+def test_a_run_continued_from_a_cloned_context_is_the_run_itself(tmp_path) -> None:
+    logged = make_diagram(load_scenario("vhip"))
+    simulator = Simulator(logged.diagram)
+    simulator.AdvanceTo(0.5)
+    continued = Simulator(logged.diagram, simulator.get_context().Clone())
+    for each in (simulator, continued):
+        each.AdvanceTo(1.0)
+    log = logged.recorded(continued.get_context())
+    assert not differences(logged.recorded(simulator.get_context()), log)
+    log.save(tmp_path / "log.npz")
+    assert not differences(RunLog.load(tmp_path / "log.npz"), log)

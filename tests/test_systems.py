@@ -43,6 +43,10 @@ def test_clock_lets_both_feet_stand_after_the_last_step() -> None:
     simulator = Simulator(clock)
     context = simulator.get_mutable_context()
     simulator.AdvanceTo(1.605)  # towards tick 161, the second of step 4
+    clock.GetInputPort("resumed").FixValue(context, [165.0, 1.0, 5.0])  # tick 5 of step 4
+    clock.GetInputPort("last_step").FixValue(context, [2.0])
+    assert clock.GetOutputPort("gait_phase").Eval(context)[2] == 1.0
+    clock.GetInputPort("resumed").FixValue(context, [-1.0, 0.0, -1.0])
     for last_step, support in ((-1.0, GAIT.support(4)), (4.0, GAIT.support(4)), (3.0, 0.0)):
         clock.GetInputPort("last_step").FixValue(context, [last_step])
         np.testing.assert_array_equal(clock.GetOutputPort("gait_phase").Eval(context), [1, 4, support])

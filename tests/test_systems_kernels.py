@@ -36,14 +36,16 @@ def write_lip_state(random: np.random.Generator) -> tuple[Values, Values]:
         random.normal(size=19),
         random.normal(size=18),
     )
-    origin, base, out = random.permutation(19)[:3], random.permutation(18)[:6], np.empty(8)
+    origin, base, out = random.permutation(19)[:3], random.permutation(18)[:6], np.zeros(21)
+    held = random.choice([np.nan, 0.3]) + np.array([0.0, 0.1])
     force[base[5]] = random.choice([-5.0, 0.5, 300.0])
-    kernels.write_lip_state(com, velocity, q, origin, force, base, out)
-    zmp = com[:2]
+    kernels.write_lip_state(com, velocity, q, origin, force, base, held, out)
+    zmp = com[:2] if np.isnan(held).any() else held
     if force[base[5]] > 1.0:  # the moment about the ZMP (x, y, 0) has no horizontal part
         moment = force[base[:3]] + np.cross(q[origin], force[base[3:]])
         zmp = np.array([-moment[1], moment[0]]) / force[base[5]]
-    return (out,), ([com[0], velocity[0], zmp[0], com[1], velocity[1], zmp[1], com[2], velocity[2]],)
+    lip = [com[0], velocity[0], zmp[0], com[1], velocity[1], zmp[1]]
+    return (out,), ([*lip, com[2], velocity[2], *np.zeros(12), force[base[5]]],)
 
 
 def write_foot_state(random: np.random.Generator) -> tuple[Values, Values]:
@@ -129,5 +131,6 @@ def test_the_kernels_offsets_are_those_of_the_signals_and_of_the_task_coordinate
     assert places("foot_reference", "left_vx") == [kernels.AXES]
     assert size("lip_state") == kernels.COM_Z
     assert size("lip_state") + size("com_z") == kernels.LEFT_POSE
+    assert kernels.LEFT_POSE + size("foot_state") == kernels.LOAD
     assert places("foot_state", "left_roll", "right_x") == [kernels.ANGLES, kernels.RIGHT_POSE - kernels.LEFT_POSE]
     assert (posture.COM.start, posture.LEFT.start, posture.RIGHT.start) == (kernels.COM, kernels.LEFT, kernels.RIGHT)

@@ -218,6 +218,24 @@ def test_estimator_outputs_the_derivatives_of_the_com_and_the_tilt_of_the_soles(
     assert np.all(np.abs([*lip[[1, 4]], z[1]]) > 0.01)
 
 
+def test_estimator_keeps_the_last_zmp_while_nothing_is_loaded(biped: Biped, posture: np.ndarray) -> None:
+    estimator = unbundled(StateEstimator(biped, 0.01))
+    simulator = Simulator(estimator)
+    context = simulator.get_mutable_context()
+    estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([posture, np.zeros(18)]))
+    wrench = np.zeros(18)
+    point, force = np.array([0.03, -0.02, 0.0]), np.array([0.0, 0.0, 280.0])
+    wrench[biped.base_v_index] = np.concatenate([np.cross(point - posture[biped.base_q_index[4:]], force), force])
+    found = []
+    for tick, scale in enumerate((1.0, 0.0, 0.0, 1e-6)):
+        estimator.GetInputPort("contact_forces").FixValue(context, scale * wrench)
+        lip, load = (estimator.GetOutputPort(name).Eval(context).copy() for name in ("lip_state", "ground_load"))
+        np.testing.assert_allclose(load, 280.0 * scale)
+        found.append(lip[[2, 5]])
+        simulator.AdvanceTo(0.01 * (tick + 0.5))
+    np.testing.assert_allclose(found, [point[:2]] * 4, atol=1e-9)
+
+
 def test_estimator_in_the_air_puts_the_zmp_under_the_com(biped: Biped, posture: np.ndarray) -> None:
     estimator = unbundled(StateEstimator(biped))
     context = estimator.CreateDefaultContext()

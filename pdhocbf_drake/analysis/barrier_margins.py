@@ -18,6 +18,8 @@ from pdhocbf_drake.walking.vhip import Vhip
 
 Array = NDArray[np.float64]
 
+_ROUNDING = 1e-9  # share of a bound by which rounding may miss it
+
 
 class BarrierUse(NamedTuple):
     """A barrier of a scenario.
@@ -89,6 +91,11 @@ def _values(run: Run, quantity: Quantity, states: Array) -> Array:
     gait = run.scenario.gait
     ticks = np.rint(run.log.time / gait.tick).astype(int)
     return quantity.values(states, ticks, Vhip(CosineHeight(gait).eta(), gait.tick))
+
+
+def violated(h: Array, magnitude: float) -> NDArray[np.bool_]:
+    """Whether h is below 0 by more than rounding, 1e-9 of the bound's magnitude, or no number, shape of h."""
+    return ~(h >= -_ROUNDING * magnitude)
 
 
 def bound_along(log: RunLog, scenario: Scenario, use: BarrierUse) -> Array:

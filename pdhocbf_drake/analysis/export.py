@@ -15,7 +15,7 @@ from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.systems.signals import LOGGED
 
 _SIGNALS = {signal.name: signal for signal in LOGGED}
-_OF_BARRIERS = ("h", "barrier_slack")  # signals with one element for each barrier
+_OF_BARRIERS = ("h", "barrier_slack", "barrier_active")  # signals with one element for each barrier
 _NANOSECONDS = 1_000_000_000
 
 MISSING_MCAP: Final = "MCAP needs the package 'mcap'; install it with pip install 'pdhocbf-drake[export]'"
@@ -24,7 +24,8 @@ MISSING_MCAP: Final = "MCAP needs the package 'mcap'; install it with pip instal
 def elements_of(run: Run) -> dict[str, tuple[str, ...]]:
     """The names of the elements of each signal of a run's log, in the order of the log.
 
-    They are those of `systems.signals`; of h and barrier_slack the barriers' names; elsewhere 0, 1, 2, ….
+    They are those of `systems.signals`; of h, barrier_slack and barrier_active the barriers' names; elsewhere
+    0, 1, 2, ….
     """
     barriers = tuple(barriers_of(run.scenario))
     named = {}

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.geometry.optimization import HPolyhedron, VPolytope
 
 from pdhocbf_drake.simulation.run_log import RunLog
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_ON_GROUND = 1e-3  # [m]: a lower sole stands on the ground, into which soles sink by some tenths of a millimetre
+_TOUCHES = 1e-5  # [m]: a lower corner of a sole touches the ground, into which what carries load sinks
 _LIFTED = 5e-3  # [m]: a swing foot that never rose this far took no step
 
 _SUPPORT = {"left": 1.0, "right": -1.0}
@@ -31,7 +32,7 @@ def steps_taken(log: RunLog) -> int:
         rows = step == index
         if index == step[-1]:  # only the next row would show that it is complete
             continue
-        swing = "right" if support[rows][0] > 0 else "left"
+        swing = "right" if support[rows][-1] > 0 else "left"  # a step in place of a stand may begin later
         if "foot_state" not in log or log.element("foot_state", f"{swing}_z")[rows].max() > _LIFTED:
             count += 1
     return count
@@ -46,6 +47,18 @@ def slip_max(log: RunLog) -> float:
             stance = centre[rows]
             farthest = max(farthest, float(np.linalg.norm(stance - stance[0], axis=1).max()))
     return farthest
+
+
+def stance_width(log: RunLog) -> float | None:
+    """Mean lateral distance of the stance from the one before it, over the steps of a walk [m]; None without two.
+
+    Footholds are a compromise of the commanded ones with the effort, so that a walk is narrower than its command.
+    """
+    support, step = log.element("gait_phase", "support"), log.element("gait_phase", "step")
+    rows = [row for row in step_starts(log)[2:] if support[row] * support[row - 1] < 0.0 and step[row] > 0.0]
+    if not rows:
+        return None
+    return float(np.abs(np.diff(log["stance_plan"][rows][:, [1, 3]], axis=1)).mean())
 
 
 def sole_centres(log: RunLog, side: str) -> Array:
@@ -67,34 +80,47 @@ def touchdown_rows(log: RunLog, side: str) -> list[int]:
 def zmp_margins(log: RunLog, sole_half: Array) -> Array:
     """Distance of the measured ZMP from the edge of the support polygon, negative outside it, (T,) [m].
 
-    The polygon is the convex hull of the soles on which the gait stands, and of any other within a millimetre of the
-    ground.
+    The polygon is the convex hull of the corners of both soles that touch the ground. Where none does, the margin is
+    infinite; where the ZMP is no number, NaN.
     """
     zmp = np.stack([log.element("lip_state", "x_zmp"), log.element("lip_state", "y_zmp")], axis=1)
-    on_ground = {side: stands(log, side) | (log.element("foot_state", f"{side}_z") < _ON_GROUND) for side in _SUPPORT}
-    corners = {side: sole_corners(log, side, sole_half[i]) for i, side in enumerate(_SUPPORT)}
-    margins = np.empty(len(log))
-    for row in range(len(log)):
-        carrying = [corners[side][row] for side in _SUPPORT if on_ground[side][row]]
-        margins[row] = _margin(zmp[row], np.concatenate(carrying)) if np.isfinite(zmp[row]).all() else np.nan
-    return margins
+    corners = np.concatenate([sole_corners(log, side, sole_half[i]) for i, side in enumerate(_SUPPORT)], axis=1)
+    return hull_margins(zmp, corners[:, :, :2], corners[:, :, 2] < _TOUCHES)
 
 
 def sole_corners(log: RunLog, side: str, half: Array) -> Array:
-    """The four corners of a sole on the ground, counter-clockwise, (T, 4, 2) [m]."""
-    yaw = log.element("foot_state", f"{side}_yaw")
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    turn = np.stack([np.stack([cos, -sin], axis=1), np.stack([sin, cos], axis=1)], axis=1)
+    """The four corners of a sole in the world, counter-clockwise, (T, 4, 3) [m]."""
+    roll, pitch, yaw = (log.element("foot_state", f"{side}_{angle}") for angle in ("roll", "pitch", "yaw"))
+    (cr, sr), (cp, sp), (cy, sy) = ((np.cos(angle), np.sin(angle)) for angle in (roll, pitch, yaw))
+    # The first two columns of R_z(yaw) R_y(pitch) R_x(roll), as in Drake's RollPitchYaw, (T, 3) each.
+    ahead = np.stack([cy * cp, sy * cp, -sp], axis=1)
+    across = np.stack([cy * sp * sr - sy * cr, sy * sp * sr + cy * cr, cp * sr], axis=1)
+    centre = np.stack([log.element("foot_state", f"{side}_{axis}") for axis in "xyz"], axis=1)
     local = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * half
-    corners: Array = sole_centres(log, side)[:, None, :] + np.einsum("tij,cj->tci", turn, local)
+    corners: Array = centre[:, None] + local[:, :1] * ahead[:, None] + local[:, 1:] * across[:, None]
     return corners
 
 
-def _margin(point: Array, corners: Array) -> float:
-    """Signed distance to the edges' lines of the corners' hull: exact inside, a lower bound of the distance outside."""
-    hull = HPolyhedron(VPolytope(corners.T))
-    normals = hull.A()
-    return float(((hull.b() - normals @ point) / np.linalg.norm(normals, axis=1)).min())
+def hull_margins(points: Array, corners: Array, counted: Mask) -> Array:
+    """Signed distance of points (T, 2) from the edge of the convex hull of those corners (T, n, 2) that count (T, n).
+
+    It is min over unit vectors d of max_i d·corner_i − d·point, positive inside. The least one is that of an edge's
+    normal, or outside that of the way from a corner to the point; so these are tried. Infinite where no corner counts.
+    """
+    margins = np.full(len(points), np.inf)
+    ways = [(points - corners[:, i], counted[:, i]) for i in range(corners.shape[1])]
+    for i, j in combinations(range(corners.shape[1]), 2):
+        normal = (corners[:, j] - corners[:, i])[:, ::-1] * [1.0, -1.0]
+        both = counted[:, i] & counted[:, j]
+        ways += [(normal, both), (-normal, both)]
+    for way, tried in ways:
+        length = np.linalg.norm(way, axis=1)
+        tried = tried & (length > 0.0)
+        unit = way / np.where(length > 0.0, length, 1.0)[:, None]
+        reach = np.where(counted, np.einsum("tij,tj->ti", corners, unit), -np.inf).max(axis=1)
+        margins = np.where(tried, np.minimum(margins, reach - np.einsum("tj,tj->t", points, unit)), margins)
+    margins = np.where(np.isinf(margins) & counted.any(axis=1), 0.0, margins)  # the point is the only corner
+    return np.where(np.isfinite(points).all(axis=1), margins, np.nan)
 
 
 def _stretches(mask: Mask) -> list[slice]:

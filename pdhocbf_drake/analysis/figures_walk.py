@@ -97,7 +97,7 @@ def footsteps(run: Run, limits: RobotLimits | None) -> Figure:
     axis.plot(x, y, color=palette.MEASURED_COM, label="CoM")
     if limits is not None:
         for index, (side, colour) in enumerate((("left", palette.LEFT), ("right", palette.RIGHT))):
-            corners = sole_corners(log, side, limits.sole_half[index])
+            corners = sole_corners(log, side, limits.sole_half[index])[:, :, :2]
             for count, row in enumerate(touchdown_rows(log, side)):
                 patch = Polygon(corners[row], closed=True, fc=colour, ec=colour, alpha=0.3)
                 patch.set_label(f"{side} foot, taken" if count == 0 else "_")

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.analysis.barrier_margins import barriers_of
-from pdhocbf_drake.analysis.feet import slip_max, steps_taken, zmp_margins
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, violated
+from pdhocbf_drake.analysis.feet import slip_max, stance_width, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.margin import record_from_h
@@ -17,6 +17,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.systems.kernels import LEAST_LOAD
 from pdhocbf_drake.walking.support import contains
 
 Array = NDArray[np.float64]
@@ -45,9 +46,12 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         distance_commanded=_distance_commanded(scenario, log) if walks else None,
         mean_speed=_statistic(np.mean, log.after(scenario.from_time).element("lip_state", "vx")) if walks else None,
         lateral_drift=_drift(scenario, log, log.element("lip_state", "y")) if walks else None,
+        stance_width=stance_width(log.after(scenario.from_time)) if walks else None,
+        stance_width_commanded=scenario.gait.stance_width if walks else None,
         yaw_drift_deg=_drift(scenario, log, np.degrees(base_yaw(log))) if body else None,
         com_rms_error=_com_rms_error(log) if walks else None,
         zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,
+        unloaded_ticks=_unloaded_ticks(log) if body else None,
         zmp_outside_fraction=_zmp_outside(log) if walks else None,
         slip_max=_finite(slip_max(log)) if body else None,
         joint_torque_peak=_finite(np.abs(log["actuation"]).max()) if body else None,
@@ -78,7 +82,7 @@ def _distance_commanded(scenario: Scenario, log: RunLog) -> float:
     step, tick = log["gait_phase"][-1, 1], log["gait_phase"][-1, 0]
     walked = float(step + tick / gait.ticks_per_step - gait.start_steps)
     if gait.walk_steps is not None and walked >= gait.walk_steps:
-        return (gait.walk_steps - 1) * gait.stride
+        return max(0, gait.walk_steps - 1) * gait.stride
     return max(0.0, walked - 0.5) * gait.stride
 
 
@@ -96,6 +100,11 @@ def _zmp_outside(log: RunLog) -> float:
     return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp, _ROUNDING).mean())
 
 
+def _unloaded_ticks(log: RunLog) -> int | None:
+    """The start is no such tick: contact is found from the first step of the plant on; None in older logs."""
+    return int((log["ground_load"][1:] <= LEAST_LOAD).sum()) if "ground_load" in log else None
+
+
 def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:
     angles, (lowest, highest) = log["joint_state"][:, :12], limits.position.T
     return _finite(np.minimum(angles - lowest, highest - angles).min())
@@ -105,6 +114,8 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
     table = {}
     for name, use in barriers_of(scenario).items():
         judged = log.after(scenario.from_time)["h"][:, use.column]
+        bound = bound_along(log, scenario, use) if "barrier_bound" in log else judged  # the oscillator's is not logged
+        magnitude = np.abs(np.nan_to_num([*bound, *judged])).max(initial=0.0)
         slack = log["barrier_slack"][:, use.column] if "barrier_slack" in log else None  # older logs have none
         try:
             record = record_from_h(judged, use.class_k)
@@ -113,15 +124,32 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
         table[name] = BarrierMetrics(
             h_min=record.h_min if record else None,
             h_mean=record.h_mean if record else None,
-            violations=int((~(judged >= 0)).sum()) if len(judged) else None,
+            violations=int(violated(judged, magnitude).sum()) if len(judged) else None,
             psi_min=_finite(record.psi_min) if record else None,
             slack_max=_statistic(np.max, slack) if slack is not None else None,
             softened_ticks=int((slack > NOTICED).sum()) if slack is not None else None,
+            **_action(scenario, log, use.column),
             gamma=list(use.gamma),
             relative_degree=use.relative_degree,
             unit=use.unit,
         )
     return table
+
+
+def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
+    """Ticks whose plan a barrier changed, and the walk's speed over the steps in which they are."""
+    if "barrier_active" not in log:  # an older log
+        return {}
+    acted = log["barrier_active"][1:, column] > 0.0  # a row holds what was planned at the row before
+    found = {"active_ticks": int(acted.sum()), "active_first": float(log.time[:-1][acted][0]) if acted.any() else None}
+    if "lip_state" not in log or not acted.any():
+        return found
+    gait, step = scenario.gait, log.element("gait_phase", "step")[:-1]
+    whole = (step < step[-1]) & (log.element("gait_phase", "support")[:-1] != 0.0)
+    rows = whole & np.isin(step, step[acted])
+    commanded = abs(gait.stride) / (gait.ticks_per_step * gait.tick)
+    forward = np.copysign(1.0, gait.stride) * log.element("lip_state", "vx")[:-1][rows]
+    return {**found, "active_slower": _statistic(lambda speeds: commanded - np.mean(speeds), forward)}
 
 
 def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:

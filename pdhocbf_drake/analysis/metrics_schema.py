@@ -14,10 +14,15 @@ class BarrierMetrics(_Table):
 
     h_min: float | None = Field(description="least h [unit]")
     h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
-    violations: int | None = Field(description="ticks with h < 0 or NaN")
+    violations: int | None = Field(description="ticks with h < −1e-9 of the bound's magnitude, or NaN")
     psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
     slack_max: float | None = Field(description="largest slack of its rows in a plan [unit]")
     softened_ticks: int | None = Field(description="ticks, at any time, whose plan has such a slack")
+    active_ticks: int | None = Field(None, description="ticks, at any time, whose plan a row of it changed")
+    active_first: float | None = Field(None, description="time of the first such tick [s]")
+    active_slower: float | None = Field(
+        None, description="commanded speed of the walk less its mean speed, over the whole steps with such ticks [m/s]"
+    )
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
     relative_degree: int = Field(description="declared relative degree, in ticks")
     unit: str = Field(description="unit of h")
@@ -57,11 +62,20 @@ class Metrics(_Table):
     lateral_drift: float | None = Field(
         description="|mean CoM y of the last gait less that at the start|, once a whole gait was walked [m]"
     )
+    stance_width: float | None = Field(
+        None, description="mean lateral distance of successive planned footholds, of whole steps from from_time on [m]"
+    )
+    stance_width_commanded: float | None = Field(None, description="that of the commanded footholds [m]")
     yaw_drift_deg: float | None = Field(
         description="|mean yaw of the last gait less that at the start|, once a whole gait was walked [deg]"
     )
     com_rms_error: list[float | None] | None = Field(description="measured less planned CoM in x, y, z, RMS [m]")
-    zmp_margin_min: float | None = Field(description="least distance of the measured ZMP from the support's edge [m]")
+    zmp_margin_min: float | None = Field(
+        description="least distance of the measured ZMP from the edge of the corners of soles that touch the ground [m]"
+    )
+    unloaded_ticks: int | None = Field(
+        None, description="ticks at which the ground carries nothing, so that there is no ZMP and the last one is kept"
+    )
     zmp_outside_fraction: float | None = Field(description="share of samples whose ZMP is outside the box (27)")
     slip_max: float | None = Field(description="farthest that a standing sole moved along the ground [m]")
     joint_torque_peak: float | None = Field(description="largest torque [N m]")

@@ -40,6 +40,8 @@ def _straightness(metrics: Metrics) -> str:
     if metrics.lateral_drift is None:
         return "not judged: no whole gait was walked"
     text = f"lateral drift {_mm(metrics.lateral_drift)}"
+    if metrics.stance_width is not None:
+        text += f", feet {_mm(metrics.stance_width)} apart (commanded {_mm(metrics.stance_width_commanded)})"
     return text if metrics.template else f"{text}, yaw drift {_of(metrics.yaw_drift_deg, 'deg')}"
 
 
@@ -47,6 +49,8 @@ def _zmp(metrics: Metrics, outside_fraction: float) -> str:
     outside = f"outside its box in {100 * outside_fraction:.1f} % of the samples"
     if metrics.template:
         return outside
+    if metrics.unloaded_ticks:
+        outside += f"; no load on the ground at {_count(metrics.unloaded_ticks, 'tick')}"
     least = metrics.zmp_margin_min
     if least is None or least > -5e-5:
         return f"at least {_mm(least if least is None else max(least, 0.0))} inside the soles' edge, {outside}"
@@ -62,10 +66,24 @@ def _joints(metrics: Metrics) -> str:
 
 
 def _barrier(barrier: BarrierMetrics) -> str:
+    text = f"{_margin(barrier)}{_action(barrier)}"
     if not barrier.softened_ticks:
-        return _margin(barrier)
+        return text
     slack = _of(barrier.slack_max, barrier.unit)
-    return f"{_margin(barrier)}; softened at {_count(barrier.softened_ticks, 'tick')}, by {slack} at most"
+    return f"{text}; softened at {_count(barrier.softened_ticks, 'tick')}, by {slack} at most"
+
+
+def _action(barrier: BarrierMetrics) -> str:
+    if barrier.active_ticks is None:  # an older log
+        return ""
+    if barrier.active_first is None:
+        return "; it never acted"
+    text = f"; it acted at {_count(barrier.active_ticks, 'tick')}, first at {barrier.active_first:.2f} s"
+    slower = barrier.active_slower
+    if slower is None:
+        return text
+    way = "slower" if slower >= 0.0 else "faster"
+    return f"{text}, in steps that were {_of(abs(slower), 'm/s')} {way} than commanded"
 
 
 def _margin(barrier: BarrierMetrics) -> str:

@@ -22,8 +22,8 @@ class RecoveryConfig(Config):
 
     Attributes:
         noticed: prediction errors of the divergent component that add up to this within a step are a disturbance [m].
-        calm: it is over when footholds have been planned this close to the commanded ones for `calm_ticks` [m].
-        calm_ticks: how long that must have been so, with nothing new noticed [ticks].
+        calm: it is over when the steady program has a plan whose next foothold is this close to the commanded one [m].
+        calm_ticks: how long nothing must have been noticed before that is tried [ticks].
         foothold_weight: ε of eq. (36) [1/s²].
         tail_weight: price of a missed tail, squared [1/s²].
         zmp_box: side lengths of the ZMP box in x and y; null keeps the gait's [m].

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from copy import copy
 
 import numpy as np
@@ -18,11 +18,13 @@ from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.terms import TERMS, constraints_of
+from pdhocbf_drake.mpc.terms.stability import Stability
 from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
 from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
+from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.vhip import Vhip
 
 Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
@@ -101,7 +103,8 @@ class PeriodicMpc:
             self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, True, turn, kinds)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
-        self._endings: dict[int, PeriodicMpc] = {}
+        self._kept: dict[Hashable, PeriodicMpc] = {}
+        self._rows_of_barriers: dict[tuple[int, int], list[np.ndarray]] = {}
         # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
         self._bounds = [
             (b.name, b.bound.period, b.bound.samples(0, b.bound.period + config.horizon + 1))
@@ -139,11 +142,21 @@ class PeriodicMpc:
 
     def ending_at(self, step: int) -> PeriodicMpc:
         """The same problem for a walk whose last swing is that of step j."""
-        if step not in self._endings:
-            other = self._endings[step] = copy(self)
-            other._read(self.gait.ending_at(step))
-            other.recovery = None if self.recovery is None else self.recovery.ending_at(step)
-        return self._endings[step]
+        return self._derived(step, lambda gait: gait.ending_at(step))
+
+    def resumed_by(self, resumed: Resumed) -> PeriodicMpc:
+        """The same problem for a walk with steps in place of a stand."""
+        if resumed == self.gait.footsteps.resumed:
+            return self
+        return self._derived(resumed, lambda gait: gait.resumed_by(resumed))
+
+    def _derived(self, key: Hashable, change: Callable[[Gait], Gait]) -> PeriodicMpc:
+        if key not in self._kept:
+            other = self._kept[key] = copy(self)
+            other._kept = {}
+            other._read(change(self.gait))
+            other.recovery = None if self.recovery is None else self.recovery._derived(key, change)
+        return self._kept[key]
 
     def given(
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
@@ -200,6 +213,17 @@ class PeriodicMpc:
             return plan
         return plan._replace(unmet=self._unmet(plan, thetas, reasons))
 
+    def missed_tail(self, state: np.ndarray, plan: Plan) -> float:
+        """By how much a plan from `state` misses its anticipative tail, in x or in y [m]; a step makes that good."""
+        missed = 0.0
+        for problem, inputs, axis_state in zip(self.problems, plan.inputs, state, strict=True):
+            for term in problem.terms:
+                if isinstance(term, Stability):
+                    tail = term.anticipative_tail(plan.tick)
+                    known = np.concatenate([inputs, axis_state, [tail]])
+                    missed = max(missed, abs(float(term.row(plan.tick % self.gait.period) @ known)))
+        return missed
+
     def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason) -> Plan:
         """What the solvers of both axes found."""
         (x, y), (starts_x, starts_y) = results, self._slack_starts
@@ -209,7 +233,29 @@ class PeriodicMpc:
         if reason == Reason.SOLVED and largest > NOTICED:
             reason = Reason.SOFTENED
         active = (self._padded(0, x.active), self._padded(1, y.active))
-        return Plan(tick, inputs, footholds, active, slacks, x.cost + y.cost, reason, 0, unmet=self._all_met)
+        acting, met = self._acting(tick, results, slacks), self._all_met
+        return Plan(tick, inputs, footholds, active, slacks, x.cost + y.cost, reason, 0, unmet=met, acting=acting)
+
+    def _acting(self, tick: int, results: Sequence[QpResult], slacks: np.ndarray) -> np.ndarray:
+        """`Plan.acting`; on a lower rung, whose rows are others, of the barriers whose slack is noticed."""
+        acting = (slacks > NOTICED).astype(float)
+        place, phase = 0, tick % self.gait.period
+        for axis, result in enumerate(results):
+            if not self.barriers[axis]:
+                continue
+            own = self._barrier_rows(axis, phase)
+            if len(result.active) == len(self.qps[axis][phase].names):
+                acting[place : place + len(own)] = [result.active[rows].any() for rows in own]
+            place += len(own)
+        return acting
+
+    def _barrier_rows(self, axis: int, phase: int) -> list[np.ndarray]:
+        """Places of the rows of each barrier of an axis in its program."""
+        if (axis, phase) not in self._rows_of_barriers:
+            names = np.array(self.qps[axis][phase].names)
+            rows = [np.flatnonzero(names == f"barrier {barrier.name}") for barrier in self.barriers[axis]]
+            self._rows_of_barriers[axis, phase] = rows
+        return self._rows_of_barriers[axis, phase]
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
         """Flags for the longest program of this axis: rows that this phase, or a lower rung, lacks are inactive."""
@@ -262,7 +308,8 @@ class PeriodicMpc:
         delta = self.gait.config.tick
         inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
         slacks = np.zeros(sum(map(len, self.barriers)))
-        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count, unmet=self._all_met)
+        met = self._all_met
+        return Plan(tick, inputs, footholds, active, slacks, np.nan, reason, count, unmet=met, acting=slacks)
 
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """The box (27), without the margin, at a tick: x_min, x_max, then y, shape (2, 2) [m].

@@ -14,6 +14,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.kernels import believe
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan, Reason
+from pdhocbf_drake.mpc.stepping import about_to_stand, steps_again
 
 _MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
 
@@ -54,21 +55,24 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
         The memory for the next tick, and the plan; its reason says also what was wrong with the measurement.
     """
     memory, tick = memory.copy(), measurement.tick
-    mpc = mpc.ended_by(memory.last_step)
+    mpc = mpc.ended_by(memory.last_step).resumed_by(memory.resumed)
     if measurement.feet is not None:
         memory.land(mpc, tick, measurement.feet)
     bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
     state, fault = _believed_state(mpc, memory, measurement.state, tick, latency)
     if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
-    recovering = memory.disturbance.active
-    plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, recovering)
+    plan = _planned(mpc, memory, tick, state, bounds, measurement.zmp_offset)
+    resumed = steps_again(mpc, state, memory.stance[:, 1], plan)
+    if resumed != memory.resumed:
+        mpc = memory.resume(mpc, tick, resumed)
+        plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, True)
     reason = _supervise(mpc, memory, plan, fault)
     memory.advance(mpc, state, plan)
     solved = float(plan.reason.planned)
     cost = plan.cost if solved else 0.0
     memory.solver_status = np.array([solved, 0.0, cost, plan.slack, float(plan.fallbacks), float(reason)])
-    memory.barrier_slack, memory.unmet = plan.slacks, plan.unmet.ravel()
+    memory.barrier_slack, memory.barrier_active, memory.unmet = plan.slacks, plan.acting, plan.unmet.ravel()
     return memory, plan if reason == plan.reason else plan._replace(reason=reason)
 
 
@@ -141,6 +145,23 @@ def _believed_state(
     if repeats and moves > _MOVED:
         return memory.state, Reason.STALE_MEASUREMENT
     return state, Reason.SOLVED
+
+
+def _planned(
+    mpc: PeriodicMpc, memory: Memory, tick: int, state: np.ndarray, bounds: Mapping[str, np.ndarray],
+    offset: np.ndarray | None,
+) -> Plan:  # fmt: skip
+    """The plan of a steady or of a disturbed walk; where the former is as good as undisturbed, it ends a recovery."""
+    config, disturbance = mpc.config.recovery, memory.disturbance
+    if config is None or not disturbance.may_be_over(config) or about_to_stand(mpc, tick):
+        return mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, disturbance.active)
+    plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan)
+    if plan.recovering:
+        return plan._replace(reason=Reason.RECOVERING) if plan.reason == Reason.NO_STEADY_PLAN else plan
+    if memory.moved(mpc, plan) > config.calm:
+        return mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, True)
+    memory.disturbance = disturbance.ended()
+    return plan
 
 
 def _supervise(mpc: PeriodicMpc, memory: Memory, plan: Plan, measurement: Reason) -> Reason:

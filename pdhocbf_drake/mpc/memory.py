@@ -11,17 +11,18 @@ from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
-from pdhocbf_drake.walking.footsteps import BOTH, LEFT
+from pdhocbf_drake.walking.footsteps import AS_COMMANDED, BOTH, LEFT, Resumed
 from pdhocbf_drake.walking.kernels import write_foot_plan
 
 OUTPUTS = (
-    "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack", "unmet",
+    "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack",
+    "barrier_active", "unmet",
 )  # fmt: skip
 """The parts that other blocks or the log read, and that the next tick does not need."""
 
 _ROWS = {LEFT: 0, -LEFT: 1}  # of `Memory.feet`, by the foot
 _NONE = np.zeros(0)
-_NUMBERS = 9  # single numbers, from `last_step` to `plan`, with which the part behind the outputs begins
+_NUMBERS = 12  # single numbers, from `last_step` to `plan`, with which the part behind the outputs begins
 
 
 @dataclass
@@ -38,11 +39,13 @@ class Memory:
         foot_plan: where the left foot starts and ends this step, then the right one: x, y each [m].
         solver_status: solved, wall time [s], cost, slack [m/s], fallbacks in a row, reason.
         barrier_slack: each barrier's largest slack, those of x, then those of y, shape (n_b,) [m/s].
+        barrier_active: 1 for each barrier with an active row, in the same order, shape (n_b,).
         unmet: as `Plan.unmet`, x then y, shape (2 n_c,) [m].
         state: predicted [c, v, p] at k + 1 per axis, shape (2, 3).
         feet: last contact positions of the left and right foot, shape (2, 2) [m].
         stance: box centres of the last and this step per axis, shape (2, 2) [m].
         last_step: the step with the last swing, once the walk is to come to a stand; else −1.
+        resumed: the steps that are taken in place of a stand.
         degraded: ticks in a row that had no solution or no measurement.
         measured: c and v of both axes as measured at k [m, m/s].
         plan: the plan made at k, or None at the start.
@@ -56,6 +59,7 @@ class Memory:
     foot_plan: np.ndarray
     solver_status: np.ndarray
     barrier_slack: np.ndarray
+    barrier_active: np.ndarray
     unmet: np.ndarray
     state: np.ndarray
     feet: np.ndarray
@@ -65,6 +69,7 @@ class Memory:
     measured: np.ndarray
     plan: Plan | None
     disturbance: Disturbance = CALM
+    resumed: Resumed = AS_COMMANDED
 
     @classmethod
     def at_start(cls, mpc: PeriodicMpc, state: np.ndarray, feet: np.ndarray) -> Memory:
@@ -75,9 +80,10 @@ class Memory:
         eta = mpc.vhip.eta[0]
         com = np.array([[c, v, eta * (c - p)] for c, v, p in state]).ravel()
         zmp = np.array([[p, 0.0] for p in state[:, 2]]).ravel()
+        inactive = np.zeros(sum(map(len, mpc.barriers)))
         memory = cls(
             com, zmp, np.zeros(4), np.zeros(8), np.zeros(8), np.array([1.0, 0, 0, 0, 0, Reason.SOLVED]),
-            np.zeros(sum(map(len, mpc.barriers))), np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
+            inactive, inactive, np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
             np.array(feet, dtype=float), stance, -1.0, 0.0, np.full(4, np.nan), None,
         )  # fmt: skip
         footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).moves, axis=1)
@@ -112,16 +118,32 @@ class Memory:
         config = mpc.config.recovery
         if config is None:
             return
-        moved = 0.0
-        if self.plan is not None:
-            step = tick // mpc.gait.period
-            coming = step - self.plan.tick // mpc.gait.period  # the plan's first foothold is taken at a new step
-            (_, x), (_, y) = self.stance.tolist()
-            along, aside = mpc.commanded.steps(step).moves[:, 0].tolist()
-            foot_x, foot_y = self.plan.footholds[:, coming].tolist()
-            moved = max(abs(foot_x - x - along), abs(foot_y - y - aside))
         error = divergent_error(mpc.divergent, tick, state, self.state)
-        self.disturbance = self.disturbance.after(config, mpc.gait.period, error, moved)
+        self.disturbance = self.disturbance.after(config, mpc.gait.period, error)
+
+    def moved(self, mpc: PeriodicMpc, plan: Plan) -> float:
+        """How far the next foothold of a plan made at this tick is from the commanded one, in x or y [m]."""
+        commanded = self.stance[:, 1] + mpc.commanded.steps(plan.tick // mpc.gait.period).moves[:, 0]
+        return float(np.abs(plan.footholds[:, 0] - commanded).max())
+
+    def resume(self, mpc: PeriodicMpc, tick: int, resumed: Resumed) -> PeriodicMpc:
+        """Takes steps in place of a stand; returns the problem of that walk, which begins like the last plan's."""
+        other = mpc.resumed_by(resumed)
+        self.resumed = resumed
+        step = tick // mpc.gait.period
+        here, coming = other.gait.support(step), other.gait.support(step + 1)
+        if here != mpc.gait.support(step):  # a foot lifts off that stood
+            self.stance = np.stack([self.stance[:, 1], _centre(here, self.feet)], axis=1)
+        moves = np.cumsum(other.commanded.steps(step).moves, axis=1)
+        if self.plan is not None:
+            footholds = self.stance[:, 1:] + moves
+            if here == mpc.gait.support(step) and self.plan.tick // mpc.gait.period == step:
+                first = self.plan.footholds[:, 0]
+                if coming != mpc.gait.support(step + 1):
+                    first = _landing(mpc.gait.support(step + 1), self.stance[:, 1], first)
+                footholds += (first - footholds[:, 0])[:, None]
+            self.plan = self.plan._replace(footholds=footholds)
+        return other
 
     def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> None:
         """Steps the template by the plan's first input and moves on to tick k + 1."""
@@ -164,12 +186,12 @@ class MemoryLayout:
     """
 
     def __init__(self, mpc: PeriodicMpc) -> None:
-        rows = mpc.rows
+        rows, barriers = mpc.rows, sum(map(len, mpc.barriers))
         self.sizes = {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
-            "barrier_slack": sum(map(len, mpc.barriers)), "unmet": 2 * len(mpc.constraints),
-            "last_step": 1, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4,
-            "stance": 4, "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
+            "barrier_slack": barriers, "barrier_active": barriers, "unmet": 2 * len(mpc.constraints), "last_step": 1,
+            "resumed": 3, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4, "stance": 4,
+            "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
             "active_y": rows[1],
         }  # fmt: skip
         self.places = layout(self.sizes)
@@ -186,15 +208,15 @@ class MemoryLayout:
         marks = (-1.0, 0.0, 0.0) if plan is None else (plan.tick, plan.fallbacks, plan.recovering)
         numbers = np.array(
             [
-                memory.last_step, memory.degraded, *disturbance.error_sum, disturbance.active, disturbance.quiet,
-                *marks,
+                memory.last_step, *memory.resumed, memory.degraded, *disturbance.error_sum, disturbance.active,
+                disturbance.quiet, *marks,
             ]
         )  # fmt: skip
         planned = [np.zeros(self._planned)] if plan is None else [plan.inputs, plan.footholds, *plan.active]
         parts = [
             memory.com_reference, memory.zmp_reference, memory.zmp_box, memory.stance_plan, memory.foot_plan,
-            memory.solver_status, memory.barrier_slack, memory.unmet, numbers, memory.measured, memory.state,
-            memory.feet, memory.stance, *planned,
+            memory.solver_status, memory.barrier_slack, memory.barrier_active, memory.unmet, numbers, memory.measured,
+            memory.state, memory.feet, memory.stance, *planned,
         ]  # fmt: skip
         return np.concatenate(parts, axis=None)
 
@@ -208,7 +230,8 @@ class MemoryLayout:
     def unpack_carried(self, carried: np.ndarray) -> Memory:
         """A memory from the part `carried` of the vector, as copies; its outputs are empty until the next tick."""
         own = np.array(carried)
-        last_step, degraded, x, y, disturbed, quiet, tick, fallbacks, recovering = own[:_NUMBERS].tolist()
+        numbers = own[:_NUMBERS].tolist()
+        last_step, first, side, last, degraded, x, y, disturbed, quiet, tick, fallbacks, recovering = numbers
         measured, state, feet, stance, inputs, footholds, active_x, active_y = [own[place] for place in self._arrays]
         plan = None
         if tick >= 0:
@@ -217,9 +240,9 @@ class MemoryLayout:
                 Reason.SOLVED, round(fallbacks), bool(recovering),
             )  # fmt: skip
         return Memory(
-            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
+            _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
             state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), last_step, degraded, measured, plan,
-            Disturbance((x, y), bool(disturbed), round(quiet)),
+            Disturbance((x, y), bool(disturbed), round(quiet)), Resumed(round(first), round(side), round(last)),
         )  # fmt: skip
 
 

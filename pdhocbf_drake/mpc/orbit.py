@@ -15,7 +15,8 @@ from pdhocbf_drake.walking import Gait
 
 _RECURRENCE = 1e-9  # [m/s]
 _NOISE = 1e-5  # of an interior-point solver [m/s]
-_GAITS = 60
+_GAITS = 500
+_PATIENCE = 20  # gaits in which the change must become less than ever before
 
 
 def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
@@ -43,24 +44,41 @@ def settled_gait(gait: Gait, mpc: PeriodicMpc) -> list[TemplateTick]:
     walk = walk_template(mpc, Memory.standing(mpc), 0, start + _GAITS * cycle)
     for tick in islice(walk, start):
         _check_planned(mpc, tick)
-    before, last = np.full((2, cycle, 3), np.inf), np.inf
-    for _ in range(_GAITS):
+    before, changes = np.full((2, cycle, 3), np.inf), [np.inf]
+    while len(changes) <= _GAITS:
         ticks = []
         for tick in islice(walk, cycle):
             _check_planned(mpc, tick)
             ticks.append(tick)
         states = _from_stance(ticks)
-        change = np.abs(states - before)[:, :, 1].max()
+        change, last = np.abs(states - before)[:, :, 1].max(), changes[-1]
         # A change that shrinks by the factor r from gait to gait leaves r/(1 − r) of itself to come. A solver that is
         # less exact comes to its own noise, from which nothing shrinks any more.
         to_come = change**2 / (last - change) if change < last < np.inf else change
         if to_come < _RECURRENCE or last <= change < _NOISE:
             return ticks
-        before, last = states, change
-    raise InputError(
-        f"gait: the walk does not settle into a periodic orbit: after {_GAITS} gaits of {cycle * gait.config.tick:g} s "
-        f"its velocity still changes by {change:.2g} m/s; what settles sooner are longer steps (gait.ticks_per_step "
-        f"{gait.period}, gait.tick {gait.config.tick:g} s) or less mpc.freeze_ticks ({mpc.config.freeze_ticks})"
+        before = states
+        changes.append(change)
+        if len(changes) > _PATIENCE and min(changes[-_PATIENCE:]) >= min(changes[:-_PATIENCE]):
+            break
+    raise _unsettled(mpc, changes)
+
+
+def _unsettled(mpc: PeriodicMpc, changes: Sequence[float]) -> InputError:
+    """The error of a walk whose velocity changes so from gait to gait [m/s]."""
+    gait, config = mpc.gait.config, mpc.config
+    text = (
+        f"gait: the walk does not settle into a periodic orbit: after {len(changes) - 1} gaits of "
+        f"{gait.ticks_per_gait * gait.tick:g} s its velocity still changes by {changes[-1]:.2g} m/s"
+    )
+    if len(changes) <= _GAITS:  # it goes to and fro, since what is planned late in a step can't be put right
+        return InputError(
+            f"{text}, and no less than before; what settles are longer steps (gait.ticks_per_step "
+            f"{gait.ticks_per_step}, gait.tick {gait.tick:g} s) or less mpc.freeze_ticks ({config.freeze_ticks})"
+        )
+    return InputError(
+        f"{text}, which shrinks too slowly; a larger mpc.foothold_weight ({config.foothold_weight:g}) or a smaller "
+        f"mpc.zmp_centre_weight ({config.zmp_centre_weight:g}) settles sooner"
     )
 
 

@@ -51,6 +51,7 @@ class Plan(NamedTuple):
         recovering: whether it was planned as a disturbed walk.
         unmet: of an axis whose program has no solution, by how much the plan misses each of `terms.constraints_of`;
             else 0, shape (2, n_c) [m, or as that says].
+        acting: 1 for each barrier with an active row, as the plan would be another without it; else 0, shape (n_b,).
     """
 
     tick: int
@@ -63,6 +64,7 @@ class Plan(NamedTuple):
     fallbacks: int
     recovering: bool = False
     unmet: np.ndarray = _NOTHING
+    acting: np.ndarray = _NOTHING[0]
 
     @property
     def slack(self) -> float:

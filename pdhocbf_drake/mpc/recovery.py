@@ -40,29 +40,34 @@ class Disturbance(NamedTuple):
     Attributes:
         error_sum: sum of the divergent component's prediction errors in x and y, forgotten within about a step [m].
         active: whether the walk is being recovered.
-        quiet: ticks since the last sign of trouble.
+        quiet: ticks since prediction errors last added up to a disturbance.
     """
 
     error_sum: tuple[float, float]
     active: bool
     quiet: int
 
-    def after(self, config: RecoveryConfig, period: int, error: tuple[float, float], moved: float) -> Disturbance:
+    def after(self, config: RecoveryConfig, period: int, error: tuple[float, float]) -> Disturbance:
         """One tick later.
 
         Args:
             config: what counts as a disturbance.
             period: N [ticks].
             error: measured minus predicted divergent component in x and y [m].
-            moved: how far the last plan's next foothold is from the commanded one [m].
         """
         kept = 1.0 - 2.0 / period
         error_sum = (kept * self.error_sum[0] + error[0], kept * self.error_sum[1] + error[1])
         trouble = max(map(abs, error_sum)) > config.noticed
-        if not self.active:
-            return Disturbance(error_sum, trouble, 0)
-        quiet = 0 if trouble or moved > config.calm else self.quiet + 1
-        return Disturbance(error_sum, quiet < config.calm_ticks, quiet)
+        active = self.active or trouble
+        return Disturbance(error_sum, active, self.quiet + 1 if active and not trouble else 0)
+
+    def may_be_over(self, config: RecoveryConfig) -> bool:
+        """Whether a walk that is recovered has been quiet for long enough to be planned as a steady one."""
+        return self.active and self.quiet >= config.calm_ticks
+
+    def ended(self) -> Disturbance:
+        """The same, no longer active."""
+        return Disturbance(self.error_sum, False, 0)
 
 
 CALM = Disturbance((0.0, 0.0), False, 0)

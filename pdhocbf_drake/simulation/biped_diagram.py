@@ -45,7 +45,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
     add_model_error(wiring, scenario.model_error, plant, biped)
 
-    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped)))
+    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
     wiring.connect(estimator, "robot_state", "contact_forces")
     add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
@@ -60,9 +60,9 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     connect_controller(wiring, walk, controller)
     wiring.connect(controller, "zmp_offset")
     wiring.connect(controller, "foot_state", measured=True)
-    wiring.connect(foot_reference, "gait_phase", "foot_plan")
+    wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
-    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step")
+    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step", "resumed")
     wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
     wiring.connect(detector, "com_z")
     wiring.connect(targets, "desired_state", "feedforward")
@@ -72,8 +72,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
         applied = plant.get_applied_spatial_force_input_port()
         wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
         wiring.log("push")
-    wiring.log("com_z", "foot_state", "joint_state", "foot_reference", "desired_state", "feedforward", "actuation")
-    wiring.log("robot_state")
+    wiring.log("com_z", "foot_state", "ground_load", "joint_state", "foot_reference", "desired_state", "feedforward")
+    wiring.log("actuation", "robot_state")
     return wiring.build("biped_walk")
 
 

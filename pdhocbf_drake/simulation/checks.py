@@ -11,7 +11,7 @@ from pdhocbf_drake.simulation.scenario import Push, Scenario, System
 from pdhocbf_drake.walking.com_height import GRAVITY
 
 _LONGEST_STEP = 10.0  # [s]
-_LARGEST_GROWTH = 100.0  # of ω·H·δ; the tail covers five horizons, and e^709 is the largest double
+_LARGEST_GROWTH = 100.0  # of ω·H·δ; e^709 is the largest double
 _MOST_STEPS = 1000  # of the plant in a tick
 _MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an entry
 

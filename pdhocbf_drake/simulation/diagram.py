@@ -44,7 +44,7 @@ def oscillator_diagram(scenario: Scenario) -> LoggedDiagram:
     oscillator = wiring.add("oscillator", Oscillator(tube))
     wiring.connect(oscillator, "oscillator_input")
     wiring.connect(tube_filter, "oscillator_state")
-    wiring.log("oscillator_state", "oscillator_input", "h", "solver_status", "barrier_slack")
+    wiring.log("oscillator_state", "oscillator_input", "h", "solver_status", "barrier_slack", "barrier_active")
     return wiring.build("van_der_pol")
 
 
@@ -64,11 +64,11 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
 def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     """Closes the loop from `lip_state` and logs the controller's signals."""
     wiring.connect(controller, "gait_phase")
-    wiring.connect(wiring.port("gait_phase").get_system(), "last_step")
+    wiring.connect(wiring.port("gait_phase").get_system(), "last_step", "resumed")
     wiring.connect(controller, "lip_state", measured=True)
     if walk.barriers:
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state")
         wiring.connect(controller, "barrier_bound")
-        wiring.log("barrier_bound", "h", "barrier_slack")
+        wiring.log("barrier_bound", "h", "barrier_slack", "barrier_active")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
     wiring.log("solver_status", "unmet")

@@ -82,7 +82,7 @@ def read_run(folder: str | Path) -> Run:
         raise RunFolderError(f"{folder} is not a run folder: its log is of another scenario, since it has no {needed}")
     barriers = 4 if scenario.system == "van_der_pol" else len(scenario.barriers)
     constraints = len(constraints_of(scenario.mpc))
-    for signal in ("h", "barrier_slack", "unmet"):
+    for signal in ("h", "barrier_slack", "barrier_active", "unmet"):
         columns = size(signal, barriers=barriers, constraints=constraints)
         there = log[signal].shape[1] if signal in log else 0 if signal == "h" else columns  # older logs have h only
         if there != columns:

@@ -30,11 +30,17 @@ class LoggedDiagram:
     adjust: list[Callable[[Context], None]] = field(default_factory=list)
 
     def recorded(self, context: Context, ending: str = FINISHED) -> RunLog:
-        """A copy of the log in a context of the diagram."""
+        """A copy of the log in a context of the diagram.
+
+        A simulator that goes on from a context at a tick logs that tick once more; the later row, which the run
+        continues from, is kept.
+        """
         log = self.sink.FindLog(context)
-        samples = log.data().T
+        times = log.sample_times()
+        kept = np.flatnonzero(np.diff(times, append=np.inf))
+        samples = log.data().T[kept]
         signals = {name: np.ascontiguousarray(samples[:, place]) for name, place in self.columns.items()}
-        return RunLog(signals, log.sample_times().copy(), ending)
+        return RunLog(signals, times[kept], ending)
 
     def forget(self, context: Context) -> None:
         """Empties the log of a context."""

@@ -16,8 +16,9 @@ from pdhocbf_drake.jit import compiled
 AXES = 3
 FOOT, ACCELERATION = 9, 6  # of foot_reference: a sole's elements, and where its acceleration starts among them
 COM, LEFT, RIGHT = 0, 6, 12  # of task coordinates
-COM_Z, LEFT_POSE, RIGHT_POSE, ANGLES = 6, 8, 14, 3  # of the state estimate: lip_state (6), com_z (2), foot_state (12)
-LEAST_LOAD = 1.0  # [N]: with less vertical force the robot is in the air, and the ZMP is set below the CoM
+COM_Z, LEFT_POSE, RIGHT_POSE, ANGLES = 6, 8, 14, 3  # of the state estimate: lip_state (6), com_z (2), foot_state (12),
+LOAD = 20  # ground_load (1)
+LEAST_LOAD = 1.0  # [N]: with less vertical force no foot carries the robot, and there is no ZMP
 LEARNING_RATE = 0.5  # weight of a new sample in the table of ZMP offsets [1]
 LARGEST_OFFSET = 0.08  # [m]: a larger difference of the ZMP is a fall, not a swinging leg
 
@@ -45,21 +46,27 @@ def write_h(
 @compiled
 def write_lip_state(
     com: np.ndarray, velocity: np.ndarray, q: np.ndarray, origin: np.ndarray, force: np.ndarray, base: np.ndarray,
-    out: np.ndarray,
+    held: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """lip_state and com_z of the state estimate, see `StateEstimator`.
+    """lip_state, com_z and ground_load of the state estimate, see `StateEstimator`.
 
     Args:
         com, velocity: of the CoM (3,) [m, m/s].
         q: positions. origin: places of the base's origin in q (3,).
         force: generalized contact forces (18,). base: places of the base's moment and force among them (6,).
+        held: the last ZMP (2,) [m]; NaN where there has been none.
     """
     mx, my = force[base[0]], force[base[1]]
     fx, fy, fz = force[base[3]], force[base[4]], force[base[5]]
     x, y, z = q[origin[0]], q[origin[1]], q[origin[2]]
-    on_ground = fz > LEAST_LOAD
-    out[0], out[1], out[2] = com[0], velocity[0], x - (my + z * fx) / fz if on_ground else com[0]
-    out[3], out[4], out[5] = com[1], velocity[1], y + (mx - z * fy) / fz if on_ground else com[1]
+    zmp_x, zmp_y = held[0], held[1]
+    if fz > LEAST_LOAD:
+        zmp_x, zmp_y = x - (my + z * fx) / fz, y + (mx - z * fy) / fz
+    elif math.isnan(zmp_x):
+        zmp_x, zmp_y = com[0], com[1]
+    out[0], out[1], out[2] = com[0], velocity[0], zmp_x
+    out[3], out[4], out[5] = com[1], velocity[1], zmp_y
+    out[LOAD] = fz
     out[COM_Z], out[COM_Z + 1] = com[2], velocity[2]
 
 

@@ -29,8 +29,9 @@ class MpcController(LeafSystem):
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
     Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
-        barrier_slack (n_b), unmet (2 n_c): as in `systems.signals`; they tell of the plan made at tick k.
+        barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`, of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
+        resumed (3): the steps that it takes in place of a stand, as in `systems.signals`.
 
     Attributes:
         mpc: the compiled problem.
@@ -52,7 +53,7 @@ class MpcController(LeafSystem):
     ) -> None:
         super().__init__()
         self._layout, self.latency = MemoryLayout(mpc), latency
-        self.parts = {name: self._layout.sizes[name] for name in (*OUTPUTS, "last_step")}
+        self.parts = {name: self._layout.sizes[name] for name in (*OUTPUTS, "last_step", "resumed")}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
         self._columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
@@ -92,6 +93,6 @@ class MpcController(LeafSystem):
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
         memory, plan = control(self.mpc, self.memory(context), self.measurement(context), self.latency)
-        memory.barrier_slack = plan.slacks[self._columns]
+        memory.barrier_slack, memory.barrier_active = plan.slacks[self._columns], plan.acting[self._columns]
         memory.solver_status[1] = time.perf_counter() - started
         values.set_value(self._layout.pack(memory))

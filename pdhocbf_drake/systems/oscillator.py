@@ -12,6 +12,7 @@ from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.systems.signals import places, size
 
 (_FALLBACKS,) = places("solver_status", "fallbacks")
+_AT_BOUND = 1e-6  # share of the largest |ψ| below which a ψ is at its bound
 _REASONS = {"solved": Reason.SOLVED, "softened": Reason.SOFTENED, "failed": Reason.NOT_OPTIMAL}
 
 
@@ -47,7 +48,8 @@ class TubeFilter(LeafSystem):
     Output ports:
         oscillator_input (1): found at the last tick [1/s²].
         h (4): x₁ upper, x₁ lower, x₂ upper, x₂ lower [1, 1, 1/s, 1/s].
-        solver_status (6), barrier_slack (4): as in `systems.signals`; slacks have the order and units of h.
+        solver_status (6), barrier_slack (4), barrier_active (4): as in `systems.signals`; slacks have the order and
+            units of h.
     """
 
     def __init__(self, tube: VanDerPolTube) -> None:
@@ -59,12 +61,14 @@ class TubeFilter(LeafSystem):
         self._input = self.DeclareDiscreteState(np.zeros(size("oscillator_input")))
         self._status = self.DeclareDiscreteState(np.array([1.0, 0.0, 0.0, 0.0, 0.0, Reason.SOLVED]))
         self._slack = self.DeclareDiscreteState(np.zeros(size("barrier_slack", count)))
+        self._active = self.DeclareDiscreteState(np.zeros(size("barrier_active", count)))
         self.DeclarePeriodicDiscreteUpdateEvent(tube.config.tick, 0.0, self._update)
         self.DeclareStateOutputPort("oscillator_input", self._input)
         h_changes_with = {self._state.ticket(), self.discrete_state_ticket(self._tick)}
         self.DeclareVectorOutputPort("h", size("h", count), self._calc_h, h_changes_with)
         self.DeclareStateOutputPort("solver_status", self._status)
         self.DeclareStateOutputPort("barrier_slack", self._slack)
+        self.DeclareStateOutputPort("barrier_active", self._active)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
@@ -79,6 +83,8 @@ class TubeFilter(LeafSystem):
         values.set_value(self._input, found.input)
         values.set_value(self._status, [solved, elapsed, cost, slacks.max(), fallbacks, _REASONS[found.status]])
         values.set_value(self._slack, slacks)
+        at_bound = found.psi <= _AT_BOUND * np.abs(found.psi).max()
+        values.set_value(self._active, at_bound & bool(found.input.any()))  # without barriers the input is zero
 
     def _calc_h(self, context: Context, output: BasicVector) -> None:
         tick = round(context.get_discrete_state(self._tick)[0])

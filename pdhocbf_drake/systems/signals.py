@@ -75,9 +75,14 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             "start and end of each foot in this step", logged=False),
     _signal("last_step", "mpc_controller", "step", "1",
             "the step with the last swing, after which the walk comes to a stand, else -1", logged=False),
+    _signal("resumed", "mpc_controller", "tick side last", "1",
+            "steps in place of a stand: the tick from which on a foot swings, the stance foot of that step (+1 left, "
+            "-1 right), the last such step; -1, 0, -1 without", logged=False),
     _signal("solver_status", "mpc_controller", "status time cost slack fallbacks reason", "1, s, 1, as h, 1, 1",
             "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.plan.Reason)"),
     _signal("barrier_slack", "mpc_controller", "n_b", "as h", "largest slack of each barrier that the plan paid for"),
+    _signal("barrier_active", "mpc_controller", "n_b", "1",
+            "1 where a row of the barrier is active, as the plan would be another without it, else 0"),
     _signal("unmet", "mpc_controller", "2*n_c", "m, m/s",
             "in x, then in y: by how much the plan misses each constraint that it could not meet: "
             "stability (or terminal set), ZMP box, step limits, and the ZMP velocity where it is bounded"),
@@ -89,6 +94,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("foot_state", "state_estimator",
             tuple(f"{s}_{e}" for s in SIDES for e in ("x", "y", "z", "roll", "pitch", "yaw")), "m, rad",
             "measured sole centres and roll, pitch, yaw"),
+    _signal("ground_load", "state_estimator", "fz", "N",
+            "vertical force of the ground on the robot; below 1 N there is no ZMP, and lip_state keeps the last one"),
     _signal("joint_state", "joint_encoders", _STATE, "rad, rad/s", "measured joint positions, then velocities"),
     _signal("foot_reference", "foot_reference",
             tuple(f"{s}_{d}{a}" for s in SIDES for d in ("", "v", "a") for a in "xyz"), "m, m/s, m/s²",

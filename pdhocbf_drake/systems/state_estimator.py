@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.robot import SIDES, Biped
 from pdhocbf_drake.systems.kernels import write_foot_state, write_lip_state
-from pdhocbf_drake.systems.signals import size, sizes
+from pdhocbf_drake.systems.signals import places, size, sizes
+
+_ZMP = places("lip_state", "x_zmp", "y_zmp")
 
 
 class StateEstimator(LeafSystem):
@@ -15,18 +17,23 @@ class StateEstimator(LeafSystem):
 
     The ground's generalized force on the floating base is the net contact wrench about the base's origin b:
     moment M, force F. The ZMP is the point of the ground where its horizontal moment vanishes:
-    x = b_x − (M_y + b_z F_x)/F_z,  y = b_y + (M_x − b_z F_y)/F_z; in the air it is set below the CoM.
+    x = b_x − (M_y + b_z F_x)/F_z,  y = b_y + (M_x − b_z F_y)/F_z. Where F_z is gone, as for a step of the plant when a
+    foot lands, there is no such point, and it stays where it was at the tick before, which is this block's discrete
+    state; before the first load it is below the CoM.
 
     Input ports:
         robot_state (37): q and v of the plant.
         contact_forces (18): generalized contact forces.
     Output parts, see `unbundled`:
-        lip_state (6), com_z (2), foot_state (12): as in `systems.signals`.
+        lip_state (6), com_z (2), foot_state (12), ground_load (1): as in `systems.signals`.
+
+    Args:
+        tick: δ [s].
     """
 
-    def __init__(self, biped: Biped) -> None:
+    def __init__(self, biped: Biped, tick: float = 0.01) -> None:
         super().__init__()
-        self.parts = sizes("lip_state", "com_z", "foot_state")
+        self.parts = sizes("lip_state", "com_z", "foot_state", "ground_load")
         self._size = sum(self.parts.values())
         self._biped = biped
         self._context = biped.plant.CreateDefaultContext()
@@ -34,8 +41,13 @@ class StateEstimator(LeafSystem):
         self._forces = self.DeclareVectorInputPort("contact_forces", size("contact_forces"))
         self._origin, self._base = biped.base_q_index[4:], biped.base_v_index
         self._left, self._right = (biped.soles[side].frame for side in SIDES)
-        prerequisites = {self._state.ticket(), self._forces.ticket()}
-        self.DeclareVectorOutputPort("estimate", self._size, self._calc, prerequisites)
+        self.DeclareDiscreteState(np.full(2, np.nan))  # the last ZMP
+        self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
+        prerequisites = {self._state.ticket(), self._forces.ticket(), self.xd_ticket()}
+        self._estimate = self.DeclareVectorOutputPort("estimate", self._size, self._calc, prerequisites)
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        values.set_value(self._estimate.Eval(context)[_ZMP])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         plant, here, state = self._biped.plant, self._context, self._state.Eval(context)
@@ -44,7 +56,7 @@ class StateEstimator(LeafSystem):
         velocity = plant.CalcCenterOfMassTranslationalVelocityInWorld(here)
         left = self._left.CalcPoseInWorld(here).GetAsMatrix34()
         right = self._right.CalcPoseInWorld(here).GetAsMatrix34()
-        estimate = np.empty(self._size)
-        write_lip_state(com, velocity, state, self._origin, self._forces.Eval(context), self._base, estimate)
+        held, estimate = context.get_discrete_state_vector().value(), np.empty(self._size)
+        write_lip_state(com, velocity, state, self._origin, self._forces.Eval(context), self._base, held, estimate)
         write_foot_state(left, right, estimate)
         output.SetFromVector(estimate)

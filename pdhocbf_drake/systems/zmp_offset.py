@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from pdhocbf_drake.systems.gait_reference import gait_after
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
 from pdhocbf_drake.systems.signals import places, size
 from pdhocbf_drake.walking import Gait
@@ -14,6 +15,7 @@ from pdhocbf_drake.walking.swing import Swing
 
 _INPUTS = (
     "gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "foot_plan", "stance_plan", "last_step",
+    "resumed",
 )  # fmt: skip
 _STANCE_AFTER = places("stance_plan", "x_after", "y_after")
 _AT_REST = np.zeros(size("foot_reference"))
@@ -34,6 +36,7 @@ class ZmpOffset(LeafSystem):
         gait_phase (3), whole_body_zmp (2), zmp_reference (4), foot_reference (18), foot_plan (8), stance_plan (8): as
             in `systems.signals`; the last three are needed with a lever only.
         last_step (1): the step with the last swing, or −1; may be left unconnected.
+        resumed (3): steps in place of a stand, as in `systems.signals`; may be left unconnected.
     Output ports:
         zmp_offset (2 H): expected whole-body minus template ZMP at the next H ticks, x then y [m].
 
@@ -52,7 +55,7 @@ class ZmpOffset(LeafSystem):
         self._sides = lru_cache(maxsize=4)(self._sides_from)
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         self._phase, self._whole_body_zmp, self._planned_zmp = ports[:3]
-        self._foot_reference, self._foot_plan, self._stance_plan, self._last = ports[3:]
+        self._foot_reference, self._foot_plan, self._stance_plan, self._last, self._resumed = ports[3:]
         self.DeclareDiscreteState(2 * self._period)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), self._phase.ticket(), *(port.ticket() for port in ports[3:])}
@@ -69,9 +72,9 @@ class ZmpOffset(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, step, _ = self._phase.Eval(context).tolist()
-        last = self._last.Eval(context)[0] if self._last.HasValue(context) else -1.0
+        gait = gait_after(self._gait, self._last, self._resumed, context)
         here = slice(round(tick) + 1, round(tick) + 1 + self._horizon)
-        side, expected = self._sides(round(step), last)[here], np.empty((2, self._horizon))
+        side, expected = self._sides(round(step), gait)[here], np.empty((2, self._horizon))
         write_table_offset(round(tick), side, context.get_discrete_state_vector().value(), expected)
         if self._has_lever:
             reference = self._foot_reference.Eval(context).reshape(2, 3, 3)
@@ -82,8 +85,7 @@ class ZmpOffset(LeafSystem):
             )
         output.SetFromVector(expected.ravel())
 
-    def _sides_from(self, step: int, last_step: float) -> np.ndarray:
+    def _sides_from(self, step: int, gait: Gait) -> np.ndarray:
         """The stance foot at each tick from the start of a step on: +1 left, −1 right, 0 both."""
-        gait = self._gait.ended_by(last_step)
         steps = range(step, step + self._horizon // self._period + 2)
         return np.repeat([float(gait.support(index)) for index in steps], self._period)

@@ -26,7 +26,7 @@ class GaitConfig(Config):
             paper's letter; `middle` is tick N/2, about mid-stance, as people walk.
         swing_height: clearance of the swing sole at mid-swing [m].
         start_steps: step durations to stand on both feet before the first step.
-        walk_steps: steps to take before coming to a stand again; null walks on.
+        walk_steps: steps to take before coming to a stand again; 0 only stands, null walks on.
         first_stance: the foot that stands during the first step.
     """
 
@@ -41,7 +41,7 @@ class GaitConfig(Config):
     com_height_phase: int | Literal["middle"] = 0
     swing_height: Annotated[float, within(0.0, 1.0, "m", above=True)] = 0.05
     start_steps: int = Field(2, ge=0, le=1000)
-    walk_steps: int | None = Field(None, ge=1)
+    walk_steps: int | None = Field(None, ge=0)
     first_stance: Literal["left", "right"] = "right"
 
     @property

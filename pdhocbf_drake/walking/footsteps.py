@@ -33,27 +33,55 @@ class Footstep(NamedTuple):
     ticks: int
 
 
+class Resumed(NamedTuple):
+    """Steps in place of a stand, by which a robot that is pushed there keeps its balance.
+
+    Attributes:
+        tick: the tick from which on a foot swings; −1 where the walk is as commanded.
+        side: the stance foot of the step with that tick: +1 left, −1 right; the feet alternate from there on.
+        last: the last such step; single-support steps of the walk among them stay as they are.
+    """
+
+    tick: int = -1
+    side: int = 0
+    last: int = -1
+
+
+AS_COMMANDED = Resumed()
+
+
 @dataclass(frozen=True)
 class Footsteps:
     """The footsteps of a whole walk; `footsteps[j]` is that of step j, for any integer j.
 
     Footstep −1 is the stand from which the walk starts; it holds for all earlier steps as well. After the end of the
     list its last two footsteps repeat, each time displaced by `advance`. After step `last` both feet stand side by
-    side.
+    side, and where steps are `resumed`, in place of a stand, they alternate.
 
     Attributes:
         listed: footsteps −1, 0, …; the last two of them are single-support steps.
         advance: displacement of the walk in two steps, along x and y [m].
         width: lateral distance between the feet of a stand [m].
         last: the last single-support step; None for a walk without an end.
+        resumed: the steps that take the place of a stand.
     """
 
     listed: tuple[Footstep, ...]
     advance: tuple[float, float]
     width: float
     last: int | None = None
+    resumed: Resumed = AS_COMMANDED
 
     def __getitem__(self, step: int) -> Footstep:
+        this = self._commanded(step)
+        first = self.resumed.tick // this.ticks
+        if this.side != BOTH or not (self.resumed.tick >= 0 and first <= step <= self.resumed.last):
+            return this
+        side = self.resumed.side * (-1) ** (step - first)
+        aside = side * self.width / 2.0
+        return this._replace(side=side, x=this.x - aside * math.sin(this.yaw), y=this.y + aside * math.cos(this.yaw))
+
+    def _commanded(self, step: int) -> Footstep:
         if self.last is None or step <= self.last:
             return self._before_the_end(step)
         end = self._before_the_end(self.last)
@@ -68,6 +96,15 @@ class Footsteps:
     def ending_at(self, step: int) -> Footsteps:
         """The same footsteps up to step j, then a stand with the feet side by side; an earlier end is kept."""
         return replace(self, last=step if self.last is None else min(step, self.last))
+
+    def resumed_by(self, resumed: Resumed) -> Footsteps:
+        """The same footsteps with steps in place of a stand."""
+        return replace(self, resumed=resumed)
+
+    @property
+    def end(self) -> int | None:
+        """The last single-support step, a resumed one included; None for a walk without an end."""
+        return None if self.last is None else max(self.last, self.resumed.last)
 
     def with_stride(self, stride: float, step: int) -> Footsteps:
         """The same footsteps up to step j, and from there on single-support steps `stride` [m] apart along x."""

@@ -9,7 +9,7 @@ import numpy as np
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH, Footsteps, commanded_footsteps
+from pdhocbf_drake.walking.footsteps import BOTH, Footsteps, Resumed, commanded_footsteps
 from pdhocbf_drake.walking.support import SupportRegion
 
 
@@ -19,7 +19,8 @@ class Gait:
     Step j holds ticks jN … jN + N − 1. In single support one foot stands while the other one swings to the next
     foothold; during the first D ticks both are on the ground. Where a walk begins and ends, both feet stand.
 
-    Other walks are derived from this one (`ending_at`, `with_box`, `with_stride`), so that its footsteps are kept.
+    Other walks are derived from this one (`ending_at`, `resumed_by`, `with_box`, `with_stride`), so that its footsteps
+    are kept.
 
     Attributes:
         config: the `gait` keys that the walk was first made from; where it was derived from another walk, `footsteps`
@@ -54,6 +55,7 @@ class Gait:
         self.region = SupportRegion(config)
         self.step = lru_cache(maxsize=64)(self.footsteps.__getitem__)
         self._endings: dict[int, Gait] = {}
+        self._resumed: dict[Resumed, Gait] = {}
 
     def phase(self, tick: int) -> tuple[int, int]:
         """(step index j, tick q within the step) of tick k = jN + q."""
@@ -88,6 +90,19 @@ class Gait:
     def ended_by(self, last_step: float) -> Gait:
         """This walk, or where a controller has set a last step (not −1), the one that ends there."""
         return self if last_step < 0 else self.ending_at(round(last_step))
+
+    def resumed_by(self, resumed: Resumed) -> Gait:
+        """The same walk with steps in place of a stand."""
+        if resumed == self.footsteps.resumed:
+            return self
+        if resumed not in self._resumed:
+            self._resumed[resumed] = Gait(self.config, self.footsteps.resumed_by(resumed))
+        return self._resumed[resumed]
+
+    def lift_off(self, step: int) -> int:
+        """Ticks from the start of step j until its foot swings: double support, or until a walk is resumed."""
+        first, tick = self.phase(self.footsteps.resumed.tick)
+        return max(self.config.double_support_ticks, tick if step == first else 0)
 
     def with_box(self, zmp_box: tuple[float, float]) -> Gait:
         """The same walk with another ZMP box, side lengths in x and y [m]."""

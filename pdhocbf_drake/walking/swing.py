@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -46,24 +47,31 @@ class Swing:
     """Reference motion of both soles at each tick, and accelerations of the swing foot over the horizon.
 
     The landing may move at every tick. From its last reference the swing foot takes the path of least jerk to the
-    present landing; its height depends on the time since lift-off alone.
+    present landing; its height depends on the time since lift-off alone, and its clearance on the square of the time
+    that the swing takes, so that a short swing is no more violent.
     """
 
     def __init__(self, gait: Gait) -> None:
-        config, ground = gait.config, np.zeros(2)
+        config = gait.config
         lift_off, duration = config.double_support_ticks, gait.swing_ticks() * config.tick
         self._timing = (gait.period, lift_off, duration, config.tick)
-        points = [
-            swing_point(ground, ground, config.swing_height, duration, (tick - lift_off) * config.tick)
-            for tick in range(gait.period + 1)
-        ]
-        # Height of the swing sole and its derivatives at each tick of a step, (N + 1, 3) [m, m/s, m/s²].
-        self._above = np.array([[part[2] for part in point] for point in points])
+        self._height = config.swing_height
+        self._above = lru_cache(maxsize=4)(self._heights)
         # Acceleration of a swing by one metre from rest to rest at each tick of a step, (N,) [1/s²].
         s = np.clip((np.arange(gait.period) - lift_off) / gait.swing_ticks(), 0.0, 1.0)
         self._whole = 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / duration**2
 
-    def feet(self, tick: int, support: float, plan: np.ndarray, before: np.ndarray) -> np.ndarray:
+    def _heights(self, lift_off: int) -> np.ndarray:
+        """Height of the swing sole and its derivatives at each tick of a step, (N + 1, 3) [m, m/s, m/s²]."""
+        period, _, usual, delta = self._timing
+        ground, duration = np.zeros(2), (period - lift_off) * delta
+        height = self._height * (duration / usual) ** 2
+        points = [swing_point(ground, ground, height, duration, (q - lift_off) * delta) for q in range(period + 1)]
+        return np.array([[part[2] for part in point] for point in points])
+
+    def feet(
+        self, tick: int, support: float, plan: np.ndarray, before: np.ndarray, lift_off: int | None = None
+    ) -> np.ndarray:
         """Position, velocity and acceleration of the left sole, then of the right one, shape (18,) [m, m/s, m/s²].
 
         Args:
@@ -71,12 +79,14 @@ class Swing:
             support: +1 left, −1 right, 0 both feet stand.
             plan: where the left foot starts and ends this step, then the right one: x, y each, shape (8,) [m].
             before: the result at the tick before.
+            lift_off: the last tick before the swing; None is the end of double support.
         """
-        _, lift_off, duration, delta = self._timing
-        aloft, feet = tick - lift_off, np.empty(18)
+        period, usual, _, delta = self._timing
+        begin = usual if lift_off is None else lift_off
+        aloft, feet = tick - begin, np.empty(18)
         swinging = -1 if not support else 1 if support > 0 else 0
-        remaining = duration - (aloft - 1) * delta
-        write_feet(swinging, aloft, plan, before, self._above[tick], remaining, delta, feet)
+        remaining = (period - tick + 1) * delta
+        write_feet(swinging, aloft, plan, before, self._above(begin)[tick], remaining, delta, feet)
         return feet
 
     def add_accelerations(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable
 from copy import copy
 from functools import lru_cache
@@ -15,7 +16,7 @@ from pdhocbf_drake.mpc.terms.term import RowKind, Setting, Term, Tick
 MISSED_TAIL = 1e8
 """Price of a missed tail, squared, on the relaxed rung [1/s²]: far above all else, so that little is missed."""
 
-_TAIL_HORIZONS = 4  # ticks beyond the horizon are discounted by e^{-ωδi}: after four horizons nothing is left
+_LEFT = 1e-11  # discount, by e^{-ωδi}, at which the anticipative tail is cut: of a metre's step 1e-11 m are left
 
 
 class Stability(Term):
@@ -39,6 +40,10 @@ class Stability(Term):
         demanded = config.stability == "demanded" and setting.terminal is None
         self.price = None if demanded else config.tail_weight  # of a missed tail, squared [1/s²]
         self._discount = [float(divergent.discounts(q, config.horizon)[-1]) for q in range(setting.gait.period)]
+        gaits = math.log(_LEFT) / math.log(float(divergent.discounts(0, divergent.period)[-1]))
+        self._seen = max(
+            config.horizon, divergent.period * math.ceil(gaits)
+        )  # ticks from k on that the tail is made of
         self._anticipative = lru_cache(maxsize=4)(self._anticipative_tails)
 
     @classmethod
@@ -86,14 +91,13 @@ class Stability(Term):
         """At every tick of a step, shape (N,)."""
         gait, horizon = self.setting.gait, self.setting.config.horizon
         start = step * gait.period
-        length = (1 + _TAIL_HORIZONS) * horizon + gait.period
+        length = self._seen + gait.period
         stances = np.array([gait.foothold(step + i)[self.axis] for i in range(-1, length // gait.period + 2)])
         velocity = np.diff(gait.region.centres(stances, length + 1)) / gait.config.tick
         tails = np.empty(gait.period)
         for phase in range(gait.period):
-            count = (1 + _TAIL_HORIZONS) * horizon
-            weights = self.setting.divergent.input_weights(start + phase, count)[horizon:]
-            tails[phase] = weights @ velocity[phase + horizon : phase + count]
+            weights = self.setting.divergent.input_weights(start + phase, self._seen)[horizon:]
+            tails[phase] = weights @ velocity[phase + horizon : phase + self._seen]
         return tails
 
     def relaxed(self) -> Term:

@@ -91,5 +91,5 @@ def _row(event: str, case: str, run: Run) -> dict[str, str]:
     if case != NONE:
         h, slack = log["h"][_FROM:, 0], log.element("solver_status", "slack")
         row["least h [mm/s]"] = f"{1e3 * h.min():.0f}"
-        row["ticks with h < 0"], row["ticks with slack"] = str((h < 0).sum()), str((slack > 1e-6).sum())
+        row["ticks with h < 0"], row["ticks with slack"] = str((h < -1e-9).sum()), str((slack > 1e-6).sum())
     return row

@@ -25,6 +25,7 @@ without barriers plans from the same memory and measurement. No threshold on the
 they act in an undisturbed walk too: on `vhip` by 1.8 to 4.4 mm/s for γ ≥ 0.5, and by 82 mm/s under DCBF with γ = 0.1.
 But that action repeats from gait to gait to 1 µm/s, so 1 mm/s more is an answer to an event.
 """
+_ROUNDING = 1e-9  # as h: by so much rounding may miss a bound
 _NEAR = 1.01  # times the margin, since the settled walk itself repeats to a hundredth of a margin
 _LEAST_MARGIN = 1e-3  # of a bound that is not drawn from an orbit [unit of h]
 
@@ -52,7 +53,7 @@ class Outcome(NamedTuple):
 
     Attributes:
         record: the walk from the event on.
-        notices: first tick at which one of the walk's own barriers has h < 0.
+        notices: first tick at which one of the walk's own barriers has h < 0, by more than rounding.
         acts: first tick at which the barriers act, see `ACTS`.
         excess: largest distance of a bounded quantity beyond its orbit, towards its bound and past it [unit of h].
         recovers: ticks until each bounded quantity stays within its margin of its orbit.
@@ -107,7 +108,7 @@ class SafeOrbit:
         back = float(late[-1] + 1) if len(late) else 0.0
         return Outcome(
             record,
-            first_tick(np.asarray((record.h < 0.0).any(axis=1))),
+            first_tick(np.asarray((record.h < -_ROUNDING).any(axis=1))),
             first_tick(record.action > undisturbed.action.max() + ACTS),
             float(beyond.max()),
             back if back < len(beyond) else np.nan,
