@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 
 import numpy as np
+import pydrake.multibody.plant
 import pytest
 from campaigns import TINY, campaign_file
 
@@ -132,6 +133,25 @@ def test_a_wrong_campaign_is_refused_in_one_sentence(tmp_path, changes: dict, se
         plan_runs(wrong, path.parent)
     assert sentence in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_configs_of_drake_that_runs_have_in_common_are_tried_once(tmp_path, monkeypatch) -> None:
+    """Which takes longer than all other checks of a scenario together."""
+    tried: list[float] = []
+    ours = pydrake.multibody.plant.AddMultibodyPlant
+    monkeypatch.setattr(
+        pydrake.multibody.plant,
+        "AddMultibodyPlant",
+        lambda config, builder: tried.append(config.penetration_allowance) or ours(config, builder),
+    )
+    allowances = [0.0013, 0.0017, 0.0019]
+    varied = {**TINY["factors"], "plant.penetration_allowance": {"values": allowances}}
+    reported: list[tuple[int, int]] = []
+    tiny, _ = load_campaign(str(campaign_file(tmp_path, runs=1200, factors=varied)))
+    planned = plan_runs(tiny, tmp_path, lambda done, total: reported.append((done, total)))
+    assert {run.scenario["plant"]["penetration_allowance"] for run in planned} == set(allowances)
+    assert sorted(tried) == allowances
+    assert reported == [(0, 1200), (500, 1200), (1000, 1200)]
 
 
 def test_a_campaign_that_cannot_be_built_is_refused_before_it_runs(tmp_path) -> None:

@@ -179,7 +179,7 @@ def test_ctrl_c_in_worth_keeps_the_cases_that_are_done(elsewhere: Path, monkeypa
             return [Measures("template", case, gamma, "kick", 0, 0.0, 0.0, 0.02, 0.1, 1.0, 0.03, True)]
 
     monkeypatch.setattr("pdhocbf_drake.studies.worth.experiments.TemplateWorth", Interrupted)
-    assert main(["worth", "vhip", "--gamma", "0.2,0.5", "--out", "kept"]) == 1
+    assert main(["worth", "vhip", "--gamma", "0.2,0.5", "--workers", "1", "--out", "kept"]) == 1
     printed = capsys.readouterr()
     assert printed.err.endswith("pdhocbf: interrupted; 2 of 5 cases are kept\n")
     rows = json.loads(Path("kept/worth.json").read_text())["rows"]

@@ -12,11 +12,12 @@ Below them the controller shifts its last plan; and a walk that stays degraded c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.digest import digest
 from pdhocbf_drake.mpc.plan import Reason
@@ -74,21 +75,20 @@ class ProgramCache:
         kept: arrays of earlier processes, by name, which spare compiling.
     """
 
-    def __init__(self, kept: Mapping[str, np.ndarray] | None = None) -> None:
+    def __init__(self, kept: Mapping[str, np.ndarray] | None = None, most: int | None = None) -> None:
+        """Keeps the programs of the last `most` axes; None keeps all."""
         self.kept: Mapping[str, np.ndarray] = kept or {}
         self._new: dict[str, np.ndarray] = {}
-        self._compiled: dict[Hashable, Compiled] = {}
-        self._names: dict[str, Compiled] = {}
+        self._compiled = Kept[tuple[str | None, Compiled]](most)
 
     def compiled(self, problem: AxisProblem) -> Compiled:
         """The programs of one axis, each compiled when it is first asked for."""
-        key = problem.key
-        if key not in self._compiled:
-            name = digest(key)
-            self._compiled[key] = found = _compiled(problem, None if name is None else self._programs(name))
-            if name is not None:
-                self._names[name] = found
-        return self._compiled[key]
+
+        def make() -> tuple[str | None, Compiled]:
+            name = digest(problem.key)
+            return name, _compiled(problem, None if name is None else self._programs(name))
+
+        return self._compiled.get(problem.key, make)[1]
 
     def __contains__(self, name: str) -> bool:
         """Whether there is a kept array of that name."""
@@ -104,8 +104,11 @@ class ProgramCache:
         """What this process has made and is worth keeping: of the solvers, those of whom every phase has been made."""
         return self._new | {
             f"{name}/{phase}/{part}": array
-            for name, axis in self._names.items()
-            if not self._programs(name) and isinstance(axis.solvers, OnDemand) and axis.solvers.is_complete
+            for name, axis in self._compiled
+            if name is not None
+            and not self._programs(name)
+            and isinstance(axis.solvers, OnDemand)
+            and axis.solvers.is_complete
             for phase, solver in enumerate(axis.solvers)
             if isinstance(solver, DaqpQp)
             for part, array in (solver.constants() or {}).items()

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +17,7 @@ from pdhocbf_drake.barriers import (
 )
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
@@ -61,42 +61,70 @@ class Walk:
         return [(axis, barrier.name) for axis, barrier in zip(self.axes, self.barriers, strict=True)]
 
 
-def build_walk(scenario: Scenario) -> Walk:
+class WalkParts:
+    """What several walks have in common, by what it was made from: compiled programs, and nominal walks.
+
+    Args:
+        most: how many of each are kept, the last ones asked for; None keeps all.
+    """
+
+    def __init__(self, most: int | None = None, programs: ProgramCache | None = None) -> None:
+        self.programs = ProgramCache(most=most) if programs is None else programs
+        self._nominal = Kept[np.ndarray](most)
+
+    def nominal_walk(self, scenario: Scenario, stride: float) -> np.ndarray:
+        """As `nominal_walk_of`, in an array that is not to be written into."""
+        gait = gait_of(scenario, stride)
+        key = gait.config.model_dump_json(), scenario.mpc.model_dump_json(exclude={"recovery"})
+        return self._nominal.get(key, lambda: nominal_walk_of(scenario, stride, self.programs))
+
+
+class _OfOneWalk(WalkParts):
+    """The parts of a walk that has a file of its own on disk, with its nominal walks by their strides."""
+
+    def nominal_walk(self, scenario: Scenario, stride: float) -> np.ndarray:
+        return self.programs.array(f"orbit {stride!r}", lambda: nominal_walk_of(scenario, stride, self.programs))
+
+
+def build_walk(scenario: Scenario, parts: WalkParts | None = None) -> Walk:
     """The walk of a scenario.
+
+    Args:
+        scenario: the scenario.
+        parts: what other walks have in common with it; None for what is kept on disk of this one.
 
     Raises:
         InputError: a gait that can't be walked, a horizon against Lemma 2, a bound on the ZMP's velocity below that of
             the nominal walk, a barrier with the wrong relative degree, or one whose safe set excludes the start.
     """
-    cache = kept_programs(scenario)
-    walk = _built(scenario, cache)
-    keep_programs(scenario, cache)
+    if parts is not None:
+        return _built(scenario, parts)
+    programs = kept_programs(scenario)
+    walk = _built(scenario, _OfOneWalk(programs=programs))
+    keep_programs(scenario, programs)
     return walk
 
 
 def complete_programs(scenario: Scenario) -> None:
     """Compiles and keeps what a walk has not needed so far, but may need: the programs of a disturbed one."""
-    cache = kept_programs(scenario)
-    if scenario.mpc.recovery is not None and _COMPLETE not in cache and walk_file(scenario) is not None:
-        _built(scenario, cache).mpc.prepare()
-        cache.array(_COMPLETE, lambda: np.zeros(0))
-        keep_programs(scenario, cache)
+    programs = kept_programs(scenario)
+    if scenario.mpc.recovery is not None and _COMPLETE not in programs and walk_file(scenario) is not None:
+        _built(scenario, _OfOneWalk(programs=programs)).mpc.prepare()
+        programs.array(_COMPLETE, lambda: np.zeros(0))
+        keep_programs(scenario, programs)
 
 
-def _built(scenario: Scenario, cache: ProgramCache) -> Walk:
-    gait = Gait(scenario.gait)
+def _built(scenario: Scenario, parts: WalkParts) -> Walk:
+    gait, cache = Gait(scenario.gait), parts.programs
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    walks: dict[float, np.ndarray] = {}
     barriers = []
     for name, config in scenario.barriers.items():
         nominal = None
         if config.bound.follows_orbit:
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
-            if stride not in walks:
-                with _naming(name):
-                    gait_of(scenario, stride)
-                walks[stride] = cache.array(f"orbit {stride!r}", partial(nominal_walk_of, scenario, stride, cache))
-            nominal = walks[stride]
+            with _naming(name):
+                gait_of(scenario, stride)
+            nominal = parts.nominal_walk(scenario, stride)
         barriers.append(_barrier(name, config, gait, vhip, nominal))
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)
