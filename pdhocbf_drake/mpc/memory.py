@@ -9,6 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.frame import rotation, turned
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.walking.footsteps import AS_COMMANDED, BOTH, LEFT, Resumed
@@ -86,7 +87,7 @@ class Memory:
             inactive, inactive, np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
             np.array(feet, dtype=float), stance, -1.0, 0.0, np.full(4, np.nan), None,
         )  # fmt: skip
-        footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).moves, axis=1)
+        footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).ways, axis=1)
         memory._write_feet(mpc, 0, footholds)
         memory.zmp_box = mpc.zmp_box(1, stance, footholds).ravel()
         return memory
@@ -119,12 +120,22 @@ class Memory:
         if config is None:
             return
         error = divergent_error(mpc.divergent, tick, state, self.state)
+        if mpc.gait.turns:
+            step, phase = mpc.gait.phase(tick)
+            yaw = mpc.gait.step(step).yaw
+            error = turned(error, -yaw)
+            if phase == 0:  # what was added up so far was seen from the last stance foot
+                kept = turned(self.disturbance.error_sum, mpc.gait.step(step - 1).yaw - yaw)
+                self.disturbance = self.disturbance._replace(error_sum=kept)
         self.disturbance = self.disturbance.after(config, mpc.gait.period, error)
 
     def moved(self, mpc: PeriodicMpc, plan: Plan) -> float:
-        """How far the next foothold of a plan made at this tick is from the commanded one, in x or y [m]."""
-        commanded = self.stance[:, 1] + mpc.commanded.steps(plan.tick // mpc.gait.period).moves[:, 0]
-        return float(np.abs(plan.footholds[:, 0] - commanded).max())
+        """How far the next foothold of a plan made at this tick is from the commanded one, ahead or aside [m]."""
+        commanded = mpc.commanded.steps(plan.tick // mpc.gait.period)
+        move = plan.footholds[:, 0] - self.stance[:, 1]
+        if commanded.yaw:
+            move = rotation(-commanded.yaw) @ move
+        return float(np.abs(move - commanded.moves[:, 0]).max())
 
     def resume(self, mpc: PeriodicMpc, tick: int, resumed: Resumed) -> PeriodicMpc:
         """Takes steps in place of a stand; returns the problem of that walk, which begins like the last plan's."""
@@ -134,7 +145,7 @@ class Memory:
         here, coming = other.gait.support(step), other.gait.support(step + 1)
         if here != mpc.gait.support(step):  # a foot lifts off that stood
             self.stance = np.stack([self.stance[:, 1], _centre(here, self.feet)], axis=1)
-        moves = np.cumsum(other.commanded.steps(step).moves, axis=1)
+        moves = np.cumsum(other.commanded.steps(step).ways, axis=1)
         if self.plan is not None:
             footholds = self.stance[:, 1:] + moves
             if here == mpc.gait.support(step) and self.plan.tick // mpc.gait.period == step:
@@ -161,7 +172,7 @@ class Memory:
                 self.feet = self.feet.copy()
                 self.feet[_ROWS[-support]] = _landing(gait.support(step), self.stance[:, 1], footholds[:, 0])
             self.stance = np.stack([self.stance[:, 1], _centre(gait.support(step), self.feet)], axis=1)
-            moves = mpc.commanded.steps(step).moves
+            moves = mpc.commanded.steps(step).ways
             footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + moves[:, -1:]])
         self._write_feet(mpc, tick + 1, footholds)
 

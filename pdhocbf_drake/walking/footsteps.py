@@ -113,21 +113,11 @@ class Footsteps:
     @property
     def turns(self) -> bool:
         """Whether a footstep may have another heading than 0."""
-        return any(step.yaw != 0.0 for step in self.listed)
+        return False
 
     def settled(self, step: int) -> bool:
         """Whether the walk goes on in step j as it was commanded in the step before."""
         return True
-
-    def moved(self, x: float, y: float, yaw: float) -> Footsteps:
-        """The same footsteps, turned by `yaw` [rad] about the origin and then displaced by x and y [m]."""
-        c, s = math.cos(yaw), math.sin(yaw)
-        listed = [
-            step._replace(x=x + c * step.x - s * step.y, y=y + s * step.x + c * step.y, yaw=step.yaw + yaw)
-            for step in self.listed
-        ]
-        ahead, aside = self.advance
-        return replace(self, listed=tuple(listed), advance=(c * ahead - s * aside, s * ahead + c * aside))
 
     def with_stride(self, stride: float, step: int) -> Footsteps:
         """The same footsteps up to step j, and from there on single-support steps `stride` [m] apart along x."""
