@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.mpc.frame import inner_share, rotation
 from pdhocbf_drake.walking import Footstep, Gait
 from pdhocbf_drake.walking.footsteps import BOTH
+from pdhocbf_drake.walking.frame import inner_share, rotation
 
 
 class Commanded(NamedTuple):

@@ -12,7 +12,6 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
-from pdhocbf_drake.mpc.frame import rotation
 from pdhocbf_drake.mpc.kernels import write_plan
 from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
 from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
@@ -26,6 +25,7 @@ from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.footsteps import Resumed
+from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
 
 Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]

@@ -9,10 +9,10 @@ import numpy as np
 
 from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.frame import rotation, turned
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.walking.footsteps import AS_COMMANDED, BOTH, LEFT, Resumed
+from pdhocbf_drake.walking.frame import rotation, turned
 from pdhocbf_drake.walking.kernels import write_foot_plan
 
 OUTPUTS = (
@@ -95,7 +95,9 @@ class Memory:
     @classmethod
     def standing(cls, mpc: PeriodicMpc) -> Memory:
         """At rest at tick 0, the CoM and ZMP in the middle of feet that stand `gait.stance_width` apart."""
-        return cls.at_start(mpc, np.zeros((2, 3)), mpc.gait.feet_at_start)
+        state = np.zeros((2, 3))
+        state[:, [0, 2]] = mpc.gait.foothold(-1)[:, None]
+        return cls.at_start(mpc, state, mpc.gait.feet_at_start)
 
     def copy(self) -> Memory:
         """Another memory with the same arrays."""

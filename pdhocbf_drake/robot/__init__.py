@@ -7,7 +7,7 @@ from pdhocbf_drake.robot.ik import IkResult, Motion, WholeBodyIk
 from pdhocbf_drake.robot.kernels import left_share_of_zmp, zmp_of_wrenches
 from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_names
 from pdhocbf_drake.robot.posture import Posture, sole_pose
-from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, upright_posture
+from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, longest_stride, upright_posture
 
 __all__ = [
     "ROLES",
@@ -26,6 +26,7 @@ __all__ = [
     "check_zmp_box",
     "left_share_of_zmp",
     "load_robot_config",
+    "longest_stride",
     "models_folder",
     "robot_names",
     "sole_pose",

@@ -24,13 +24,14 @@ from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
+from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.quantities import Quantity
 from pdhocbf_drake.walking.vhip import Vhip
 
-AT_REST = np.zeros((2, 3))  # [c, v, p] per axis at tick 0: standing between the feet
+AT_REST = np.zeros((2, 3))  # [c, v, p] per axis from the middle between the feet
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,13 @@ class Walk:
     mpc: PeriodicMpc
     quantities: tuple[Quantity, ...]
     barriers: tuple[AffineBarrier, ...]
+
+    @property
+    def at_rest(self) -> np.ndarray:
+        """[c, v, p] per axis at tick 0: standing between the feet, shape (2, 3)."""
+        state = AT_REST.copy()
+        state[:, [0, 2]] = self.gait.foothold(-1)[:, None]
+        return state
 
     @property
     def axes(self) -> tuple[int, ...]:
@@ -66,7 +74,7 @@ def build_walk(scenario: Scenario) -> Walk:
         InputError: a gait that can't be walked, a horizon against Lemma 2, a bound on the ZMP's velocity below that of
             the nominal walk, a barrier with the wrong relative degree, or one whose safe set excludes the start.
     """
-    gait = Gait(scenario.gait)
+    gait = commanded_gait(scenario)
     vhip = Vhip(gait.height.eta(), gait.config.tick)
     cache = ProgramCache()
     walks: dict[float, np.ndarray] = {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from operator import attrgetter
 from typing import Any, Final
 
@@ -21,6 +22,7 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
     "van_der_pol": (
         "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "vhip",
+        "start", "commands",
     ),
 }  # fmt: skip
 
@@ -33,6 +35,7 @@ def check_scenario(scenario: Scenario) -> None:
         return
     _check_size(scenario)
     _check_lengths(scenario)
+    _check_commands(scenario)
     for index, push in enumerate(scenario.pushes):
         _check_push(f"pushes.{index}", push, scenario)
     if scenario.system == "biped":
@@ -80,6 +83,21 @@ def _check_lengths(scenario: Scenario) -> None:
     for (key, length), reach in zip(lengths.items(), mpc.step_reach or (math.inf, math.inf), strict=True):
         if length > reach:
             _refuse(key, f"must be within mpc.step_reach, {reach:g} m", length)
+
+
+def _check_commands(scenario: Scenario) -> None:
+    for index, (one, other) in enumerate(pairwise(scenario.commands), start=1):
+        if other.time <= one.time:
+            allowed = f"must be later than that of the command before, {one.time:g} s"
+            _refuse(f"commands.{index}.time", allowed, other.time)
+    if not scenario.commands:
+        return
+    if scenario.gait.walk_steps is not None:
+        allowed = "must be null where there are commands, of which one may stop"
+        _refuse("gait.walk_steps", allowed, scenario.gait.walk_steps)
+    if scenario.mpc.terminal_set is not None:
+        allowed = "must be null where there are commands, since it is the set of a straight walk"
+        _refuse("mpc.terminal_set", allowed, scenario.mpc.terminal_set)
 
 
 def _check_push(where: str, push: Push, scenario: Scenario) -> None:

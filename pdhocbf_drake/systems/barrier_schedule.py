@@ -10,7 +10,10 @@ from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.systems.kernels import write_h
-from pdhocbf_drake.systems.signals import size, sizes
+from pdhocbf_drake.systems.signals import places, size, sizes
+from pdhocbf_drake.walking.frame import rotation
+
+(_YAW,) = places("path", "yaw")
 
 
 class BarrierSchedule(LeafSystem):
@@ -18,6 +21,7 @@ class BarrierSchedule(LeafSystem):
 
     Input ports:
         gait_phase (3), lip_state (6): as in `systems.signals`.
+        path (7): likewise, of a walk that turns: h is then seen along the heading of the stance foot.
     Output parts, see `unbundled`:
         barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [unit of the barrier].
         h (n_b): each barrier on the measured state, eq. (25) [unit of the barrier].
@@ -27,11 +31,13 @@ class BarrierSchedule(LeafSystem):
         barriers: their normals act on [c, v, p] of that axis.
         ticks_per_step: N, to count ticks from step and phase.
         horizon: H [ticks].
+        turns: whether the walk may turn.
     """
 
     def __init__(
-        self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int
-    ) -> None:
+        self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int,
+        turns: bool = False,
+    ) -> None:  # fmt: skip
         super().__init__()
         self.parts = sizes("barrier_bound", "h", barriers=len(barriers), horizon=horizon)
         self._barriers = tuple(barriers)
@@ -46,6 +52,9 @@ class BarrierSchedule(LeafSystem):
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         prerequisites = {self._phase.ticket(), self._lip.ticket()}
+        self._path = self.DeclareVectorInputPort("path", size("path")) if turns else None
+        if self._path is not None:
+            prerequisites.add(self._path.ticket())
         self.DeclareVectorOutputPort("bounds_and_h", sum(self.parts.values()), self._calc, prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
@@ -55,5 +64,8 @@ class BarrierSchedule(LeafSystem):
         bounds = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
         values = np.concatenate([*bounds, self._signs])  # the signs are overwritten with h
         normals = self._normals[tick % len(self._normals)]
-        write_h(self._signs, self._axes, normals, count, self._lip.Eval(context), values)
+        state = self._lip.Eval(context)
+        if self._path is not None:
+            state = (rotation(-self._path.Eval(context)[_YAW]) @ state.reshape(2, 3)).ravel()
+        write_h(self._signs, self._axes, normals, count, state, values)
         output.SetFromVector(values)

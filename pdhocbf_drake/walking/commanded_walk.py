@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 from pdhocbf_drake.errors import InputError
@@ -25,13 +26,13 @@ class Stage(NamedTuple):
     """One step of a commanded walk.
 
     Attributes:
-        index: j.
+        number: j.
         side: the stance foot: +1 left, −1 right, 0 both.
         path: the middle between the feet as commanded, and the heading.
         stops: whether the next step is a stand.
     """
 
-    index: int
+    number: int
     side: int
     path: Pose
     stops: bool = False
@@ -78,7 +79,7 @@ class Limits:
         for _ in range(_AHEAD):
             feet.append(walk.foot(stage))
             stage = walk.after(stage, command)
-        gaps = [sole_gap(one, other, self.sole) for one, other in zip(feet, feet[1:], strict=False)]
+        gaps = [sole_gap(one, other, self.sole) for one, other in pairwise(feet)]
         for start, stance, end in zip(feet, feet[1:], feet[2:], strict=False):
             for i in range(1, _SAMPLES):
                 s = i / _SAMPLES
@@ -107,15 +108,15 @@ class Walker:
             command: that was taken up at its start.
             before: the last one at which the walk went on, which the first of the two steps of a stop keeps.
         """
-        index = stage.index + 1
+        number = stage.number + 1
         if stage.side == BOTH:
-            if not command.walks or index < self._begin:
-                return stage._replace(index=index)
-            return Stage(index, self._first_stance(command), stage.path)
+            if not command.walks or number < self._begin:
+                return stage._replace(number=number)
+            return Stage(number, self._first_stance(command), stage.path)
         if stage.stops and not command.walks:
-            return Stage(index, BOTH, stage.path)
+            return Stage(number, BOTH, stage.path)
         side, way = -stage.side, command if command.walks else before
-        return Stage(index, side, self._moved(stage.path, way, side), not command.walks)
+        return Stage(number, side, self._moved(stage.path, way, side), not command.walks)
 
     def foot(self, stage: Stage) -> Pose:
         """The centre of the stance."""
@@ -161,12 +162,12 @@ class Line:
     def stage(self, step: int, known: int | None) -> Stage:
         """Step j; with `known`, as it is expected from the commands up to that step."""
         if step < -1:
-            return self._stages[0]._replace(index=step)
+            return self._stages[0]._replace(number=step)
         if known is not None and step > known + 1:
             return self._expected(step, known)
         while len(self._stages) < step + 2:
             last = self._stages[-1]
-            command, moving = self.command(last.index), self._moving[-1]
+            command, moving = self.command(last.number), self._moving[-1]
             self._stages.append(self.walker.after(last, command, moving))
             self._moving.append(command if command.walks else moving)
         return self._stages[step + 1]
@@ -220,6 +221,14 @@ class CommandedFootsteps(Footsteps):
     def seen(self, step: int) -> CommandedFootsteps:
         """The same, as they are expected at step j: its command holds on."""
         return replace(self, known=step)
+
+    def path(self, step: int) -> tuple[float, ...]:
+        """See `Gait.path`."""
+        this = self[step]
+        across = this.side * self.width / 2.0
+        middle = Pose(this.x, this.y, this.yaw).moved(0.0, -across)
+        command = STOP if self.line is None or this.side == BOTH else self.line.command(step)
+        return (*middle, *command)
 
     def settled(self, step: int) -> bool:
         """Whether the command of step j is that of the step before."""

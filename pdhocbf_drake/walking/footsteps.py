@@ -115,6 +115,10 @@ class Footsteps:
         """Whether a footstep may have another heading than 0."""
         return False
 
+    def path(self, step: int) -> tuple[float, ...]:
+        """See `Gait.path`."""
+        return ()
+
     def settled(self, step: int) -> bool:
         """Whether the walk goes on in step j as it was commanded in the step before."""
         return True

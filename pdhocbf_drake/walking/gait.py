@@ -65,6 +65,14 @@ class Gait:
         """Whether a foot may have another heading than straight ahead along x."""
         return self.footsteps.turns
 
+    def path(self, step: int) -> tuple[float, ...]:
+        """Middle between the feet and heading of step j as commanded [m, rad], and its command as granted.
+
+        The latter is the velocity ahead and aside, the turn rate, and whether it walks [m/s, rad/s, 1]; a walk that
+        follows no commands has none.
+        """
+        return self.footsteps.path(step)
+
     def foot_yaws(self, step: int) -> tuple[float, float, float, float]:
         """Headings of the left foot at the start and at the end of step j, then of the right one [rad]."""
         here = self.step(step)
@@ -91,7 +99,7 @@ class Gait:
         """Centres of the left and of the right foot in the stand from which the walk starts, shape (2, 2) [m]."""
         start, half = self.step(-1), self.footsteps.width / 2.0
         aside = np.array([-half * math.sin(start.yaw), half * math.cos(start.yaw)])
-        return np.array([[start.x, start.y] + aside, [start.x, start.y] - aside])
+        return np.array([start.x, start.y]) + np.array([aside, -aside])
 
     @property
     def has_end(self) -> bool:

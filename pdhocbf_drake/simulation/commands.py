@@ -1,0 +1,55 @@
+"""The gait of a scenario: a straight walk, or one that follows commands from a given place and heading."""
+
+from __future__ import annotations
+
+import math
+
+from pdhocbf_drake.robot import Biped, longest_stride
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps, Limits
+from pdhocbf_drake.walking.commands import Command, Schedule
+from pdhocbf_drake.walking.sole_gap import Pose
+
+_SHARE = 0.5  # of the legs' longest stride, up to which a walk is commanded
+
+
+def commanded_gait(scenario: Scenario) -> Gait:
+    """The gait of the `gait`, `start` and `commands` keys; raises `InputError` as `Gait` does."""
+    config, start = scenario.gait, Pose(*scenario.start.position, scenario.start.yaw)
+    if not scenario.commands and start == Pose(0.0, 0.0, 0.0):
+        return Gait(config)
+    if not scenario.commands:
+        forward = Command(config.stride / (config.ticks_per_step * config.tick))
+        ahead = CommandedFootsteps.of(config, lambda time: forward, start, Limits(stride=math.inf))
+        end = None if config.walk_steps is None else config.start_steps + config.walk_steps - 1
+        return Gait(config, ahead if end is None else ahead.ending_at(end))
+    commands = [command.command for command in scenario.commands]
+    schedule = Schedule([command.time for command in scenario.commands], commands)
+    return Gait(config, CommandedFootsteps.of(config, schedule, start, limits_of(scenario)))
+
+
+def limits_of(scenario: Scenario) -> Limits:
+    """What the scenario's robot can be commanded; on the template there are no soles."""
+    if scenario.system != "biped":
+        return Limits()
+    biped = Biped.load(scenario.robot)
+    half = [min(biped.soles[side].half_size[i] for side in ("left", "right")) for i in (0, 1)]
+    height = scenario.gait.com_height + scenario.gait.com_height_amplitude
+    stride = _SHARE * longest_stride(biped, scenario.gait.stance_width, height)
+    return Limits(stride, (float(half[0]), float(half[1])))
+
+
+def limited_commands(scenario: Scenario, gait: Gait) -> list[str]:
+    """A sentence for each command that is granted in part."""
+    limits = limits_of(scenario)
+    sentences = []
+    for command in scenario.commands:
+        asked, granted = command.command, limits.granted(command.command, gait.config)
+        if asked != granted:
+            sentences.append(
+                f"the command at {command.time:g} s is granted in part: velocity [{granted.forward:.3g}, "
+                f"{granted.lateral:.3g}] m/s and turn {granted.turn:.3g} rad/s of [{asked.forward:g}, "
+                f"{asked.lateral:g}] m/s and {asked.turn:g} rad/s"
+            )
+    return sentences
