@@ -40,12 +40,13 @@ def limits_of(scenario: Scenario) -> Limits:
     return Limits(stride, (float(half[0]), float(half[1])))
 
 
-def limited_commands(scenario: Scenario, gait: Gait) -> list[str]:
+def limited_commands(scenario: Scenario) -> list[str]:
     """A sentence for each command that is granted in part."""
-    limits = limits_of(scenario)
-    sentences = []
+    if not scenario.commands:
+        return []
+    limits, sentences = limits_of(scenario), list[str]()
     for command in scenario.commands:
-        asked, granted = command.command, limits.granted(command.command, gait.config)
+        asked, granted = command.command, limits.granted(command.command, scenario.gait)
         if asked != granted:
             sentences.append(
                 f"the command at {command.time:g} s is granted in part: velocity [{granted.forward:.3g}, "
