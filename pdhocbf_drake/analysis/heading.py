@@ -75,7 +75,8 @@ def along_heading(log: RunLog, name: str, x: int, y: int) -> Array:
 def settled_errors(log: RunLog, yaw: Array | None, ticks_per_step: int) -> Array | None:
     """The largest errors of velocity ahead and aside [m/s] and of the turn rate [rad/s], over whole gaits, (3,).
 
-    Each command is judged from four steps after its beginning on. None where no gait is; the turn rate is NaN without `yaw`.
+    Each command is judged from four steps after its beginning on. None where no gait is; without `yaw` the turn rate
+    is NaN.
 
     Args:
         yaw: of the body, without jumps (T,) [rad].
