@@ -21,6 +21,7 @@ from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.kernels import LEAST_LOAD
 from pdhocbf_drake.walking.support import contains
+from pdhocbf_drake.walking.waypoints import distance_to
 
 Array = NDArray[np.float64]
 
@@ -106,10 +107,19 @@ def _along_path(scenario: Scenario, log: RunLog, body: RobotLimits | None) -> di
         "mean_speed": _statistic(np.mean, speeds),
         "lateral_drift": _drift(scenario, log, along(away, path[:, 2])[:, 1]),
         "yaw_drift_deg": None if yaw is None else _drift(scenario, log, np.degrees(yaw - path[:, 2])),
-        "path_error_max": _finite(np.linalg.norm(error, axis=1).max()),
+        "path_error_max": _finite(_path_errors(scenario, com, error).max()),
         "command_error": None if settled is None else [_finite(value) for value in settled],
         "commands_limited": len(limited_commands(scenario)),
     }
+
+
+def _path_errors(scenario: Scenario, com: Array, away: Array) -> Array:
+    """Distance of the CoM's mean over each gait from the waypoints' lines, or without any from the commanded path."""
+    if not scenario.path or np.isnan(away).any():
+        return np.asarray(np.linalg.norm(away, axis=1))
+    window = np.full(scenario.gait.ticks_per_gait, 1.0 / scenario.gait.ticks_per_gait)
+    mean = np.column_stack([np.convolve(column, window, mode="valid") for column in com.T])
+    return distance_to([scenario.start.position, *scenario.path], mean)
 
 
 def _drift(scenario: Scenario, log: RunLog, values: Array) -> float | None:

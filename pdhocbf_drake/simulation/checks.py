@@ -22,7 +22,7 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
     "van_der_pol": (
         "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "vhip",
-        "start", "commands",
+        "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 
@@ -90,13 +90,17 @@ def _check_commands(scenario: Scenario) -> None:
         if other.time <= one.time:
             allowed = f"must be later than that of the command before, {one.time:g} s"
             _refuse(f"commands.{index}.time", allowed, other.time)
-    if not scenario.commands:
+    if scenario.path and scenario.commands:
+        _refuse("path", "must be empty where there are commands", f"{len(scenario.path)} waypoints")
+    if not scenario.path and scenario.path_speed != Scenario.model_fields["path_speed"].default:
+        _refuse("path_speed", "is the speed along a path, and there is none", scenario.path_speed)
+    if not scenario.commands and not scenario.path:
         return
     if scenario.gait.walk_steps is not None:
-        allowed = "must be null where there are commands, of which one may stop"
+        allowed = "must be null where there are commands or a path, which end the walk"
         _refuse("gait.walk_steps", allowed, scenario.gait.walk_steps)
     if scenario.mpc.terminal_set is not None:
-        allowed = "must be null where there are commands, since it is the set of a straight walk"
+        allowed = "must be null where there are commands or a path, since it is the set of a straight walk"
         _refuse("mpc.terminal_set", allowed, scenario.mpc.terminal_set)
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped, longest_stride
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps, Limits
 from pdhocbf_drake.walking.commands import Command, Schedule
 from pdhocbf_drake.walking.sole_gap import Pose
+from pdhocbf_drake.walking.waypoints import commands_along
 
 _SHARE = 0.5  # of the legs' longest stride, up to which a walk is commanded
 
@@ -17,6 +19,8 @@ _SHARE = 0.5  # of the legs' longest stride, up to which a walk is commanded
 def commanded_gait(scenario: Scenario) -> Gait:
     """The gait of the `gait`, `start` and `commands` keys; raises `InputError` as `Gait` does."""
     config, start = scenario.gait, Pose(*scenario.start.position, scenario.start.yaw)
+    if scenario.path:
+        return Gait(config, CommandedFootsteps.of(config, _along_path(scenario, start), start, limits_of(scenario)))
     if not scenario.commands and start == Pose(0.0, 0.0, 0.0):
         return Gait(config)
     if not scenario.commands:
@@ -27,6 +31,21 @@ def commanded_gait(scenario: Scenario) -> Gait:
     commands = [command.command for command in scenario.commands]
     schedule = Schedule([command.time for command in scenario.commands], commands)
     return Gait(config, CommandedFootsteps.of(config, schedule, start, limits_of(scenario)))
+
+
+def _along_path(scenario: Scenario, start: Pose) -> Schedule:
+    """The commands of a walk along the scenario's waypoints, one a step."""
+    config, limits = scenario.gait, limits_of(scenario)
+    duration = config.ticks_per_step * config.tick
+    fastest = limits.stride / duration
+    if scenario.path_speed > fastest:
+        raise InputError(
+            f"path_speed: must be at most {fastest:.3g} m/s, a step of {limits.stride:.3g} m in {duration:g} s "
+            f"(given: {scenario.path_speed:g})"
+        )
+    steps = math.ceil(scenario.duration / duration)
+    commands = commands_along(scenario.path, scenario.path_speed, start, limits, config, steps)
+    return Schedule([i * duration for i in range(len(commands))], commands)
 
 
 def limits_of(scenario: Scenario) -> Limits:

@@ -125,6 +125,8 @@ class Scenario(Config):
         commands: velocity and turn rate, or a stop, each from its time on, in place of `gait.stride`. What the legs,
             soles or programs can't do is granted in part. Barriers keep the bound of the walk at `gait.stride`, along
             the heading.
+        path: waypoints to walk along, x and y, in place of `commands`; at the last one the walk comes to a stand [m].
+        path_speed: speed along `path` [m/s].
         pushes: forces on the robot, or on the template's mass.
         model_error: differences of the simulated robot from the controller's model of it.
         measurement: noise and delay of the measurements that the controller gets.
@@ -145,6 +147,8 @@ class Scenario(Config):
     barriers: dict[Name, WalkBarrierConfig] = Field({})
     start: StartConfig = StartConfig()
     commands: tuple[CommandConfig, ...] = ()
+    path: tuple[tuple[_Place, _Place], ...] = ()
+    path_speed: Annotated[float, within(0.0, 10.0, "m/s", above=True)] = 0.3
     pushes: tuple[Push, ...] = ()
     model_error: ModelErrorConfig = ModelErrorConfig()
     measurement: MeasurementConfig = MeasurementConfig()
