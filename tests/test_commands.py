@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from pdhocbf_drake import certify
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
@@ -22,6 +23,7 @@ from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.footsteps import BOTH
 from pdhocbf_drake.walking.frame import inner_share, rotation
 from pdhocbf_drake.walking.sole_gap import Pose, sole_gap, sole_gaps
+from pdhocbf_drake.walking.waypoints import distance_to
 
 GAIT = GaitConfig()
 SOLE = (0.1, 0.06)
@@ -256,3 +258,40 @@ def test_a_run_says_which_commands_were_granted_in_part() -> None:
     (sentence,) = limited_commands(scenario)
     assert "the command at 3 s is granted in part" in sentence
     assert "of [5, 0] m/s and 9 rad/s" in sentence
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{path: [[1, 0]], commands: [{time: 0, turn: 0.1}]}", "path: must be empty where there are commands"),
+        ("{path: [[1, 0]], path_speed: 5}", r"path_speed: must be at most 0\.575 m/s"),
+        ("path_speed: 0.2", "path_speed: is the speed along a path, and there is none"),
+        ("path: [[1, .nan]]", r"path\.0\.1"),
+    ],
+)
+def test_paths_that_contradict_are_refused(text: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        build_walk(load(text))
+
+
+@pytest.mark.parametrize("key", ["commands: [{time: 0, turn: 0.1}]", "path: [[1, 0]]"])
+def test_studies_of_straight_walks_refuse_others(key: str) -> None:
+    with pytest.raises(InputError, match=r"must be empty here, where the walk straight ahead"):
+        certify(load(key))
+
+
+# Waypoints.
+
+SQUARE = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0), (0.0, 0.0)]
+WAVE = [(0.1 * i, 0.5 * math.sin(0.1 * math.pi * i)) for i in range(21)]
+
+
+@pytest.mark.parametrize("yaw", [0.0, 2.0])
+@pytest.mark.parametrize("points", [SQUARE, WAVE, [(-1.0, 0.0)], [(0.0, 0.0), (0.0, 0.0), (0.5, 0.5)]])
+def test_a_path_is_kept_and_ends_at_a_stand_on_its_last_point(points: list, yaw: float) -> None:
+    data = {"path": points, "start": {"yaw": yaw}, "duration": 100.0}
+    gait = build_walk(Scenario.from_dict({**load_scenario("vhip_nobarrier").to_dict(), **data}, "path")).gait
+    paths = np.array([gait.path(step)[:2] for step in range(240)])
+    assert distance_to([(0.0, 0.0), *points], paths).max() < 0.03
+    assert np.linalg.norm(paths[-1] - points[-1]) < 0.015
+    assert gait.support(239) == BOTH

@@ -42,6 +42,13 @@ def check_scenario(scenario: Scenario) -> None:
         _check_plant(scenario)
 
 
+def check_straight(scenario: Scenario) -> None:
+    """Raises `InputError` for a walk that follows commands, where only a straight one can be judged."""
+    for key in ("commands", "path"):
+        if getattr(scenario, key):
+            _refuse(key, "must be empty here, where the walk straight ahead at gait.stride is judged", scenario.name)
+
+
 def unused_settings(scenario: Scenario) -> list[str]:
     """Keys with another value than their default that the scenario's system does not use."""
     default = Scenario(system=scenario.system)

@@ -11,6 +11,7 @@ from typing import Any, Final
 from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.files.file import write_text
 from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.stopping import stop_requests
@@ -94,6 +95,7 @@ def plan(
     """The gaits to measure, each once; raises `InputError`."""
     if scenario.system == "van_der_pol" or scenario.gait.walk_steps is not None:
         raise InputError(f"scenario '{scenario.name}': a walk without an end is needed (gait.walk_steps: null)")
+    check_straight(scenario)
     if unknown := [key for key in (*lines, *over) if key not in KEYS]:
         raise InputError(f"gait.{unknown[0]} can't be varied here; these can: {', '.join(KEYS)}")
     if directions and scenario.system != "biped":
