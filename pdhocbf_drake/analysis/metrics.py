@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, violated
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
-from pdhocbf_drake.analysis.heading import along, commanded_path, settled_errors, zmp_seen
+from pdhocbf_drake.analysis.heading import along, along_heading, commanded_path, settled_errors, zmp_seen
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.margin import record_from_h
@@ -199,6 +199,11 @@ def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
     gait, step = scenario.gait, log.element("gait_phase", "step")[:-1]
     whole = (step < step[-1]) & (log.element("gait_phase", "support")[:-1] != 0.0)
     rows = whole & np.isin(step, step[acted])
+    if "path" in log:
+        wanted = log.element("path", "forward")[:-1][rows]
+        ahead = along_heading(log, "lip_state", 1, 4)[:-1, 0][rows]
+        slower = np.sign(wanted) * (wanted - ahead)
+        return {**found, "active_slower": _statistic(np.mean, slower)}
     commanded = abs(gait.stride) / (gait.ticks_per_step * gait.tick)
     forward = np.copysign(1.0, gait.stride) * log.element("lip_state", "vx")[:-1][rows]
     return {**found, "active_slower": _statistic(lambda speeds: commanded - np.mean(speeds), forward)}
