@@ -6,7 +6,6 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from multiprocessing import resource_tracker
 from types import FrameType
 from typing import Any
 
@@ -37,6 +36,8 @@ def interruptible() -> Iterator[None]:
 @contextmanager
 def ctrl_c_blocked() -> Iterator[None]:
     """Blocks Ctrl-C for the threads and processes that start in the block, since a terminal sends it to all of them."""
+    from multiprocessing import resource_tracker  # here, for a quick start
+
     resource_tracker.ensure_running()  # started later, it would unblock SIGINT
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

@@ -10,8 +10,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, Protocol
 
-from tqdm import tqdm
-
 _LINES = 10  # plain lines of a command, and more where they would be far apart:
 _SILENCE = 60.0  # the longest time between two of them [s]
 _PATIENCE = 10.0  # time without a first report after which one line says that the command is running [s]
@@ -43,6 +41,8 @@ def shown_progress(name: str, total: float, unit: str, done: float = 0, every: b
 @contextmanager
 def _bar(name: str, total: float, unit: str, done: float, digits: str) -> Iterator[Progress]:
     amount = f"{{n:{digits}}} of {{total:{digits}}} {unit}"
+    from tqdm import tqdm  # here, since it takes a tenth of a second to load
+
     form = f"{{desc}} {{percentage:3.0f}}%|{{bar}}| {amount} [{{elapsed}}<{{remaining}}{{postfix}}]"
     with tqdm(total=total, initial=done, desc=name, bar_format=form, file=sys.stderr) as bar:
 

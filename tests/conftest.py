@@ -9,6 +9,7 @@ from collections.abc import Iterator
 import pytest
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ["PDHOCBF_CACHE"] = "off"  # what one test changes in a program must not be read by another
 
 SLOW = {
     "test_analysis_figures", "test_bench", "test_campaign_faults", "test_certify_terminal", "test_certify_walk",

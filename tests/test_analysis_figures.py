@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import itertools
 import re
 
@@ -9,9 +10,11 @@ import matplotlib
 import numpy as np
 import pytest
 import synthetic
+from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.figures import make_figures, write_figures
+from pdhocbf_drake.analysis.figures import make_figures, rendered, write_pictures
+from pdhocbf_drake.analysis.report import metrics_of, write_report
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 
 EXPECTED = {
@@ -54,11 +57,24 @@ def test_every_figure_has_a_legend_and_a_caption(figures):
 
 
 def test_figures_are_written_and_not_blank(figures, tmp_path):
-    write_figures(figures, tmp_path / "figures")
+    write_pictures(rendered(figures), tmp_path / "figures")
     for drawn in figures:
         picture = matplotlib.image.imread(tmp_path / "figures" / f"{drawn.name}.png")
         inked = np.abs(picture[:, :, :3] - 1.0).max(axis=2) > 0.1
         assert 0.005 < inked.mean() < 0.6, drawn.name
+
+
+def test_the_report_shows_the_pictures_of_the_folder_each_rendered_once(tmp_path, monkeypatch):
+    times = []
+    draw = Figure.draw
+    monkeypatch.setattr(Figure, "draw", lambda self, *a, **k: (times.append(id(self)), draw(self, *a, **k))[1])
+    run = synthetic.run("biped", duration=3.0)
+    write_report(run, metrics_of(run), tmp_path, None)
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    shown = [base64.b64decode(image) for image in re.findall(r"data:image/png;base64,([^\"]+)", page)]
+    kept = [path.read_bytes() for path in (tmp_path / "figures").iterdir()]
+    assert sorted(shown) == sorted(kept)
+    assert len(times) == len(shown) == len(EXPECTED["biped"])
 
 
 def test_measured_and_planned_differ_in_colour_and_style():

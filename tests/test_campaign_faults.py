@@ -15,7 +15,7 @@ from pathlib import Path
 import psutil
 import pyarrow.parquet as pq
 import pytest
-from campaigns import campaign_file, finish, start
+from campaigns import TINY, campaign_file, finish, start
 
 from pdhocbf_drake.studies.campaign.task import run_process
 
@@ -29,12 +29,17 @@ def run_processes(root: psutil.Process, run: int | None = None) -> list[psutil.P
     found = []
     for process in root.children(recursive=True):
         try:
-            words = process.cmdline()
+            name = process.name()
         except psutil.Error:
             continue
-        if "pdhocbf_drake.studies.campaign.one_run" in words and (run is None or words[-1] == f"run-{run}"):
+        if name.startswith("run-") if run is None else name == f"run-{run}":
             found.append(process)
     return found
+
+
+def slow_campaign(folder: Path, runs: int) -> Path:
+    """A campaign whose runs take a second or more, so that they can be caught."""
+    return campaign_file(folder, runs=runs, overrides={**TINY["overrides"], "duration": 30.0})
 
 
 def until(something: Callable[[], object], seconds: float = 120.0) -> object:
@@ -48,30 +53,39 @@ def until(something: Callable[[], object], seconds: float = 120.0) -> object:
 
 
 def test_a_run_whose_process_is_killed_is_begun_once_more(tmp_path) -> None:
-    """One run's process is killed once, another one's each time, and a worker in the midst of a third."""
-    command = start("campaign", campaign_file(tmp_path, runs=5), "--out", tmp_path / "out", "--workers", 2)
+    """One run's process is killed once, another one's each time, and for two more what is above it: the process that
+    forked it, and that one's worker."""
+    command = start("campaign", slow_campaign(tmp_path, 9), "--out", tmp_path / "out", "--workers", 2)
     root = psutil.Process(command.pid)
     until(lambda: run_processes(root, 0))[0].kill()
     first = until(lambda: run_processes(root, 1))[0]
     first.kill()
     until(lambda: [p for p in run_processes(root, 1) if p.pid != first.pid])[0].kill()
     until(lambda: (tmp_path / "out" / "parts" / "run-000001.parquet").exists())
-    until(lambda: run_processes(root, 4))[0].parent().kill()
+    until(lambda: run_processes(root, 5))[0].parent().kill()
+    orphan = until(lambda: run_processes(root, 7))[0]
+    orphan.parent().parent().kill()
+    orphan.wait(timeout=10)  # a run ends with its worker
     code, out, err = finish(command)
     assert code == 0, err
     assert "failed: 1 runs" in out
     rows = table(tmp_path / "out")
-    assert sorted(rows) == list(range(5))
+    assert sorted(rows) == list(range(9))
     assert [run for run, row in rows.items() if row["status"] == "failed"] == [1]
-    assert [rows[run]["attempts"] for run in (0, 1, 4)] == [2, 2, 2]
+    assert [rows[run]["attempts"] for run in (0, 1, 5, 7)] == [2, 2, 2, 2]
     assert rows[1]["error"] == "the run's process was ended by SIGKILL, 2 times"
     summary = json.loads((tmp_path / "out" / "campaign.json").read_text())
-    assert (summary["runs"], summary["succeeded"], summary["failed"]) == (5, 4, 1)
+    assert (summary["runs"], summary["succeeded"], summary["failed"]) == (9, 8, 1)
+
+    assert summary["workers"] == 2
+    assert summary["simulating_share"] == summary["simulating_seconds"] / (2 * summary["seconds"])
+    assert 0.0 < summary["simulating_share"] < 1.0
 
     # What failed is run again only on demand.
     code, out, err = finish(start("campaign", tmp_path / "tiny.yaml", "--out", tmp_path / "out"))
     assert code == 0, err
     assert "failed: 1 runs" in out, err
+    assert json.loads((tmp_path / "out" / "campaign.json").read_text()) == summary
     code, out, err = finish(start("campaign", tmp_path / "tiny.yaml", "--out", tmp_path / "out", "--retry-failed"))
     assert code == 0, err
     assert "failed" not in out, err
@@ -80,7 +94,7 @@ def test_a_run_whose_process_is_killed_is_begun_once_more(tmp_path) -> None:
 
 def test_a_killed_command_leaves_no_process_and_can_be_continued(tmp_path) -> None:
     out = tmp_path / "out"
-    command = start("campaign", campaign_file(tmp_path, runs=5), "--out", out, "--workers", 2)
+    command = start("campaign", slow_campaign(tmp_path, 5), "--out", out, "--workers", 2)
     until(lambda: len(list((out / "parts").glob("run-*"))) >= 2 if (out / "parts").is_dir() else False)
     below = psutil.Process(command.pid).children(recursive=True)
     command.kill()
@@ -102,10 +116,10 @@ def test_a_killed_command_leaves_no_process_and_can_be_continued(tmp_path) -> No
 
 def test_ctrl_c_keeps_the_ended_runs_and_explains_how_to_continue(tmp_path) -> None:
     out = tmp_path / "out"
-    command = start("campaign", campaign_file(tmp_path, runs=40), "--out", out, "--workers", 2)
+    command = start("campaign", slow_campaign(tmp_path, 40), "--out", out, "--workers", 2)
     root = psutil.Process(command.pid)
     # A worker that replaces a dead one must be as deaf to Ctrl-C as the first ones.
-    until(lambda: run_processes(root))[0].parent().kill()
+    until(lambda: run_processes(root))[0].parent().parent().kill()
     until(lambda: len(list((out / "parts").glob("run-*"))) > 2 if (out / "parts").is_dir() else False)
     os.killpg(command.pid, signal.SIGINT)  # as a terminal does: to the command and all its workers
     code, _, err = finish(command)
@@ -185,11 +199,11 @@ def _address(file: Path) -> str:
 
 def test_an_existing_cluster_runs_it_and_may_lose_a_worker(tmp_path) -> None:
     with dask_cluster(tmp_path) as (address, workers):
-        command = start("campaign", campaign_file(tmp_path, runs=4), "--out", tmp_path / "out", "--scheduler", address)
+        command = start("campaign", slow_campaign(tmp_path, 4), "--out", tmp_path / "out", "--scheduler", address)
         one = psutil.Process(workers[0].pid)
         until(lambda: run_processes(one))
         lost = run_processes(one)[0]
-        run = int(lost.cmdline()[-1].removeprefix("run-"))
+        run = int(lost.name().removeprefix("run-"))
         one.kill()
         code, _, err = finish(command)
         assert code == 0, err
@@ -204,7 +218,7 @@ def test_an_existing_cluster_runs_it_and_may_lose_a_worker(tmp_path) -> None:
 def test_a_lost_scheduler_is_reported_and_the_ended_runs_are_kept(tmp_path) -> None:
     out = tmp_path / "out"
     with dask_cluster(tmp_path) as (address, _):
-        command = start("campaign", campaign_file(tmp_path, runs=40), "--out", out, "--scheduler", address)
+        command = start("campaign", slow_campaign(tmp_path, 40), "--out", out, "--scheduler", address)
         until(lambda: list((out / "parts").glob("run-*")) if (out / "parts").is_dir() else False)
         [scheduler] = [p for p in psutil.Process().children() if "distributed.cli.dask_scheduler" in p.cmdline()]
         scheduler.kill()

@@ -10,6 +10,7 @@ from campaigns import TINY, campaign_file
 
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation import drake_config
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.studies.campaign.plan import (
     campaign_names,
@@ -132,6 +133,22 @@ def test_a_wrong_campaign_is_refused_in_one_sentence(tmp_path, changes: dict, se
         plan_runs(wrong, path.parent)
     assert sentence in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+def test_configs_of_drake_that_runs_have_in_common_are_read_once(tmp_path, monkeypatch) -> None:
+    """Its reader takes longer than all other checks of a scenario together."""
+    read: list[type] = []
+    ours = drake_config.yaml_load_typed
+    monkeypatch.setattr(
+        drake_config, "yaml_load_typed", lambda schema, **more: read.append(schema) or ours(schema=schema, **more)
+    )
+    varied = {**TINY["factors"], "plant.time_step": {"values": [0.001, 0.002, 0.004]}}
+    reported: list[tuple[int, int]] = []
+    tiny, _ = load_campaign(str(campaign_file(tmp_path, runs=1200, factors=varied)))
+    planned = plan_runs(tiny, tmp_path, lambda done, total: reported.append((done, total)))
+    assert {run.scenario["plant"]["time_step"] for run in planned} == {0.001, 0.002, 0.004}
+    assert len(read) < 12
+    assert reported == [(0, 1200), (500, 1200), (1000, 1200)]
 
 
 def test_a_campaign_that_cannot_be_built_is_refused_before_it_runs(tmp_path) -> None:

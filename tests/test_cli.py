@@ -188,12 +188,10 @@ def test_the_error_for_a_wrong_time_names_no_function(capsys):
 
 
 def test_drake_ending_the_process_is_an_error_like_others(monkeypatch, elsewhere, capsys):
-    from pdhocbf_drake.cli import run
-
     def ended(*_):
         raise SystemExit("Failure at x.cc:15 in f(): condition 'time_step > 0' failed.\nmore")
 
-    monkeypatch.setattr(run, "simulate", ended)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", ended)
     assert main(["run", "vhip"]) == 1
     message = "Drake refuses something in this: Failure at x.cc:15 in f(): condition 'time_step > 0' failed."
     assert capsys.readouterr().err == f"pdhocbf: {message}\n"
@@ -207,7 +205,7 @@ def test_the_exit_code_says_how_a_run_ended_and_the_run_is_kept(ending, code, mo
     from pdhocbf_drake.cli import run
 
     recorded = synthetic.run("vhip", ending=ending)
-    monkeypatch.setattr(run, "simulate", lambda *_: recorded.log)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", lambda *_: recorded.log)
     monkeypatch.setattr(run, "_write_pages", lambda *_: ([], ""))
     assert main(["run", "vhip", "--out", str(tmp_path / "run")]) == code
     assert ("what was recorded is in" in capsys.readouterr().err) == (code != 0)
@@ -215,14 +213,12 @@ def test_the_exit_code_says_how_a_run_ended_and_the_run_is_kept(ending, code, mo
 
 
 def test_a_full_disk_costs_the_pages_and_not_the_run(monkeypatch, tmp_path, capsys):
-    from pdhocbf_drake.cli import run
-
     def full(recorded, place):
         raise OSError(errno.ENOSPC, "No space left on device", str(place))
 
     recorded = synthetic.run("vhip")
-    monkeypatch.setattr(run, "simulate", lambda *_: recorded.log)
-    monkeypatch.setattr(run, "replay", full)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", lambda *_: recorded.log)
+    monkeypatch.setattr("pdhocbf_drake.analysis.products.replay", full)
     place = tmp_path / "run"
     assert main(["run", "vhip", "--out", str(place)]) == 1
     printed = capsys.readouterr()
@@ -236,14 +232,13 @@ def test_a_full_disk_costs_the_pages_and_not_the_run(monkeypatch, tmp_path, caps
 
 
 def test_a_disk_too_full_for_the_log_is_an_error_with_the_given_place(monkeypatch, tmp_path, capsys):
-    from pdhocbf_drake.cli import run
     from pdhocbf_drake.simulation.run_log import RunLog
 
     def full(self, path):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     recorded = synthetic.run("vhip")
-    monkeypatch.setattr(run, "simulate", lambda *_: recorded.log)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", lambda *_: recorded.log)
     monkeypatch.setattr(RunLog, "save", full)
     assert main(["run", "vhip", "--out", str(tmp_path / "run")]) == 1
     assert capsys.readouterr().err == f"pdhocbf: {tmp_path}/run cannot be written: No space left on device\n"
@@ -272,12 +267,10 @@ def test_wrong_usage_is_two(arguments, capsys):
 
 
 def test_the_unexpected_is_one_line_too(monkeypatch, elsewhere, capsys):
-    from pdhocbf_drake.cli import run
-
     def broken(*_):
         raise RuntimeError("first line\nsecond line")
 
-    monkeypatch.setattr(run, "simulate", broken)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", broken)
     assert main(["run", "vhip"]) == 1
     assert capsys.readouterr().err == (
         "pdhocbf: unexpected RuntimeError: first line (set PDHOCBF_DEBUG=1 to see where)\n"
@@ -349,13 +342,11 @@ def test_overrides_given_twice_are_refused_and_not_lost(elsewhere, capsys):
 
 
 def test_a_request_to_stop_after_the_last_tick_loses_nothing_recorded(elsewhere, monkeypatch, capsys):
-    from pdhocbf_drake.cli import run
-
     def be_asked_and_write(*arguments):
         os.kill(os.getpid(), signal.SIGINT)
         return write_metrics(*arguments)
 
-    monkeypatch.setattr(run, "write_metrics", be_asked_and_write)
+    monkeypatch.setattr("pdhocbf_drake.analysis.report.write_metrics", be_asked_and_write)
     assert main(["run", "vhip", "--text", SHORT, "--out", "run"]) == 1
     assert "interrupted after the run" in capsys.readouterr().err
     assert read_run(Path("run")).log.ending == "finished"

@@ -13,8 +13,9 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.gait.measures import Work, measure, steady_walk
-from pdhocbf_drake.studies.gait.study import KEYS, default_lines, gait_study, plan, varied
+from pdhocbf_drake.studies.gait.measures import measure, steady_walk
+from pdhocbf_drake.studies.gait.plan import KEYS, Work, default_lines, plan, varied
+from pdhocbf_drake.studies.gait.study import gait_study
 from pdhocbf_drake.walking import Gait
 
 

@@ -35,9 +35,7 @@ class Broken(io.StringIO):
 @pytest.fixture
 def simulated(monkeypatch: pytest.MonkeyPatch, elsewhere: Path) -> Path:
     """An empty folder in which `pdhocbf run vhip` ends at once."""
-    from pdhocbf_drake.cli import run
-
-    monkeypatch.setattr(run, "simulate", lambda *_: RUN.log)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", lambda *_: RUN.log)
     return elsewhere
 
 
@@ -80,7 +78,7 @@ def test_a_bound_is_written_though_nobody_reads_the_output(simulated: Path, monk
 def test_characters_that_a_terminal_lacks_are_marked(simulated: Path, monkeypatch, capsys) -> None:
     shown = io.BytesIO()
     monkeypatch.setattr(sys, "stdout", io.TextIOWrapper(shown, "latin-1"))
-    monkeypatch.setattr("pdhocbf_drake.cli.run.summary_rows", lambda metrics: [("γ", "1 m/s²")])
+    monkeypatch.setattr("pdhocbf_drake.analysis.summary.summary_rows", lambda metrics: [("γ", "1 m/s²")])
     assert main(["run", "vhip", "--out", "run"]) == 0
     sys.stdout.flush()
     assert shown.getvalue().decode("latin-1").splitlines()[0].split() == ["?", "1", "m/s²"]
@@ -88,11 +86,12 @@ def test_characters_that_a_terminal_lacks_are_marked(simulated: Path, monkeypatc
 
 
 def test_a_page_that_fails_costs_that_page(simulated: Path, monkeypatch, capsys) -> None:
-    from pdhocbf_drake.cli import run
-
-    for name, there in (("replay", "report.html"), ("write_report", "replay.html")):
+    for name, made_by, there in (
+        ("replay", "products.replay", "report.html"),
+        ("write_report", "report.write_report", "replay.html"),
+    ):
         with monkeypatch.context() as patch:
-            patch.setattr(run, name, fail)
+            patch.setattr(f"pdhocbf_drake.analysis.{made_by}", fail)
             assert main(["run", "vhip", "--out", name]) == 1
         printed = capsys.readouterr()
         missing = "replay.html" if name == "replay" else "report.html"
@@ -105,14 +104,12 @@ def test_a_page_that_fails_costs_that_page(simulated: Path, monkeypatch, capsys)
 
 
 def test_log_and_metrics_are_in_place_before_anything_is_drawn(simulated: Path, monkeypatch) -> None:
-    from pdhocbf_drake.cli import run
-
     def look(*_: object) -> None:
         assert len(read_run(Path("run")).log) == len(RUN.log)
         assert Path("run/metrics.json").exists()
 
-    monkeypatch.setattr(run, "replay", look)
-    monkeypatch.setattr(run, "write_report", look)
+    monkeypatch.setattr("pdhocbf_drake.analysis.products.replay", look)
+    monkeypatch.setattr("pdhocbf_drake.analysis.report.write_report", look)
     assert main(["run", "vhip", "--out", "run"]) == 0
 
 
@@ -139,7 +136,7 @@ def test_runs_of_one_second_get_folders_of_their_own(simulated: Path, monkeypatc
 
     codes: list[int] = []
     monkeypatch.setattr(run, "datetime", Stopped)
-    monkeypatch.setattr(run, "simulate", simulate)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", simulate)
     assert main(["run", "vhip", "--no-replay"]) == 0
     assert codes == [0, 0, 0]
     names = sorted(path.name for path in Path("runs").iterdir())
@@ -148,19 +145,19 @@ def test_runs_of_one_second_get_folders_of_their_own(simulated: Path, monkeypatc
 
 
 def test_a_run_that_fails_leaves_no_folder(simulated: Path, monkeypatch, capsys) -> None:
-    monkeypatch.setattr("pdhocbf_drake.cli.run.simulate", fail)
+    monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", fail)
     assert main(["run", "vhip"]) == 1
     assert list(Path("runs").iterdir()) == []
 
 
 def test_files_are_refused_before_the_work(simulated: Path, monkeypatch, capsys) -> None:
     from pdhocbf_drake.studies.bench import command as bench
-    from pdhocbf_drake.studies.certify import design_command
+    from pdhocbf_drake.studies.certify import certificate
 
     assert main(["run", "vhip", "--out", "run", "--no-replay"]) == 0
     Path("folder").mkdir()
     os.mkfifo("pipe")
-    monkeypatch.setattr(design_command, "certify_scenario", lambda *_: pytest.fail("certified"))
+    monkeypatch.setattr(certificate, "certify_scenario", lambda *_: pytest.fail("certified"))
     monkeypatch.setattr("pdhocbf_drake.studies.bench.benchmark.measure", lambda *_: pytest.fail("measured"))
     for place, kind in (("folder", "a folder"), ("pipe", "a pipe")):
         says = f"{place} is {kind}; the name of a file is needed"
@@ -172,7 +169,6 @@ def test_files_are_refused_before_the_work(simulated: Path, monkeypatch, capsys)
 
 
 def test_ctrl_c_in_worth_keeps_the_cases_that_are_done(elsewhere: Path, monkeypatch, capsys) -> None:
-    from pdhocbf_drake.studies.worth import command as worth
     from pdhocbf_drake.studies.worth.experiments import Worth
     from pdhocbf_drake.studies.worth.results import Measures
 
@@ -182,8 +178,8 @@ def test_ctrl_c_in_worth_keeps_the_cases_that_are_done(elsewhere: Path, monkeypa
                 raise KeyboardInterrupt
             return [Measures("template", case, gamma, "kick", 0, 0.0, 0.0, 0.02, 0.1, 1.0, 0.03, True)]
 
-    monkeypatch.setattr(worth, "TemplateWorth", Interrupted)
-    assert main(["worth", "vhip", "--gamma", "0.2,0.5", "--out", "kept"]) == 1
+    monkeypatch.setattr("pdhocbf_drake.studies.worth.experiments.TemplateWorth", Interrupted)
+    assert main(["worth", "vhip", "--gamma", "0.2,0.5", "--workers", "1", "--out", "kept"]) == 1
     printed = capsys.readouterr()
     assert printed.err.endswith("pdhocbf: interrupted; 2 of 5 cases are kept\n")
     rows = json.loads(Path("kept/worth.json").read_text())["rows"]
@@ -204,7 +200,7 @@ def test_a_folder_of_something_else_gets_no_results(elsewhere: Path, capsys) -> 
 
 @pytest.mark.parametrize("stop", [KeyboardInterrupt, ValueError])
 def test_ctrl_c_or_an_error_in_reproduce_keeps_the_other_parts(stop, elsewhere: Path, monkeypatch, capsys) -> None:
-    from pdhocbf_drake.studies.reproduce.command import PARTS, Part
+    from pdhocbf_drake.studies.reproduce.parts import PARTS, Part
     from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section
 
     def made(runs: object) -> Section:

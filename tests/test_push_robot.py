@@ -18,7 +18,7 @@ from pdhocbf_drake.robot.damped import row_weights
 from pdhocbf_drake.robot.posture import COM
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.push import search
+from pdhocbf_drake.studies.shared import push_search as search
 from pdhocbf_drake.studies.shared.endings import GAVE_UP, SURVIVED
 from pdhocbf_drake.studies.shared.push_search import Impulse
 from pdhocbf_drake.studies.shared.pushing import PushedWalk
@@ -92,8 +92,8 @@ def test_scenarios_that_cannot_be_pushed_are_refused_in_one_sentence() -> None:
 def test_the_verb_writes_its_documented_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from pdhocbf_drake.cli.main import main
 
-    def found(work: search.Search) -> list[Impulse]:
-        return [Impulse(work.barrier, way, work.phase, 12.0 + work.phase / 10) for way in work.guesses]
+    def found(work: search.Search) -> Impulse:
+        return Impulse(work.barrier, work.direction, work.phase, 12.0 + work.phase / 10)
 
     monkeypatch.setattr(search, "search", found)
     out = tmp_path / "pushes"
@@ -117,7 +117,7 @@ def test_a_figure_that_can_not_be_written_costs_the_figure_alone(
     def full(impulses: list[Impulse], path: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
-    monkeypatch.setattr(search, "search", lambda work: [Impulse(work.barrier, "+x", work.phase, 12.5)])
+    monkeypatch.setattr(search, "search", lambda work: Impulse(work.barrier, "+x", work.phase, 12.5))
     monkeypatch.setattr("pdhocbf_drake.studies.push.study.draw_polar", full)
     words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out"]
     assert main([*words, str(tmp_path / "pushes")]) == 1
@@ -178,16 +178,18 @@ def test_ctrl_c_keeps_the_impulses_that_are_found(
 ) -> None:
     from pdhocbf_drake.cli.main import main
 
-    def found(work: search.Search) -> list[Impulse]:
+    def found(work: search.Search) -> Impulse:
         if (work.barrier, work.phase) == ("DCBF", 40):
             raise KeyboardInterrupt
-        return [Impulse(work.barrier, "+x", work.phase, 12.5)]
+        return Impulse(work.barrier, "+x", work.phase, 12.5)
 
     monkeypatch.setattr(search, "search", found)
     words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out", str(tmp_path)]
     assert main(words) == 1
     shown = capsys.readouterr()
-    assert f"pdhocbf: interrupted; 3 of 6 impulses are in {tmp_path}\n" in shown.err
-    assert shown.out.count("12.5") == 5  # three, and a median for each barrier
+    assert f"pdhocbf: interrupted; 4 of 6 impulses are in {tmp_path}\n" in shown.err
+    assert shown.out.count("12.5") == 7  # four, and a median for each barrier
     kept = json.loads((tmp_path / "push.json").read_text())["impulse"]
-    assert [(row["barrier"], row["phase"]) for row in kept] == [("none", 0), ("none", 40), ("DCBF", 0)]
+    assert [(row["barrier"], row["phase"]) for row in kept] == [
+        ("none", 0), ("none", 40), ("DCBF", 0), ("P-DHOCBF", 0),
+    ]  # fmt: skip

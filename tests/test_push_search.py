@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.push.results import document, table
+from pdhocbf_drake.studies.shared import push_search
 from pdhocbf_drake.studies.shared.cases import CASES, DCBF, NONE, PERIODIC, in_case, lent_barriers
 from pdhocbf_drake.studies.shared.endings import soles_overlap
 from pdhocbf_drake.studies.shared.events import force, parse_directions, parse_phases
-from pdhocbf_drake.studies.shared.push_search import Impulse, largest_survived
+from pdhocbf_drake.studies.shared.push_search import Impulse, Search, Settings, largest_survived, search_all
 
 HALVES = np.array([[0.1, 0.06], [0.1, 0.06]])
 
@@ -40,6 +41,33 @@ def test_a_good_guess_needs_two_trials() -> None:
     tried: list[float] = []
     assert largest_survived(lambda j: tried.append(j) or j <= 15.0, 15.0, 1.0, 60.0) == 15.0  # type: ignore[func-returns-value]
     assert tried == [15.0, 16.0]
+
+
+def test_searches_begin_where_a_mirrored_one_or_one_without_barriers_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each is made once; only those in the first step of the gait, or with nothing to begin from, guess by the mass."""
+    made: list[Search] = []
+
+    def search(work: Search) -> Impulse:
+        made.append(work)
+        return Impulse(work.barrier, work.direction, work.phase, 100.0 * len(made))
+
+    monkeypatch.setattr(push_search, "search", search)
+    scenario = load_scenario("walking", "")
+    directions, phases = ("+x", "+y", "-y"), (0, 10, 40, 60)
+    settings = Settings(1.0, 0.1, 3.2)
+    found = {i[:3]: i.survived for many in search_all(scenario, CASES, directions, phases, settings, 1) for i in many}
+    assert len(made) == len(found) == len(CASES) * len(directions) * len(phases)
+    guesses = {(work.barrier, work.direction, work.phase): work.guess for work in made}
+    likely = {"+x": 16.0, "+y": 8.0, "-y": 8.0}
+    for (barrier, way, phase), guess in guesses.items():
+        if barrier != NONE:
+            assert guess == found[NONE, way, phase]
+        elif phase == 40:
+            assert guess == found[NONE, {"+x": "+x", "+y": "-y", "-y": "+y"}[way], 0]
+        else:
+            assert guess == likely[way]
+    alone = [i for many in search_all(scenario, [DCBF], ["-y"], [0, 40], settings, 1) for i in many]
+    assert len(alone) == 2
 
 
 def test_directions_have_words_and_names() -> None:

@@ -44,6 +44,16 @@ def test_in_medians_never_comes_last() -> None:
     assert line.split()[:5] == ["kick", "DCBF", "0.5", "1/3", "–"]
 
 
+def test_in_several_processes_the_rows_are_the_same(rows: list[Measures]) -> None:
+    reported: list[int] = []
+    worth = TemplateWorth(load_scenario("vhip", ""), 0.02, 0.2, 1.07, [15])
+    shared = worth.run([0.5], lambda done, case: reported.append(done), workers=2)
+    own = [row for row in rows if row.event != "no event"]
+    assert list(map(str, shared)) == list(map(str, own))
+    assert reported == [1, 2, 3]
+    assert not worth.stopped
+
+
 def test_a_kick_is_noticed_at_once_by_the_periodic_bound_alone(rows: list[Measures]) -> None:
     kicks = by_case(rows, "kick")
     assert kicks[PERIODIC].notices == 0.0
@@ -116,7 +126,7 @@ def test_the_verb_writes_table_figure_and_rows(tmp_path: Path, monkeypatch: pyte
     from pdhocbf_drake.cli.main import main
 
     monkeypatch.setattr(TemplateWorth, "__init__", lambda self, *args: None)
-    monkeypatch.setattr(TemplateWorth, "run", lambda self, gammas, report: rows)
+    monkeypatch.setattr(TemplateWorth, "run", lambda self, gammas, report, workers: rows)
     assert main(["worth", "vhip", "--out", str(tmp_path)]) == 0
     written = json.loads((tmp_path / "worth.json").read_text())["rows"]
     assert len(written) == len(rows)

@@ -128,7 +128,7 @@ def test_the_report_holds_its_replay_and_asks_nothing_of_a_network(browser, tmp_
     assert shown.complaints == []
     frame = next(frame for frame in shown.page.frames if frame != shown.page.main_frame)
     assert frame.evaluate("typeof viewer") == "object"
-    assert shown.page.locator("img").count() == len(one.figures)
+    assert shown.page.locator("img").count() == len(one.pictures)
     assert shown.page.evaluate("[...document.images].every(image => image.naturalWidth > 100)")
 
 

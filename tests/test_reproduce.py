@@ -23,8 +23,9 @@ from pdhocbf_drake.studies.reproduce.calibration import (
     measure,
     statement,
 )
-from pdhocbf_drake.studies.reproduce.command import PARTS, chosen
+from pdhocbf_drake.studies.reproduce.command import chosen
 from pdhocbf_drake.studies.reproduce.joints import both_legs
+from pdhocbf_drake.studies.reproduce.parts import PARTS
 from pdhocbf_drake.studies.reproduce.report import Number, Picture, Section, value, write_report
 from pdhocbf_drake.studies.shared.cases import DCBF, PERIODIC
 

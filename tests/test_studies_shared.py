@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 from pdhocbf_drake.errors import InputError, PdhocbfError
@@ -110,6 +113,25 @@ def test_work_is_shared_and_errors_come_back(workers: int) -> None:
     assert sorted(in_processes(_square, [1, 2, 3], workers)) == [1, 4, 9]
     with pytest.raises(PdhocbfError, match="no 7"):
         list(in_processes(_fail, [7, 7], workers))
+
+
+def test_workers_end_with_a_killed_command() -> None:
+    code = (
+        "import sys, time; from pdhocbf_drake.studies.shared.pool import in_processes\n"
+        "if __name__ == '__main__': list(in_processes(time.sleep, [0.1, 0.1, 600.0, 600.0], 2))"
+    )
+    command = subprocess.Popen([sys.executable, "-c", code])
+    try:
+        own = psutil.Process(command.pid)
+        end = time.monotonic() + 60.0
+        while len(below := own.children(recursive=True)) < 3 and time.monotonic() < end:
+            time.sleep(0.05)
+    finally:
+        command.kill()
+        command.wait()
+    _, alive = psutil.wait_procs(below, timeout=20.0)
+    assert below
+    assert not alive
 
 
 def test_a_dead_worker_is_reported_in_one_sentence() -> None:

@@ -9,6 +9,7 @@ from typing import Any, BinaryIO
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.mathtext import MathTextParser
 from matplotlib.text import Text
@@ -77,7 +78,10 @@ def save(figure: Figure, path: Path | BinaryIO) -> None:
     for text in figure.findobj(Text):
         if isinstance(text, Text) and not _drawable(text.get_text()):
             text.set_parse_math(False)
-    figure.savefig(path, format="png", metadata={"Software": None})
+    # `figure.savefig` draws once more before, only for the layout, which drawing makes anyway.
+    figure.set_dpi(matplotlib.rcParams["savefig.dpi"])
+    canvas: Any = FigureCanvasAgg(figure)  # untyped
+    canvas.print_png(path, metadata={"Software": None})
 
 
 def _drawable(text: str) -> bool:

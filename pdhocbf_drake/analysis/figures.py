@@ -1,8 +1,8 @@
-"""All figures of a run, in the order of its report, and writing them."""
+"""All figures of a run, in the order of its report, rendered once for its report and for its folder."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import figures_oscillator, figures_robot, figures_walk
 from pdhocbf_drake.analysis.barrier_margins import quantities_of
-from pdhocbf_drake.analysis.drawing import save, styled
+from pdhocbf_drake.analysis.drawing import styled
+from pdhocbf_drake.analysis.page import png
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.simulation.run_folder import Run
@@ -22,6 +23,19 @@ class Drawn(NamedTuple):
     name: str
     caption: str
     figure: Figure
+
+
+class Picture(NamedTuple):
+    """The same, rendered: `image` is a PNG. Rendered once more, a figure may get another layout."""
+
+    name: str
+    caption: str
+    image: bytes
+
+
+def rendered(figures: Sequence[Drawn]) -> list[Picture]:
+    """Each figure as a picture."""
+    return [Picture(drawn.name, drawn.caption, png(drawn.figure)) for drawn in figures]
 
 
 def make_figures(run: Run, limits: RobotLimits | None) -> list[Drawn]:
@@ -38,12 +52,11 @@ def make_figures(run: Run, limits: RobotLimits | None) -> list[Drawn]:
         return [*_walk(run, limits), *(_robot(run, limits) if limits is not None else ())]
 
 
-def write_figures(figures: list[Drawn], folder: Path) -> None:
-    """Writes each figure as a PNG."""
-    with styled():
-        for drawn in figures:
-            with replaced_file(folder / f"{drawn.name}.png") as staging:
-                save(drawn.figure, staging)
+def write_pictures(pictures: Sequence[Picture], folder: Path) -> None:
+    """Writes each picture to its file."""
+    for picture in pictures:
+        with replaced_file(folder / f"{picture.name}.png") as staging:
+            staging.write_bytes(picture.image)
 
 
 def _walk(run: Run, limits: RobotLimits | None) -> Iterator[Drawn]:

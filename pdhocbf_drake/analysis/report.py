@@ -11,10 +11,10 @@ import yaml
 
 from pdhocbf_drake.analysis.comparison import comparison_figures
 from pdhocbf_drake.analysis.degraded import degraded_rows
-from pdhocbf_drake.analysis.figures import Drawn, make_figures, write_figures
+from pdhocbf_drake.analysis.figures import Picture, make_figures, rendered, write_pictures
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.page import data_url, filled_page, png
+from pdhocbf_drake.analysis.page import data_url, filled_page
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.files.file import write_text
@@ -22,11 +22,11 @@ from pdhocbf_drake.simulation.run_folder import FIGURES, METRICS, REPORT, Run
 
 
 class ReportedRun(NamedTuple):
-    """A run with its metrics, its figures, and its replay as a page of its own, or None."""
+    """A run with its metrics, its pictures, and its replay as a page of its own, or None."""
 
     run: Run
     metrics: Metrics
-    figures: list[Drawn]
+    pictures: list[Picture]
     replay: str | None
 
 
@@ -36,8 +36,9 @@ def metrics_of(run: Run) -> Metrics:
 
 
 def reported(run: Run, replay: str | None, metrics: Metrics | None = None) -> ReportedRun:
-    """The run with its figures, and with its metrics, which are computed where they are not given."""
-    return ReportedRun(run, metrics or metrics_of(run), make_figures(run, robot_limits(run.scenario)), replay)
+    """The run with its pictures, and with its metrics, which are computed where they are not given."""
+    pictures = rendered(make_figures(run, robot_limits(run.scenario)))
+    return ReportedRun(run, metrics or metrics_of(run), pictures, replay)
 
 
 def write_metrics(run: Run, folder: Path) -> Metrics:
@@ -50,7 +51,7 @@ def write_metrics(run: Run, folder: Path) -> Metrics:
 def write_report(run: Run, metrics: Metrics, folder: Path, replay: str | None) -> None:
     """Writes the figures, and report.html with them and the replay."""
     shown = reported(run, replay, metrics)
-    write_figures(shown.figures, folder / FIGURES)
+    write_pictures(shown.pictures, folder / FIGURES)
     write_text(folder / REPORT, report_html([shown]))
 
 
@@ -66,12 +67,12 @@ def report_html(runs: Sequence[ReportedRun]) -> str:
         title=" and ".join(dict.fromkeys(names)),
         labels=labels,
         rows=[(row, [column.get(row, "–") for column in columns]) for row in dict.fromkeys(chain(*columns))],
-        shared=_images(shared),
+        shared=_images(rendered(shared)),
         runs=[
             {
                 "label": label,
                 "description": reported.run.scenario.description,
-                "figures": _images(reported.figures),
+                "figures": _images(reported.pictures),
                 "replay": reported.replay,
                 "scenario": _yaml(reported.run.scenario.to_dict()),
                 "provenance": _yaml(reported.run.provenance.model_dump()),
@@ -81,9 +82,9 @@ def report_html(runs: Sequence[ReportedRun]) -> str:
     )
 
 
-def _images(figures: list[Drawn]) -> list[tuple[str, str]]:
-    """(caption, address of the image) of each figure."""
-    return [(drawn.caption, data_url(png(drawn.figure))) for drawn in figures]
+def _images(pictures: Sequence[Picture]) -> list[tuple[str, str]]:
+    """(caption, address of the image) of each picture."""
+    return [(picture.caption, data_url(picture.image)) for picture in pictures]
 
 
 def _yaml(data: object) -> str:

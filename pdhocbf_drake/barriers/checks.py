@@ -6,13 +6,12 @@ functions call them once, where a value is given, so that no tick of a control l
 
 from __future__ import annotations
 
+from functools import cache
 from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.autodiffutils import AutoDiffXd
-from pydrake.symbolic import Expression, Variable
 
 from pdhocbf_drake.errors import InputError
 
@@ -27,7 +26,7 @@ def is_number(value: Any) -> bool:
 def one_number(what: str, value: Any) -> Any:
     """One number: of Python's types or NumPy's, AutoDiffXd or symbolic; raises `InputError` for arrays, None, …"""
     single = value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
-    if is_number(single) or isinstance(single, (AutoDiffXd, Expression, Variable)):
+    if is_number(single) or isinstance(single, _scalars()):
         return single
     shape = f" of shape {value.shape}" if isinstance(value, np.ndarray) else ""
     raise InputError(f"{what} must be one number, given {shown(value)}{shape}")
@@ -95,7 +94,7 @@ def finite_vector(what: str, value: Any, size: int) -> NDArray[np.float64]:
 def decision_variables(what: str, value: Any) -> NDArray[Any]:
     """An array of decision variables, of any shape; raises `InputError` if an entry is something else."""
     array = np.asarray(value, dtype=object)
-    if wrong := [entry for entry in array.ravel() if not isinstance(entry, Variable)]:
+    if wrong := [entry for entry in array.ravel() if not isinstance(entry, _variable())]:
         raise InputError(f"{what} must be decision variables, given {shown(wrong[0])}")
     return array
 
@@ -107,9 +106,25 @@ def numbers_or_variables(what: str, value: Any) -> NDArray[Any]:
         InputError: an entry is neither; NaN in a constraint would end the process in Drake.
     """
     array = np.asarray(value, dtype=object)
-    if any(isinstance(entry, Variable) for entry in array.ravel()):
+    if any(isinstance(entry, _variable()) for entry in array.ravel()):
         return decision_variables(what, array)
     return finite_array(what, value)
+
+
+@cache
+def _scalars() -> tuple[type, ...]:
+    """What stands for one number in Drake; imported here, so that a scenario is read, and refused, without Drake."""
+    from pydrake.autodiffutils import AutoDiffXd
+    from pydrake.symbolic import Expression
+
+    return AutoDiffXd, Expression, _variable()
+
+
+@cache
+def _variable() -> type:
+    from pydrake.symbolic import Variable
+
+    return Variable
 
 
 def _has_masked(value: Any) -> bool:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.comparison import compare
 from pdhocbf_drake.simulation.run_folder import read_run
 
 
@@ -23,6 +22,8 @@ def run(options: argparse.Namespace) -> int:
     """Prints the margins and M, eq. (6)."""
     places = options.first, options.second
     runs = read_run(places[0]), read_run(places[1])
+    from pdhocbf_drake.analysis.comparison import compare  # here, since it loads Drake, as in `replay`
+
     start = runs[0].scenario.from_time if options.from_time is None else options.from_time
     for found in compare(*runs, start, (str(places[0]), str(places[1]))):
         for place, one, name, margin in zip(places, runs, found.names, found.margins, strict=True):

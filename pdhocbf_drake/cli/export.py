@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Final
 
-from pdhocbf_drake.analysis.export import MISSING_MCAP, check_new, write_csv, write_mcap
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.places import check_file
 from pdhocbf_drake.simulation.run_folder import CSV, MCAP, read_run
 from pdhocbf_drake.terminal import say
-
-_WRITERS: Final = {".csv": write_csv, ".mcap": write_mcap}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,12 +23,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Writes the files and prints where they are; without the extra `export`, CSV alone unless MCAP is asked for."""
     recorded, places = read_run(options.run), _places(options)
+    from pdhocbf_drake.analysis.export import MISSING_MCAP, check_new, write_csv, write_mcap  # here, as in `replay`
+
+    writers = {".csv": write_csv, ".mcap": write_mcap}
     for place in places:
         check_new(place)
         check_file(place)
     for place in places:
         try:
-            _WRITERS[place.suffix](recorded, place)
+            writers[place.suffix](recorded, place)
         except InputError as error:
             if options.mcap or len(places) == 1 or str(error) != MISSING_MCAP:
                 raise
@@ -47,7 +46,7 @@ def _places(options: argparse.Namespace) -> list[Path]:
     chosen = {".csv": options.csv, ".mcap": options.mcap}
     suffixes = [suffix for suffix, wanted in chosen.items() if wanted] or list(chosen)
     out: Path | None = options.out
-    if out is None or out.suffix not in _WRITERS or out.is_dir():
+    if out is None or out.suffix not in chosen or out.is_dir():
         return [(options.run if out is None else out) / {".csv": CSV, ".mcap": MCAP}[suffix] for suffix in suffixes]
     if (options.csv or options.mcap) and suffixes != [out.suffix]:
         asked = " and ".join(f"--{suffix[1:]}" for suffix in suffixes)

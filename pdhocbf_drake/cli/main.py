@@ -12,7 +12,8 @@ from contextlib import contextmanager
 from typing import Any, Final
 
 import pdhocbf_drake
-from pdhocbf_drake.cli.loading import load
+from pdhocbf_drake.cli.loading import drake_on_demand, load
+from pdhocbf_drake.collecting import quick_imports
 from pdhocbf_drake.errors import PageWarning, PdhocbfError
 from pdhocbf_drake.stopping import interruptible, stop_requests
 from pdhocbf_drake.streams import safe_streams
@@ -32,6 +33,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
     "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),
+    "cache": ("compiled programs that are kept between commands: what there is, or delete it", "cli.cache"),
     "export": ("a run's log as CSV and MCAP, for PlotJuggler, Foxglove and others", "cli.export"),
     "certify": ("bounds that can be kept for ever, their cost, and the pushes they allow", "studies.certify.command"),
     "design-bound": ("a certified bound from a recorded walk, as YAML", "studies.certify.design_command"),
@@ -68,7 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(words: list[str]) -> int:
     try:
-        with stop_requests() as stop:  # an import that Ctrl-C interrupts can fail with any exception
+        # An import that Ctrl-C interrupts can fail with any exception.
+        with stop_requests() as stop, quick_imports():
             parser, used, module = _parser(words)
         if stop.is_set():
             raise KeyboardInterrupt
@@ -91,9 +94,9 @@ def _run(words: list[str]) -> int:
 
 
 def _perform(module: Any, options: argparse.Namespace) -> int:
-    load("pydrake")
     try:
-        code: int = module.run(options)
+        with drake_on_demand():
+            code: int = module.run(options)
         return code
     except SystemExit as error:  # some of Drake's checks end the process
         if isinstance(error.code, str):

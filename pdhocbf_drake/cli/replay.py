@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.products import replay
 from pdhocbf_drake.simulation.run_folder import REPLAY, read_run
 
 
@@ -16,6 +15,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Writes the replay again and prints its path."""
-    replay(read_run(options.run), options.run / REPLAY)
+    recorded = read_run(options.run)
+    from pdhocbf_drake.analysis.products import replay  # here, since it loads Drake: what is no run is refused at once
+
+    replay(recorded, options.run / REPLAY)
     print(options.run / REPLAY)
     return 0

@@ -5,9 +5,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.analysis.products import report
-from pdhocbf_drake.analysis.replay import replay_html
-from pdhocbf_drake.analysis.report import write_metrics, write_report
 from pdhocbf_drake.errors import InputError, RunFolderError
 from pdhocbf_drake.files.places import check_file
 from pdhocbf_drake.simulation.run_folder import REPLAY, REPORT, Run, read_run
@@ -23,6 +20,10 @@ def run(options: argparse.Namespace) -> int:
     """Writes the report, for a single run its metrics and figures too, and prints the report's path."""
     folders: list[Path] = options.runs
     runs = [read_run(folder) for folder in folders]
+    # Here, since they load Drake: what is no run is refused at once.
+    from pdhocbf_drake.analysis.products import report
+    from pdhocbf_drake.analysis.report import write_metrics, write_report
+
     if len(runs) == 1 and options.out is None:
         write_report(runs[0], write_metrics(runs[0], folders[0]), folders[0], _replay(runs[0], folders[0]))
         print(folders[0] / REPORT)
@@ -42,6 +43,8 @@ def _replay(recorded: Run, folder: Path) -> str | None:
         return (folder / REPLAY).read_text(encoding="utf-8")
     except OSError:
         pass
+    from pdhocbf_drake.analysis.replay import replay_html
+
     try:
         return replay_html(recorded)
     except RunFolderError:

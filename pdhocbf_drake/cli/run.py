@@ -1,4 +1,7 @@
-"""`pdhocbf run`: simulates a scenario and writes a run folder."""
+"""`pdhocbf run`: simulates a scenario and writes a run folder.
+
+Drake is loaded after the scenario has been checked, and what draws the pages after it has been simulated.
+"""
 
 from __future__ import annotations
 
@@ -10,27 +13,24 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from pydrake.geometry import Meshcat
-
-from pdhocbf_drake.analysis.degraded import degraded_rows
-from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.products import replay
-from pdhocbf_drake.analysis.report import write_metrics, write_report
-from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.arguments import add_overrides
-from pdhocbf_drake.errors import RunFolderError, reason
+from pdhocbf_drake.collecting import quick_imports, without_garbage_collection
+from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
-from pdhocbf_drake.simulation.checks import check_scenario, unused_settings
+from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unused_settings
 from pdhocbf_drake.simulation.commands import limited_commands
 from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, Run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.simulate import check_watchable, simulate
 from pdhocbf_drake.stopping import interruptible, stop_requests
 from pdhocbf_drake.terminal import say, shown_progress, table
+
+if TYPE_CHECKING:
+    from pdhocbf_drake.analysis.metrics_schema import Metrics
 
 _STOPPED = "interrupted after the run"
 _ENDED_EARLY = 3  # exit code of a run that ended in a fall or a failure of Drake
@@ -43,12 +43,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="the run folder; otherwise a new one in ./runs")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser")
+    parser.add_argument("--verbose", action="store_true", help="say whether programs are compiled or read, and where")
     parser.add_argument("--no-replay", action="store_true", help="leave replay.html out")
 
 
 def run(options: argparse.Namespace) -> int:
     """Simulates, writes the run folder, prints the summary and returns the exit code."""
     scenario = load_scenario(options.scenario, options.text)
+    check_scenario(scenario)
     if options.meshcat:
         check_watchable(scenario)
     if unused := unused_settings(scenario):
@@ -58,18 +60,40 @@ def run(options: argparse.Namespace) -> int:
         say(f"pdhocbf: {sentence}")
     with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES) as folder:
         with stop_requests() as stop:  # the log is written before such a request takes effect
-            recorded = _recorded(scenario, options.meshcat)
+            recorded = _recorded(scenario, options.meshcat, options.verbose)
+            # Here and below, for a quick start.
+            with quick_imports():
+                from pdhocbf_drake.analysis.degraded import degraded_rows
+                from pdhocbf_drake.analysis.report import write_metrics
+                from pdhocbf_drake.analysis.summary import summary_rows
+
             recorded.save(folder.path)
             metrics = write_metrics(recorded, folder.path)
             folder.finish()
         written, problem = list[str](), _STOPPED
         if not stop.is_set():
-            written, problem = _write_pages(recorded, metrics, place, not options.no_replay)
+            with without_garbage_collection():  # figures are many objects
+                written, problem = _write_pages(recorded, metrics, place, not options.no_replay)
     rows = [(name.removesuffix(".html"), str(place / name)) for name in written] or [("run folder", str(place))]
     print(table([*summary_rows(metrics), *degraded_rows(recorded), *rows]))
     if problem:
         say(f"pdhocbf: {problem}; `pdhocbf report {place}` makes up what is missing")
+    if not stop.is_set():
+        _complete(scenario, options.verbose)
     return _exit_code(recorded.log.ending, place) or bool(problem)
+
+
+def _complete(scenario: Scenario, verbose: bool) -> None:
+    """Compiles what this walk may need the next time; the run does not depend on it."""
+    if scenario.system == "van_der_pol":
+        return
+    from pdhocbf_drake.simulation.build import complete_programs
+    from pdhocbf_drake.simulation.kept_walk import is_kept
+
+    with suppress(KeyboardInterrupt, PdhocbfError):
+        complete_programs(scenario)
+        if verbose and not is_kept(scenario):
+            say("pdhocbf: programs are not kept")
 
 
 def _exit_code(ending: str, place: Path) -> int:
@@ -84,7 +108,14 @@ def _exit_code(ending: str, place: Path) -> int:
     return _ENDED_EARLY
 
 
-def _recorded(scenario: Scenario, live: bool) -> Run:
+def _recorded(scenario: Scenario, live: bool, verbose: bool) -> Run:
+    with quick_imports():
+        from pdhocbf_drake.simulation.kept_walk import is_kept, walk_file
+        from pdhocbf_drake.simulation.simulate import simulate
+
+    if verbose and scenario.system != "van_der_pol":
+        done = "read from" if is_kept(scenario) else "compiled, for"
+        say(f"pdhocbf: programs are {done} {walk_file(scenario) or 'this run alone'}")
     started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
     with stop_requests() as stop, shown as progress:
@@ -94,8 +125,11 @@ def _recorded(scenario: Scenario, live: bool) -> Run:
             if stop.is_set():  # between two ticks, so that the log ends with a whole row
                 raise KeyboardInterrupt
 
-        meshcat = Meshcat() if live else None
-        if meshcat is not None:
+        meshcat = None
+        if live:
+            from pydrake.geometry import Meshcat
+
+            meshcat = Meshcat()
             say(f"live at {meshcat.web_url()}")
         log = simulate(scenario, report, meshcat)
     return Run.of(scenario, log, time.perf_counter() - started)
@@ -106,6 +140,9 @@ def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: boo
 
     What one of them raises costs that one, a full disk and Ctrl-C all that is not yet there.
     """
+    from pdhocbf_drake.analysis.products import replay
+    from pdhocbf_drake.analysis.report import write_report
+
     if len(recorded.log) < 2:
         say("pdhocbf: the run has one row, so there is no replay and no report")
         return [], ""

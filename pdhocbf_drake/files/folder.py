@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from pdhocbf_drake.errors import RunFolderError
-from pdhocbf_drake.files.places import beside, check_entries, kind_of, part_of, writing
+from pdhocbf_drake.files.places import beside, check_entries, kind_of, named, part_of, writing
 
 _MARK: Final = ".pdhocbf"  # an empty file in each folder that `new_folder` fills
 
@@ -83,7 +83,7 @@ def new_folder(place: Path, entries: Collection[str], what: str = "a run folder"
         if new.finished:
             raise
         # The message names the user's folder, not the temporary one.
-        raise RunFolderError(str(error).replace(str(path), str(place))) from None
+        raise RunFolderError(str(error).replace(named(path), named(place))) from None
     finally:
         if not new.finished:
             shutil.rmtree(path, ignore_errors=True)

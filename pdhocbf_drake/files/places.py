@@ -23,6 +23,11 @@ _PARTS: Final = re.compile(r"\.(?P<name>.+)\.[0-9a-f]{16}\.part")  # the names o
 _INSIDE: Final = (".png", ".csv", ".parquet")  # files that folders of results hold in their own folders
 
 
+def named(path: Path) -> str:
+    """The whole path for a message, on one line whatever characters it has."""
+    return repr(str(path))[1:-1]
+
+
 @contextmanager
 def writing(place: Path) -> Iterator[None]:
     """Raises a `RunFolderError` that names `place` for an `OSError` inside."""
@@ -37,7 +42,7 @@ def writing(place: Path) -> Iterator[None]:
             reason = f"{files[0]} is a file"
         elif isinstance(error, FileNotFoundError):
             reason = f"nothing can be made in {place.parent}"
-        raise RunFolderError(f"{shown(str(place))[1:-1]} cannot be written: {reason}") from None
+        raise RunFolderError(f"{named(place)} cannot be written: {reason}") from None
 
 
 def kind_of(place: Path) -> str:
@@ -60,7 +65,7 @@ def check_file(path: Path) -> Path:
     """
     with writing(path):
         if (kind := kind_of(path)) not in ("", "a file"):
-            raise InputError(f"{shown(str(path))[1:-1]} is {kind}; the name of a file is needed")
+            raise InputError(f"{named(path)} is {kind}; the name of a file is needed")
         target = Path(os.path.realpath(path))
         above = next(parent for parent in target.parents if parent.exists())
         if not above.is_dir():

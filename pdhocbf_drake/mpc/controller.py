@@ -97,8 +97,8 @@ class PeriodicMpc:
         if not on_demand:
             self.prepare()
         # A terminal set has more facets at some phases than at others; without one all phases have the same rows.
-        self.rows = [len(qps[0].A) if on_demand else max(len(qp.A) for qp in qps) for qps in self.qps]
-        self.rungs = rungs_of(self.problems)
+        self.rows = [axis.rows[0] if on_demand else max(axis.rows) for axis in compiled]
+        self.rungs = rungs_of(self.problems, self.qps)
         self._slack_starts = [problem.slack_starts() for problem in self.problems]
         self._slacks = sum(map(len, self._slack_starts))
         if config.recovery is not None:
@@ -128,7 +128,6 @@ class PeriodicMpc:
 
     def prepare(self) -> None:
         """Compiles whatever is not compiled yet, the programs of a disturbed walk included."""
-        self.qps = [list(axis) for axis in self.qps]
         self.solvers = [list(axis) for axis in self.solvers]
         if self.recovery is not None:
             self.recovery.prepare()

@@ -12,15 +12,22 @@ Below them the controller shifts its last plan; and a walk that stays degraded c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
+import numpy as np
+
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
+from pdhocbf_drake.mpc.digest import digest
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.terms.term import Term
-from pdhocbf_drake.qp import ParametricQp, QpSolver, make_solver
+from pdhocbf_drake.qp import DaqpQp, ParametricQp, QpSolver, make_solver
 
 T = TypeVar("T")
+
+PARTS = ("sizes", "reals", "integers", "places", "hessian", "rows")
+"""The names of `DaqpQp.constants`."""
 
 
 class OnDemand(Sequence[T], Generic[T]):
@@ -41,12 +48,18 @@ class OnDemand(Sequence[T], Generic[T]):
             self._kept[place] = self._make(place)
         return self._kept[place]
 
+    @property
+    def is_complete(self) -> bool:
+        """Whether all of them have been made."""
+        return len(self._kept) == self._count
+
 
 class Compiled(NamedTuple):
-    """One axis: a program and its solver for each phase of the step."""
+    """One axis: a program and its solver for each phase of the step, and how many rows the program has."""
 
     qps: Sequence[ParametricQp]
     solvers: Sequence[QpSolver]
+    rows: Sequence[int]
 
 
 class ProgramCache:
@@ -54,26 +67,89 @@ class ProgramCache:
 
     Without a barrier the axes x and y differ in their parameters alone, and so do a walk and its nominal orbit: they
     share programs and solvers, which carry nothing from one solve to the next that would change an answer.
+
+    Attributes:
+        kept: arrays of earlier processes, by name, which spare compiling.
     """
 
-    def __init__(self) -> None:
-        self._kept: dict[Hashable, Compiled] = {}
+    def __init__(self, kept: Mapping[str, np.ndarray] | None = None, most: int | None = None) -> None:
+        """Keeps the programs of the last `most` axes; None keeps all."""
+        self.kept: Mapping[str, np.ndarray] = kept or {}
+        self._new: dict[str, np.ndarray] = {}
+        self._compiled = Kept[tuple[str | None, Compiled]](most)
 
     def compiled(self, problem: AxisProblem) -> Compiled:
         """The programs of one axis, each compiled when it is first asked for."""
-        key = problem.key
-        if key not in self._kept:
-            self._kept[key] = _compiled(problem)
-        return self._kept[key]
+
+        def make() -> tuple[str | None, Compiled]:
+            name = digest(problem.key)
+            return name, _compiled(problem, None if name is None else self._programs(name))
+
+        return self._compiled.get(problem.key, make)[1]
+
+    def __contains__(self, name: str) -> bool:
+        """Whether there is a kept array of that name."""
+        return name in self.kept or name in self._new
+
+    def array(self, name: str, make: Callable[[], np.ndarray]) -> np.ndarray:
+        """An array that takes long to make, once for all processes."""
+        if name not in self:
+            self._new[name] = make()
+        return self._new[name] if name in self._new else self.kept[name]
+
+    def new(self) -> dict[str, np.ndarray]:
+        """What this process has made and is worth keeping: of the solvers, those of whom every phase has been made."""
+        return self._new | {
+            f"{name}/{phase}/{part}": array
+            for name, axis in self._compiled
+            if name is not None
+            and not self._programs(name)
+            and isinstance(axis.solvers, OnDemand)
+            and axis.solvers.is_complete
+            for phase, solver in enumerate(axis.solvers)
+            if isinstance(solver, DaqpQp)
+            for part, array in (solver.constants() or {}).items()
+        }
+
+    def _programs(self, name: str) -> list[Mapping[str, np.ndarray]]:
+        """The kept constants of the solvers with that name, by phase."""
+        phase = 0
+        while all(f"{name}/{phase}/{part}" in self.kept for part in PARTS):
+            phase += 1
+        return [_Constants(self.kept, f"{name}/{i}/") for i in range(phase)]
 
 
-def _compiled(problem: AxisProblem) -> Compiled:
-    count, solver = problem.setting.gait.period, problem.setting.config.solver
+class _Constants(Mapping[str, np.ndarray]):
+    """The constants of one solver among many arrays."""
+
+    def __init__(self, kept: Mapping[str, np.ndarray], start: str) -> None:
+        self._kept, self._start = kept, start
+
+    def __len__(self) -> int:
+        return len(PARTS)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(PARTS)
+
+    def __getitem__(self, part: str) -> np.ndarray:
+        return self._kept[self._start + part]
+
+
+def _compiled(problem: AxisProblem, kept: Sequence[Mapping[str, np.ndarray]] | None) -> Compiled:
+    """The programs of one axis, whose solvers are made from what is kept, if there is anything."""
+    count, name = problem.setting.gait.period, problem.setting.config.solver
     qps = OnDemand(count, problem.compile)
-    solvers = OnDemand(
-        count, lambda phase: make_solver(solver, qps[phase], problem.bound_rows, problem.guess_rows(qps, phase))
-    )
-    return Compiled(qps, solvers)
+
+    def source(phase: int) -> tuple[ParametricQp, Sequence[str], np.ndarray]:
+        return qps[phase], problem.bound_rows, problem.guess_rows(qps, phase)
+
+    def solver(phase: int) -> QpSolver:
+        found = DaqpQp.of_constants(kept[phase], lambda: source(phase)) if kept and len(kept) == count else None
+        return found or make_solver(name, *source(phase))
+
+    if kept and len(kept) == count:
+        return Compiled(qps, OnDemand(count, solver), [int(constants["sizes"][0]) for constants in kept])
+    return Compiled(qps, OnDemand(count, solver), OnDemand(count, lambda phase: len(qps[phase].A)))
 
 
 class Rung:
@@ -83,23 +159,35 @@ class Rung:
         reason: what a plan from this rung is logged with.
     """
 
-    def __init__(self, reason: Reason, problems: Sequence[AxisProblem], solver: str) -> None:
+    def __init__(
+        self,
+        reason: Reason,
+        problems: Sequence[AxisProblem],
+        solver: str,
+        qps: Sequence[Sequence[ParametricQp]] | None = None,
+    ) -> None:
+        """
+        Args:
+            problems: of both axes. solver: the solver's name.
+            qps: their programs by axis and phase, where others have them too.
+        """
         self.reason = reason
         self._problems, self._solver = problems, solver
+        self._qps = qps or [OnDemand(problem.setting.gait.period, problem.compile) for problem in problems]
         self._solvers: dict[tuple[int, int], QpSolver] = {}
 
     def solver(self, axis: int, phase: int) -> QpSolver:
         """The solver of this problem."""
         if (axis, phase) not in self._solvers:
             problem = self._problems[axis]
-            self._solvers[axis, phase] = make_solver(self._solver, problem.compile(phase), problem.bound_rows)
+            self._solvers[axis, phase] = make_solver(self._solver, self._qps[axis][phase], problem.bound_rows)
         return self._solvers[axis, phase]
 
 
-def rungs_of(problems: Sequence[AxisProblem]) -> list[Rung]:
-    """What is solved where the scenario's own problem has no solution."""
+def rungs_of(problems: Sequence[AxisProblem], qps: Sequence[Sequence[ParametricQp]]) -> list[Rung]:
+    """What is solved where the scenario's own problem, with these programs, has no solution."""
     config = problems[0].setting.config
-    own = Rung(Reason.CROSS_SOLVED, problems, "clarabel")
+    own = Rung(Reason.CROSS_SOLVED, problems, "clarabel", qps)
     hard = config.barrier == "hard" and any(problem.setting.barriers for problem in problems)
     softened = [Rung(Reason.SOFTENED, _changed(problems, Term.softened), config.solver)] if hard else []
     return [own, *softened, Rung(Reason.RELAXED, _changed(problems, Term.relaxed), config.solver)]

@@ -115,14 +115,26 @@ class DaqpForm:
     @property
     def wide_limits(self) -> np.ndarray:
         """Upper limits, and with the other sign lower ones, that don't contradict each other at any θ, (m,)."""
-        return np.where(self.senses == EQUALITY, 0.0, 1e30)
+        return wide_limits(self.senses)
 
     @property
     def soft_weights(self) -> tuple[np.ndarray, np.ndarray]:
         """1/quadratic and linear for the soft rows, zero for the others, shape (m,) each."""
-        rho, linear = np.zeros(len(self.order)), np.zeros(len(self.order))
-        rho[self.softened], linear[self.softened] = 1.0 / self.slacks.quadratic, self.slacks.linear
-        return rho, linear
+        return soft_weights(len(self.order), self.softened, self.slacks.linear, self.slacks.quadratic)
+
+
+def wide_limits(senses: np.ndarray) -> np.ndarray:
+    """`DaqpForm.wide_limits`, from the senses of the rows."""
+    return np.where(senses == EQUALITY, 0.0, 1e30)
+
+
+def soft_weights(
+    count: int, softened: np.ndarray, linear: np.ndarray, quadratic: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """`DaqpForm.soft_weights` of so many rows, from the places of the soft ones and the costs of their slacks."""
+    inverse, slope = np.zeros(count), np.zeros(count)
+    inverse[softened], slope[softened] = 1.0 / quadratic, linear
+    return inverse, slope
 
 
 def _root(hessian: np.ndarray) -> Sparse:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from pdhocbf_drake.qp import kernels
-from pdhocbf_drake.qp.daqp_form import DaqpForm
+from pdhocbf_drake.qp.daqp_form import DaqpForm, soft_weights, wide_limits
 from pdhocbf_drake.qp.daqp_library import FLAG, WORDS, Workspace
 
 
@@ -23,11 +23,35 @@ class PackedQp:
         workspace: DAQP's memory.
 
     Args:
-        form: the program.
-        guess_from: for each row of the form the place of its flag in a guess, (m,).
+        reals, integers, places: these arrays, taken over, with anything where a solve writes.
+        hessian, rows: those of `DaqpForm`.
     """
 
-    def __init__(self, form: DaqpForm, guess_from: np.ndarray) -> None:
+    def __init__(
+        self, reals: np.ndarray, integers: np.ndarray, places: np.ndarray, hessian: np.ndarray, rows: np.ndarray
+    ) -> None:
+        self._hessian, self._rows = hessian, rows
+        self.arrays = reals, integers.view(np.uint32), places  # an index that can't be negative is not looked at twice
+        senses, softened = (integers[slice(*places[name : name + 2])] for name in (kernels.SENSES, kernels.SOFTENED))
+        low, high = np.split(self._own(kernels.LIMITS), 2)
+        high[:] = wide_limits(senses)
+        low[:] = -high
+        self.workspace = Workspace(
+            integers[:WORDS], hessian, rows, high, low, senses, self._own(kernels.Y), self._own(kernels.MULTIPLIERS)
+        )
+        places[:4] = *self.workspace.addresses, FLAG
+        if self.workspace.flag >= 0 and len(softened):
+            costs = self._own(kernels.SLACK_LINEAR), self._own(kernels.SLACK_QUADRATIC)
+            self.workspace.soften(*soft_weights(len(senses), softened, *costs))
+
+    @classmethod
+    def of_form(cls, form: DaqpForm, guess_from: np.ndarray) -> PackedQp:
+        """A program in DAQP's coordinates.
+
+        Args:
+            form: the program.
+            guess_from: for each row of the form the place of its flag in a guess, (m,).
+        """
         gradient, bounds, root, rows, (constant, used, *slopes) = form.to_limits
         _, inverse, hard, order = form.to_decisions
         _, softened, columns, linear, quadratic = form.to_slacks
@@ -45,17 +69,30 @@ class PackedQp:
             ]
         )  # fmt: skip
         places = np.concatenate([np.zeros(4, dtype=np.int64), real_places, integer_places])
-        self.arrays = reals, integers.view(np.uint32), places  # an index that can't be negative is not looked at twice
-        low, high = np.split(self._own(kernels.LIMITS), 2)
-        high[:] = form.wide_limits
-        low[:] = -high
-        self.workspace = Workspace(
-            integers[:WORDS], form.hessian, form.rows, high, low, integers[slice(*places[kernels.SENSES :][:2])],
-            self._own(kernels.Y), self._own(kernels.MULTIPLIERS),
-        )  # fmt: skip
-        places[:4] = *self.workspace.addresses, FLAG
-        if self.workspace.flag >= 0 and len(form.softened):
-            self.workspace.soften(*form.soft_weights)
+        return cls(reals, integers, places, form.hessian, form.rows)
+
+    def constants(self) -> dict[str, np.ndarray]:
+        """What no solve changes, from which `of_constants` makes an equal program."""
+        reals, integers, places = self.arrays
+        return {
+            "reals": reals[: places[kernels.OPTIMUM]],
+            "integers": integers[WORDS : places[kernels.SENSES]].view(np.int32),
+            "places": np.concatenate([np.zeros(4, dtype=np.int64), places[4:]]),
+            "hessian": self._hessian,
+            "rows": self._rows,
+        }
+
+    @classmethod
+    def of_constants(cls, kept: Mapping[str, np.ndarray]) -> PackedQp:
+        """A program from its constants, which are copied."""
+        places = kept["places"].copy()
+        reals = np.zeros(places[kernels.MULTIPLIERS + 1])
+        reals[: places[kernels.OPTIMUM]] = kept["reals"]
+        integers = np.zeros(places[kernels.SENSES + 1], dtype=np.int32)
+        integers[WORDS : places[kernels.SENSES]] = kept["integers"]
+        cold, senses = (slice(*places[name : name + 2]) for name in (kernels.COLD, kernels.SENSES))
+        integers[senses] = integers[cold]
+        return cls(reals, integers, places, kept["hessian"], kept["rows"])
 
     def _own(self, name: int) -> np.ndarray:
         reals, _, places = self.arrays

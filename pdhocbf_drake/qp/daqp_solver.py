@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -30,6 +30,9 @@ _MESSAGES = {
 }
 _NO_GUESS = np.zeros(0)
 
+Source = tuple[ParametricQp, Sequence[str], "np.ndarray | None"]
+"""Arguments of `DaqpQp`."""
+
 Arguments = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 """θ, the guess (empty for none), and room for the decisions and for the flags of the rows."""
 
@@ -41,6 +44,7 @@ class DaqpQp:
     `daqp.Model`, with the same answer to the last bit.
 
     Attributes:
+        rows: the number of rows of A.
         packed: the program as that call needs it; None where a solve goes in steps.
         steps: the solve in steps.
 
@@ -56,25 +60,59 @@ class DaqpQp:
             guess_rows: for each row of A, the index in `guess` of its guessed activity (None: its own index). Serves
                 where consecutive solves are of different programs whose rows correspond, as over a moving horizon.
         """
-        self.qp, self._made_from = qp, (qp, bound_rows, guess_rows)
-        self._form = form = DaqpForm(qp, bound_rows)
-        self._guess_from = form.order if guess_rows is None else guess_rows[form.order]
-        self._guess_length = int(self._guess_from.max(initial=-1)) + 1
-        (self._rows, self._decisions), self._parameters = qp.A.shape, qp.linear.parameters
-        self.packed = PackedQp(form, self._guess_from) if is_usable() else None
+        self._source: Callable[[], Source] = lambda: (qp, bound_rows, guess_rows)
+        (self.rows, self._decisions), self._parameters = qp.A.shape, qp.linear.parameters
+        form, guess_from = self._form
+        self._guess_length = int(guess_from.max(initial=-1)) + 1
+        self.packed = PackedQp.of_form(form, guess_from) if is_usable() else None
         flag = self.steps.flag if self.packed is None else self.packed.workspace.flag
         if flag < 0:
             raise InputError(f"the compiled program can't be set up in DAQP: {_message(flag)}")
 
-    def __reduce__(self) -> tuple[type[DaqpQp], tuple[ParametricQp, Sequence[str], np.ndarray | None]]:
+    def constants(self) -> dict[str, np.ndarray] | None:
+        """What `of_constants` makes an equal solver from; None where a solve goes in steps."""
+        if self.packed is None:
+            return None
+        sizes = [self.rows, self._decisions, self._parameters, self._guess_length]
+        return {"sizes": np.array(sizes, dtype=np.int64), **self.packed.constants()}
+
+    @classmethod
+    def of_constants(cls, kept: Mapping[str, np.ndarray], source: Callable[[], Source]) -> DaqpQp | None:
+        """A solver from what `constants` gave, without its work; None where a solve goes in steps, or DAQP refuses it.
+
+        Args:
+            kept: the constants.
+            source: gives the arguments that the first solver was made from, for a copy, or for its program.
+        """
+        if not is_usable():
+            return None
+        other = cls.__new__(cls)
+        other._source = source
+        other.rows, other._decisions, other._parameters, other._guess_length = kept["sizes"].tolist()
+        other.packed = PackedQp.of_constants(kept)
+        return other if other.packed.workspace.flag >= 0 else None
+
+    def __reduce__(self) -> tuple[type[DaqpQp], Source]:
         """A copy is set up anew: DAQP's memory can't be copied."""
-        return DaqpQp, self._made_from
+        return DaqpQp, self._source()
+
+    @property
+    def qp(self) -> ParametricQp:
+        """The compiled program."""
+        return self._source()[0]
+
+    @cached_property
+    def _form(self) -> tuple[DaqpForm, np.ndarray]:
+        """The program in DAQP's coordinates, and for each of its rows the place of its flag in a guess."""
+        qp, bound_rows, guess_rows = self._source()
+        form = DaqpForm(qp, bound_rows)
+        return form, form.order if guess_rows is None else guess_rows[form.order]
 
     @cached_property
     def steps(self) -> DaqpSteps:
         from pdhocbf_drake.qp.daqp_steps import DaqpSteps  # here, since daqp may not be installed
 
-        return DaqpSteps(self._form, self._guess_from)
+        return DaqpSteps(*self._form)
 
     @property
     def iterations(self) -> int:
@@ -106,7 +144,7 @@ class DaqpQp:
             guess = _NO_GUESS
         elif len(guess) < self._guess_length:
             raise InputError(f"a guess must have {self._guess_length} entries at least, given {len(guess)}")
-        return theta, guess, np.empty(self._decisions), np.empty(self._rows)
+        return theta, guess, np.empty(self._decisions), np.empty(self.rows)
 
 
 def solve_both(

@@ -1,13 +1,18 @@
 """A robot as data: loading, frames and soles, whole-body inverse kinematics, inverse dynamics."""
 
-from pdhocbf_drake.robot.biped import Biped, Sole
-from pdhocbf_drake.robot.config import ROLES, SIDES, RobotConfig, Side
-from pdhocbf_drake.robot.feedforward import Feedforward, InverseDynamics, swing_lever
-from pdhocbf_drake.robot.ik import IkResult, Motion, WholeBodyIk
-from pdhocbf_drake.robot.kernels import left_share_of_zmp, zmp_of_wrenches
-from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_names
-from pdhocbf_drake.robot.posture import Posture, sole_pose
-from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, longest_stride, upright_posture
+from typing import TYPE_CHECKING
+
+from pdhocbf_drake.lazy import lazy_names
+
+if TYPE_CHECKING:
+    from pdhocbf_drake.robot.biped import Biped, Sole
+    from pdhocbf_drake.robot.config import ROLES, SIDES, RobotConfig, Side
+    from pdhocbf_drake.robot.feedforward import Feedforward, InverseDynamics, swing_lever
+    from pdhocbf_drake.robot.ik import IkResult, Motion, WholeBodyIk
+    from pdhocbf_drake.robot.kernels import left_share_of_zmp, zmp_of_wrenches
+    from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_names
+    from pdhocbf_drake.robot.posture import Posture, sole_pose
+    from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, longest_stride, upright_posture
 
 __all__ = [
     "ROLES",
@@ -34,3 +39,48 @@ __all__ = [
     "upright_posture",
     "zmp_of_wrenches",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "biped": (
+            "Biped",
+            "Sole",
+        ),
+        "config": (
+            "ROLES",
+            "SIDES",
+            "RobotConfig",
+            "Side",
+        ),
+        "feedforward": (
+            "Feedforward",
+            "InverseDynamics",
+            "swing_lever",
+        ),
+        "ik": (
+            "IkResult",
+            "Motion",
+            "WholeBodyIk",
+        ),
+        "kernels": (
+            "left_share_of_zmp",
+            "zmp_of_wrenches",
+        ),
+        "locate": (
+            "load_robot_config",
+            "models_folder",
+            "robot_names",
+        ),
+        "posture": (
+            "Posture",
+            "sole_pose",
+        ),
+        "reach": (
+            "check_walk",
+            "check_zmp_box",
+            "longest_stride",
+            "upright_posture",
+        ),
+    },
+)

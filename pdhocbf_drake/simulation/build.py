@@ -19,18 +19,21 @@ from pdhocbf_drake.barriers import (
 )
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
 from pdhocbf_drake.simulation.commands import commanded_gait
+from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.quantities import Quantity
 from pdhocbf_drake.walking.vhip import Vhip
 
+_COMPLETE = "complete"  # a name among what is kept of a walk
 AT_REST = np.zeros((2, 3))  # [c, v, p] per axis from the middle between the feet
 
 
@@ -67,27 +70,70 @@ class Walk:
         return [(axis, barrier.name) for axis, barrier in zip(self.axes, self.barriers, strict=True)]
 
 
-def build_walk(scenario: Scenario) -> Walk:
+class WalkParts:
+    """What several walks have in common, by what it was made from: compiled programs, and nominal walks.
+
+    Args:
+        most: how many of each are kept, the last ones asked for; None keeps all.
+    """
+
+    def __init__(self, most: int | None = None, programs: ProgramCache | None = None) -> None:
+        self.programs = ProgramCache(most=most) if programs is None else programs
+        self._nominal = Kept[np.ndarray](most)
+
+    def nominal_walk(self, scenario: Scenario, stride: float) -> np.ndarray:
+        """As `nominal_walk_of`, in an array that is not to be written into."""
+        gait = gait_of(scenario, stride)
+        key = gait.config.model_dump_json(), scenario.mpc.model_dump_json(exclude={"recovery"})
+        return self._nominal.get(key, lambda: nominal_walk_of(scenario, stride, self.programs))
+
+
+class _OfOneWalk(WalkParts):
+    """The parts of a walk that has a file of its own on disk, with its nominal walks by their strides."""
+
+    def nominal_walk(self, scenario: Scenario, stride: float) -> np.ndarray:
+        return self.programs.array(f"orbit {stride!r}", lambda: nominal_walk_of(scenario, stride, self.programs))
+
+
+def build_walk(scenario: Scenario, parts: WalkParts | None = None) -> Walk:
     """The walk of a scenario.
+
+    Args:
+        scenario: the scenario.
+        parts: what other walks have in common with it; None for what is kept on disk of this one.
 
     Raises:
         InputError: a gait that can't be walked, a horizon against Lemma 2, a bound on the ZMP's velocity below that of
             the nominal walk, a barrier with the wrong relative degree, or one whose safe set excludes the start.
     """
-    gait = commanded_gait(scenario)
+    if parts is not None:
+        return _built(scenario, parts)
+    programs = kept_programs(scenario)
+    walk = _built(scenario, _OfOneWalk(programs=programs))
+    keep_programs(scenario, programs)
+    return walk
+
+
+def complete_programs(scenario: Scenario) -> None:
+    """Compiles and keeps what a walk has not needed so far, but may need: the programs of a disturbed one."""
+    programs = kept_programs(scenario)
+    if scenario.mpc.recovery is not None and _COMPLETE not in programs and walk_file(scenario) is not None:
+        _built(scenario, _OfOneWalk(programs=programs)).mpc.prepare()
+        programs.array(_COMPLETE, lambda: np.zeros(0))
+        keep_programs(scenario, programs)
+
+
+def _built(scenario: Scenario, parts: WalkParts) -> Walk:
+    gait, cache = commanded_gait(scenario), parts.programs
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    cache = ProgramCache()
-    walks: dict[float, np.ndarray] = {}
     barriers = []
     for name, config in scenario.barriers.items():
         nominal = None
         if config.bound.follows_orbit:
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
-            if stride not in walks:
-                with _naming(name):
-                    gait_of(scenario, stride)
-                walks[stride] = nominal_walk_of(scenario, stride, cache)
-            nominal = walks[stride]
+            with _naming(name):
+                gait_of(scenario, stride)
+            nominal = parts.nominal_walk(scenario, stride)
         barriers.append(_barrier(name, config, vhip, nominal))
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)

@@ -49,6 +49,12 @@ def check_straight(scenario: Scenario) -> None:
             _refuse(key, "must be empty here, where the walk straight ahead at gait.stride is judged", scenario.name)
 
 
+def check_watchable(scenario: Scenario) -> None:
+    """Raises `InputError` for a scenario without a robot, which Meshcat can't show."""
+    if scenario.system != "biped":
+        raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
+
+
 def unused_settings(scenario: Scenario) -> list[str]:
     """Keys with another value than their default that the scenario's system does not use."""
     default = Scenario(system=scenario.system)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.robot import Biped, longest_stride
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps, Limits
@@ -52,6 +51,9 @@ def limits_of(scenario: Scenario) -> Limits:
     """What the scenario's robot can be commanded; on the template there are no soles."""
     if scenario.system != "biped":
         return Limits()
+    # Here, since it loads Drake, which other walks need later.
+    from pdhocbf_drake.robot import Biped, longest_stride
+
     biped = Biped.load(scenario.robot)
     half = [min(biped.soles[side].half_size[i] for side in ("left", "right")) for i in (0, 1)]
     height = scenario.gait.com_height + scenario.gait.com_height_amplitude

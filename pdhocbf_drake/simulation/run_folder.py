@@ -13,7 +13,6 @@ from pdhocbf_drake.errors import InputError, RunFolderError
 from pdhocbf_drake.files.file import replaced_file, write_text
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
-from pdhocbf_drake.mpc.terms import constraints_of
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -76,6 +75,8 @@ def read_run(folder: str | Path) -> Run:
         provenance = parse_config(Provenance, read_yaml(folder / PROVENANCE), PROVENANCE)
     except InputError as error:
         raise RunFolderError(f"{folder} is not a run folder of this version: {error}") from None
+    from pdhocbf_drake.mpc.terms import constraints_of  # here, since it loads Drake: what is no run is refused at once
+
     log = RunLog.load(folder / LOG)
     needed = {"biped": "robot_state", "vhip": "lip_state", "van_der_pol": "oscillator_state"}[scenario.system]
     if needed not in log:

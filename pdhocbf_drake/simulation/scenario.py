@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 from pdhocbf_drake.config import Config, Name, parse_config, within
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
-from pdhocbf_drake.simulation.drake_config import completed, plant_config, simulator_config
+from pdhocbf_drake.simulation.drake_config import completed_plant, completed_simulator
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commands import CommandConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
@@ -154,8 +154,8 @@ class Scenario(Config):
     measurement: MeasurementConfig = MeasurementConfig()
     vhip: VhipConfig = VhipConfig()
     van_der_pol: VanDerPolConfig = VanDerPolConfig()
-    plant: Annotated[dict[str, Any], AfterValidator(completed(plant_config))] = Field({}, validate_default=True)
-    simulator: Annotated[dict[str, Any], AfterValidator(completed(simulator_config))] = Field({}, validate_default=True)
+    plant: Annotated[dict[str, Any], AfterValidator(completed_plant)] = Field({}, validate_default=True)
+    simulator: Annotated[dict[str, Any], AfterValidator(completed_simulator)] = Field({}, validate_default=True)
 
     @property
     def tick(self) -> float:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
-from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.collecting import without_garbage_collection
 from pdhocbf_drake.robot import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
-from pdhocbf_drake.simulation.build import build_walk
-from pdhocbf_drake.simulation.checks import check_scenario
+from pdhocbf_drake.simulation.build import Walk, build_walk
+from pdhocbf_drake.simulation.checks import check_scenario, check_watchable
 from pdhocbf_drake.simulation.diagram import oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
@@ -24,28 +22,19 @@ Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress
 
 
-@contextmanager
-def _without_garbage_collection() -> Iterator[None]:
-    """Suspends the search for reference cycles, which takes long among the many objects of a diagram."""
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if collecting:
-            gc.enable()
+@without_garbage_collection()
+def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None, walk: Walk | None = None) -> LoggedDiagram:
+    """The scenario's diagram with its log, drawn in `meshcat`; raises `InputError` or `ModelError`.
 
-
-@_without_garbage_collection()
-def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDiagram:
-    """The scenario's diagram with its log, drawn in `meshcat`; raises `InputError` or `ModelError`."""
+    `walk` is that of the scenario, if it has been built before.
+    """
     check_scenario(scenario)
     if meshcat is not None:
         check_watchable(scenario)
     if scenario.system == "van_der_pol":
         return oscillator_diagram(scenario)
     if scenario.system == "vhip":
-        return vhip_diagram(scenario, build_walk(scenario))
+        return vhip_diagram(scenario, walk or build_walk(scenario))
     biped = Biped.load(scenario.robot)
     config = scenario.gait
     heights = (config.com_height - config.com_height_amplitude, config.com_height + config.com_height_amplitude)
@@ -54,13 +43,7 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None) -> LoggedDi
     )
     if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
         check_zmp_box(biped, scenario.mpc.recovery.zmp_box)
-    return biped_diagram(scenario, build_walk(scenario), biped, meshcat)
-
-
-def check_watchable(scenario: Scenario) -> None:
-    """Raises `InputError` for a scenario without a robot, which Meshcat can't show."""
-    if scenario.system != "biped":
-        raise InputError(f"only a robot can be watched live; {scenario.name} is a template, whose replay shows it")
+    return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat)
 
 
 def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Meshcat | None = None) -> RunLog:
@@ -73,7 +56,13 @@ def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Mesh
     Raises:
         InputError, ModelError: the scenario can't be built; nothing has been simulated.
     """
-    logged = make_diagram(scenario, meshcat)
+    return advance(scenario, make_diagram(scenario, meshcat), progress, meshcat)
+
+
+def advance(
+    scenario: Scenario, logged: LoggedDiagram, progress: Progress | None = None, meshcat: Meshcat | None = None
+) -> RunLog:
+    """What `simulate` does once the scenario's diagram is built."""
     simulator = Simulator(logged.diagram)
     ApplySimulatorConfig(simulator_config(scenario.simulator), simulator)
     if meshcat is not None:

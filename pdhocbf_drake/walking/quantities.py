@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pdhocbf_drake.walking.vhip import Vhip
+if TYPE_CHECKING:  # the template's kernels load numba
+    from pdhocbf_drake.walking.vhip import Vhip
 
 Array = NDArray[np.float64]
 Axis = Literal["x", "y"]

@@ -9,6 +9,7 @@ import sys
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
+from pdhocbf_drake.files.cache import VARIABLE
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 
@@ -27,7 +28,7 @@ def start_up(scenario: str, rounds: int) -> dict[str, float]:
     """Processor times of fresh interpreters, in turns, medians [s].
 
     "import_drake_seconds" imports Drake, "ready_seconds" builds a scenario's whole diagram, "prepared_seconds" also
-    compiles the programs of a disturbed walk, which are otherwise compiled when they are first needed.
+    compiles the programs of a disturbed walk, which are otherwise compiled when they are first needed. Nothing is kept.
     """
     start = _START.format(name=scenario)
     codes = {"ready_seconds": start, "prepared_seconds": start + _PREPARE, "import_drake_seconds": "import pydrake.all"}
@@ -36,9 +37,9 @@ def start_up(scenario: str, rounds: int) -> dict[str, float]:
 
 
 def _spent(code: str) -> float:
-    """Processor time of a fresh interpreter until the code is done, without the interpreter's end [s]."""
+    """Processor time of a fresh interpreter until the code is done, without its end and any cache [s]."""
     timed = f"{code}; import time; print(time.process_time())"
-    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", VARIABLE: "off"}
     done = subprocess.run([sys.executable, "-c", timed], check=True, env=environment, stdout=subprocess.PIPE, text=True)
     return float(done.stdout.split()[-1])
 

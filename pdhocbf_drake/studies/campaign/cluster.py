@@ -24,6 +24,11 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def threads(client: Client) -> int:
+    """The runs that the workers of a cluster have at a time."""
+    return sum(client.nthreads().values())
+
+
 @contextmanager
 def local_cluster(workers: int) -> Iterator[Client]:
     """Workers of this machine, each with one run at a time, that end with the block."""

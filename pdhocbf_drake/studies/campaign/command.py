@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from pdhocbf_drake.studies.campaign.study import campaign
 from pdhocbf_drake.terminal import Progress, say, shown_progress, table
+
+_MANY: Final = 10_000  # runs, whose scenarios take seconds to check
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,11 +24,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Runs the missing runs of a campaign; returns the exit code."""
-    with ExitStack() as stack:
+    with ExitStack() as stack, ExitStack() as before:
         shown: Progress | None = None
+        checking: Progress | None = None
+
+        def checked(done: int, total: int) -> None:
+            nonlocal checking
+            if total < _MANY:
+                return
+            if checking is None:
+                checking = before.enter_context(shown_progress("checking", total, "scenarios"))
+            checking(done)
 
         def progress(done: int, total: int, words: str) -> None:
             nonlocal shown
+            before.close()
             if shown is None:  # the first call comes before the first run has ended
                 shown = stack.enter_context(shown_progress(Path(options.campaign).stem, total, "runs", done))
             else:
@@ -34,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
 
         result = campaign(
             options.campaign, out=options.out, workers=options.workers, scheduler=options.scheduler,
-            retry_failed=options.retry_failed, progress=progress,
+            retry_failed=options.retry_failed, progress=progress, checked=checked,
         )  # fmt: skip
     _print(result.summary, result.folder)
     if result.stopped:

@@ -18,6 +18,7 @@ from typing import Any, Final, NamedTuple
 from distributed import Client, Future, KilledWorker, wait
 
 from pdhocbf_drake.errors import ClusterError
+from pdhocbf_drake.studies.campaign.cluster import threads
 from pdhocbf_drake.studies.campaign.plan import PlannedRun
 from pdhocbf_drake.studies.campaign.task import DIED, perform
 
@@ -39,6 +40,7 @@ class Outcome(NamedTuple):
         error: why it failed.
         attempts: times it was begun.
         worker: address of the worker that ended it.
+        simulating: time from the start of its simulation to the end [s]; 0 if it failed.
     """
 
     planned: PlannedRun
@@ -47,6 +49,7 @@ class Outcome(NamedTuple):
     error: str | None
     attempts: int
     worker: str | None
+    simulating: float = 0.0
 
 
 def dispatch(client: Client, runs: Sequence[PlannedRun], seconds: float) -> Iterator[Outcome | None]:
@@ -72,7 +75,7 @@ class _Dispatcher:
         self._client.subscribe_topic(self._topic, self._count)
         try:
             while waiting or self._running:
-                room = _AHEAD * max(1, sum(self._client.nthreads().values())) - len(self._running)
+                room = _AHEAD * max(1, threads(self._client)) - len(self._running)
                 for _ in range(min(room, len(waiting))):
                     self._submit(waiting.pop())
                 ended = self._ended()
@@ -122,7 +125,8 @@ class _Dispatcher:
                 answer = {DIED: cause, "worker": None}  # the worker died after its run, before the result was fetched
             if DIED not in answer:
                 status, metrics, error = (answer.get(key) for key in ("status", "metrics", "error"))
-                return Outcome(planned, status, metrics, error, max(begun, 1), answer["worker"])
+                simulating = answer.get("simulating", 0.0)
+                return Outcome(planned, status, metrics, error, max(begun, 1), answer["worker"], simulating)
             cause, worker = answer[DIED], answer["worker"]
         elif future.status == "error" and not isinstance(future.exception(), KilledWorker):
             raised = future.exception()

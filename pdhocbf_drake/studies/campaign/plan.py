@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,10 +12,10 @@ from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.yaml_text import merge, read_yaml
 
+_OFTEN = 500  # runs checked between two reports
 _PACKAGED = Path(__file__).resolve().parents[2] / "campaigns"
 
 
@@ -27,16 +27,24 @@ class PlannedRun(NamedTuple):
         point: the number of its point in the sample, shared by the runs of all barriers there.
         barrier: the barrier's name.
         factors: each factor's value; None where the barrier has no such field.
-        scenario: the whole scenario as plain data.
         fingerprint: hash of the scenario; a stored result belongs to this run if it has the same one.
+        seed: of the scenario.
+        base: the barrier's scenario before any factor is set, as plain data.
     """
 
     run: int
     point: int
     barrier: str
     factors: dict[str, Any]
-    scenario: dict[str, Any]
     fingerprint: str
+    seed: int
+    base: dict[str, Any]
+
+    @property
+    def scenario(self) -> dict[str, Any]:
+        """The whole scenario as plain data, made anew each time, since all of them together take much memory."""
+        data, _ = _with_factors(self.base, self.seed, self.factors)
+        return Scenario.from_dict(data, f"run {self.run} ({self.barrier})").to_dict()
 
 
 def campaign_names() -> list[str]:
@@ -62,12 +70,15 @@ def load_campaign(campaign: str) -> tuple[CampaignConfig, Path]:
     return parse_config(CampaignConfig, data, path.name), path
 
 
-def plan_runs(config: CampaignConfig, folder: Path) -> list[PlannedRun]:
-    """Every run of the campaign.
+def plan_runs(
+    config: CampaignConfig, folder: Path, checked: Callable[[int, int], None] = lambda done, total: None
+) -> list[PlannedRun]:
+    """Every run of the campaign, its scenario checked.
 
     Args:
         config: the campaign.
         folder: the folder of its file, to which scenario files are relative.
+        checked: called with the number of runs that are checked, now and then, and that of all runs.
 
     Raises:
         InputError: a factor is no field of the scenario, or a scenario is wrong.
@@ -76,15 +87,12 @@ def plan_runs(config: CampaignConfig, folder: Path) -> list[PlannedRun]:
     planned: list[PlannedRun] = []
     for number, point in enumerate(config.points()):
         for barrier, base in bases.items():
-            data, factors = {**base, "seed": point.seed}, dict(point.values)
-            for path, value in point.values.items():
-                if has_field(data, path):
-                    data = set_field(data, path, value)
-                else:
-                    factors[path] = None
+            data, factors = _with_factors(base, point.seed, point.values)
             run = len(planned)
             scenario = Scenario.from_dict(data, f"run {run} ({barrier})").to_dict()
-            planned.append(PlannedRun(run, number, barrier, factors, scenario, _fingerprint(scenario)))
+            planned.append(PlannedRun(run, number, barrier, factors, _fingerprint(scenario), point.seed, base))
+            if run % _OFTEN == 0:
+                checked(run, config.size())
     return planned if config.runs is None else planned[: config.runs]
 
 
@@ -96,6 +104,8 @@ def check_buildable(planned: Sequence[PlannedRun]) -> None:
     Raises:
         InputError, ModelError: the first barrier's scenario can't be built, nor that of any other one.
     """
+    from pdhocbf_drake.simulation.simulate import make_diagram  # here, since it loads Drake, for a quick start
+
     errors = []
     for run in planned:
         if run.point != planned[0].point:
@@ -126,6 +136,17 @@ def _bases(config: CampaignConfig, folder: Path) -> dict[str, dict[str, Any]]:
         if not any(has_field(base, path) for base in bases.values()):
             set_field(next(reversed(bases.values())), path, None)
     return bases
+
+
+def _with_factors(base: dict[str, Any], seed: int, values: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """A scenario with a seed and the factors that it has fields for; and all of them, None for the others."""
+    data, factors = {**base, "seed": seed}, dict(values)
+    for path, value in values.items():
+        if has_field(data, path):
+            data = set_field(data, path, value)
+        else:
+            factors[path] = None
+    return data, factors
 
 
 def _fingerprint(scenario: dict[str, Any]) -> str:

@@ -13,6 +13,7 @@ from pdhocbf_drake.files.pages import page
 from pdhocbf_drake.simulation.run_folder import REPORT
 from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
+from pdhocbf_drake.studies.campaign.pace import Pace
 from pdhocbf_drake.studies.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.yaml_text import write_yaml
@@ -46,6 +47,7 @@ def campaign(
     scheduler: str | None = None,
     retry_failed: bool = False,
     progress: Report = lambda done, total, words: None,
+    checked: Callable[[int, int], None] = lambda done, total: None,
 ) -> CampaignResult:
     """Runs what is missing of a campaign, as `pdhocbf campaign` does; the calling script needs
     `if __name__ == "__main__":`, since its workers are processes.
@@ -57,25 +59,26 @@ def campaign(
         scheduler: address of a Dask scheduler whose workers are used instead, such as tcp://host:8786.
         retry_failed: run those again that failed before.
         progress: called with the number of runs that have ended, that of all runs, and how many ended in which way.
+        checked: called before, now and then, with the number of runs whose scenario is checked, and that of all runs.
 
     Raises:
         InputError: the campaign or an argument can't be used, or the extra `campaign` is not installed.
         ModelError: its robot can't be loaded. ClusterError: the scheduler or its workers can't be used.
         RunFolderError: the folder can't be written, or holds another campaign.
     """
-    try:  # an optional extra
+    if workers is not None and not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"workers must be 1 to {MOST_WORKERS}, given {workers}")
+    if workers is not None and scheduler is not None:
+        raise InputError("workers are for this machine; a scheduler has its own")
+    config, path = load_campaign(str(file))
+    planned = plan_runs(config, path.resolve().parent, checked)
+    try:  # an optional extra, loaded once all that is given has been checked
         from pdhocbf_drake.studies.campaign.store import CAMPAIGN, FAILED, CampaignStore, locked
         from pdhocbf_drake.studies.campaign.survival import campaign_summary
     except ModuleNotFoundError as error:
         raise InputError(
             f"a campaign needs the package '{error.name}'; install them all with pip install 'pdhocbf-drake[campaign]'"
         ) from None
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"workers must be 1 to {MOST_WORKERS}, given {workers}")
-    if workers is not None and scheduler is not None:
-        raise InputError("workers are for this machine; a scheduler has its own")
-    config, path = load_campaign(str(file))
-    planned = plan_runs(config, path.resolve().parent)
     folder = Path("runs") / f"campaign-{path.stem}" if out is None else Path(out)
     with locked(folder):
         store = CampaignStore(folder, planned)
@@ -87,9 +90,10 @@ def campaign(
         if not (kept.exists() and kept.samefile(path)):  # a user's own file keeps its words
             with replaced_file(kept) as staging:
                 write_yaml(config.model_dump(mode="json"), staging)
-        stopped = _run_missing(config, planned, store, workers, scheduler, progress)
+        missing = [run for run in planned if run.run not in store.rows]
+        stopped, pace = _run(config, missing, store, workers, scheduler, progress) if missing else ("", store.pace())
         rows = [store.rows[number] for number in sorted(store.rows)]
-        summary = campaign_summary(len(planned), list(config.barriers), rows)
+        summary = campaign_summary(len(planned), list(config.barriers), rows) | pace
         try:
             store.consolidate()
             _write_results(folder, path.stem, config, summary, rows)
@@ -98,44 +102,45 @@ def campaign(
     return CampaignResult(folder, summary, rows, stopped)
 
 
-def _run_missing(
+def _run(
     config: CampaignConfig,
-    planned: list[PlannedRun],
+    missing: list[PlannedRun],
     store: Any,
     workers: int | None,
     scheduler: str | None,
     progress: Report,
-) -> str:
-    """Runs the runs without a row and writes each row; returns the reason of an early stop, or nothing."""
+) -> tuple[str, dict[str, Any]]:
+    """Runs the runs and writes each row; returns the reason of an early stop, or nothing, and the pace."""
     # The extra `campaign`, whose absence `campaign` reports.
-    from pdhocbf_drake.studies.campaign.cluster import cores, existing_cluster, local_cluster
+    from pdhocbf_drake.studies.campaign.cluster import cores, existing_cluster, local_cluster, threads
     from pdhocbf_drake.studies.campaign.dispatch import dispatch
 
-    missing = [run for run in planned if run.run not in store.rows]
-    if not missing:
-        return ""
+    total, pace, stopped = len(store.rows) + len(missing), Pace(0), ""
+    endings = Counter(row["status"] for row in store.rows.values())
     try:
-        where = existing_cluster(scheduler) if scheduler else local_cluster(workers or cores())
+        here = workers or cores()
+        where = existing_cluster(scheduler) if scheduler else local_cluster(here)
         with where as client, stop_requests() as asked:
-            progress(len(store.rows), len(planned), "")
+            progress(len(store.rows), total, "")
+            pace = Pace(threads(client) if scheduler else here)
             for outcome in dispatch(client, missing, config.run_seconds):
                 if asked.is_set():
-                    return "interrupted"
+                    return "interrupted", pace.summary()
                 if outcome is not None:
-                    store.add(outcome)
-                    progress(len(store.rows), len(planned), _counts(store.rows))
+                    endings[store.add(outcome)["status"]] += 1
+                    pace.row(outcome.simulating)
+                    progress(len(store.rows), total, _words(endings))
     except KeyboardInterrupt:
-        return "interrupted"
+        stopped = "interrupted"
     except PdhocbfError as error:
         if not store.rows:
             raise
-        return str(error)
-    return ""
+        stopped = str(error)
+    return stopped, pace.summary()
 
 
-def _counts(rows: dict[int, dict[str, Any]]) -> str:
-    counts = Counter(row["status"] for row in rows.values())
-    return ", ".join(f"{count} {status}" for status, count in sorted(counts.items(), reverse=True))
+def _words(endings: Counter[str]) -> str:
+    return ", ".join(f"{count} {status}" for status, count in sorted(endings.items(), reverse=True))
 
 
 def _write_results(

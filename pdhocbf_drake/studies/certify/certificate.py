@@ -20,7 +20,6 @@ from pdhocbf_drake.studies.certify.psi_rows import psi_system
 from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate, com_reach, stepping_template
 from pdhocbf_drake.walking import Gait
 
-STAGES = 3
 """Stages of `certify_scenario`: the walk, then the sets along x and y."""
 
 
@@ -148,15 +147,11 @@ def certify_scenario(
         scenario: a walk, on the robot or on the template.
         reach: of the CoM from the stance foot [m]; by default half the longest stride of the robot.
         with_rows: certify the ψ rows as well.
-        report: called with the number of stages that are done, of `STAGES`, and the name of the next one.
+        report: called with the number of stages that are done, of three, and the name of the next one.
 
     Raises:
-        InputError: the scenario is no walk, or can't be built or certified. ModelError: nor its robot.
+        InputError: the scenario can't be built or certified. ModelError: nor its robot.
     """
-    if scenario.system == "van_der_pol":
-        raise InputError(
-            f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"
-        )
     if scenario.mpc.terminal_set is not None:  # certifying makes a new one
         mpc = scenario.mpc.model_copy(update={"terminal_set": None})
         scenario = scenario.model_copy(update={"mpc": mpc})

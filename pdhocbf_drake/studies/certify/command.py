@@ -5,20 +5,20 @@ from __future__ import annotations
 import argparse
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.folder import new_folder
-from pdhocbf_drake.sets.user_system import LinearSystemConfig
 from pdhocbf_drake.simulation.run_folder import FIGURES
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.certify.certificate import STAGES
-from pdhocbf_drake.studies.certify.report import certificate_lines, system_data
-from pdhocbf_drake.studies.certify.study import CERTIFICATE, ENTRIES, KIND, TERMINAL, certify
+from pdhocbf_drake.studies.certify.study import CERTIFICATE, ENTRIES, KIND, STAGES, TERMINAL, certify
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.terminal import shown_progress, table
 from pdhocbf_drake.yaml_text import read_yaml
+
+if TYPE_CHECKING:
+    from pdhocbf_drake.sets.user_system import LinearSystemConfig
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,12 +54,16 @@ def _linear_system(scenario: str) -> LinearSystemConfig | None:
     data = read_yaml(path)
     if not (isinstance(data, dict) and {"A", "B"} & set(data)):
         return None
+    from pdhocbf_drake.sets.user_system import LinearSystemConfig  # here, since it loads scipy, for a quick start
+
     return LinearSystemConfig.from_dict({"name": path.stem, **data}, path.stem)
 
 
 def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> int:
     if options.text or options.starts:
         raise InputError(f"{options.scenario} is a system of its own: --text and --starts are for walks")
+    from pdhocbf_drake.studies.certify.report import system_data  # here, since it loads Drake
+
     started = time.perf_counter()
     place = options.out or Path("runs") / f"certify-{config.name}"
     with new_folder(place, ENTRIES, KIND) as folder:
@@ -77,10 +81,12 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
 def _certify_walk(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario, options.text)
     place: Path = options.out or Path("runs") / f"certify-{scenario.name}"
-    with shown_progress("certify", STAGES + 1, "stages") as progress:
+    with shown_progress("certify", STAGES, "stages") as progress:
         data = certify(
             scenario, reach=options.reach, rows=not options.no_rows, starts=options.starts, out=place, progress=progress
         )
+    from pdhocbf_drake.studies.certify.report import certificate_lines  # here, since it loads Drake
+
     lines, problem = certificate_lines(data), data["terminal_set_problem"]
     usable = f"{place / TERMINAL} (mpc: {{terminal_set: FILE}})"
     lines.append(("terminal set", f"none: {problem}" if problem else usable))

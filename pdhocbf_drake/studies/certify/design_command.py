@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import yaml
 
@@ -16,11 +16,12 @@ from pdhocbf_drake.files.places import check_file
 from pdhocbf_drake.simulation.run_folder import Run, read_run
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
-from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate, certify_scenario
-from pdhocbf_drake.studies.certify.design import Envelope, design_bound, measured_envelope
-from pdhocbf_drake.studies.certify.report import share
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.quantities import SPEEDS
+
+if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
+    from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
+    from pdhocbf_drake.studies.certify.design import Envelope
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -46,6 +47,9 @@ def run(options: argparse.Namespace) -> int:
     place = options.out or Path(f"bound-{options.name}.yaml")
     check_file(place)  # before the work
     recorded = read_run(options.run)
+    from pdhocbf_drake.studies.certify.certificate import certify_scenario
+    from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope
+
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time
     quantity = SPEEDS["xy".index(options.axis)]
@@ -66,6 +70,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
     """The certificate of the bound in one line; raises `InputError` if the bound can't be kept."""
+    from pdhocbf_drake.studies.certify.report import share
+
     certificate = found.axes[found.main_axis]
     bound = certificate.bounds[0]
     if not bound.kept.enforceable:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.folder import new_folder
@@ -15,13 +15,14 @@ from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal
 from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.certify.certificate import STAGES, ScenarioCertificate, certify_scenario
-from pdhocbf_drake.studies.certify.report import certificate_data
-from pdhocbf_drake.studies.certify.terminal import terminal_sets
-from pdhocbf_drake.studies.certify.trial import Trial, try_sets
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.yaml_text import write_yaml
 
+if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
+    from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
+    from pdhocbf_drake.studies.certify.trial import Trial
+
+STAGES: Final = 4  # those of `certify_scenario`, and the pushes
 CERTIFICATE, TERMINAL = "certify.json", "terminal_set.npz"
 ENTRIES = {CERTIFICATE, TERMINAL, SCENARIO, FIGURES}
 KIND = "a folder of certify"
@@ -62,15 +63,23 @@ def certify(
     if starts < 0:
         raise InputError(f"starts must be 0 or more, given {starts}")
     check_straight(scenario)
+    if scenario.system == "van_der_pol":
+        raise InputError(
+            f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"
+        )
+    # Here and below, since they load Drake: what can't be certified is refused at once.
+    from pdhocbf_drake.studies.certify.certificate import certify_scenario
+    from pdhocbf_drake.studies.certify.report import certificate_data
+
     started = time.perf_counter()
     with nullcontext() if out is None else new_folder(Path(out), ENTRIES, KIND) as folder:
         found = certify_scenario(scenario, reach, rows, progress)
         seconds = time.perf_counter() - started
-        progress(STAGES, "pushes")
+        progress(STAGES - 1, "pushes")
         sets, problem = _terminal(found)
         trial = _trial(found, starts, progress) if starts and sets else None
         data = {**certificate_data(found, seconds, trial), "terminal_set_problem": problem}
-        progress(STAGES + 1, "")
+        progress(STAGES, "")
         if folder is not None and out is not None:
             _write(folder.path, scenario, found, data, sets)
             folder.finish()
@@ -84,6 +93,8 @@ def certify(
 
 def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str | None]:
     """The terminal sets, or none and the reason."""
+    from pdhocbf_drake.studies.certify.terminal import terminal_sets
+
     try:
         return terminal_sets(found), None
     except InputError as error:
@@ -91,8 +102,10 @@ def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str |
 
 
 def _trial(found: ScenarioCertificate, count: int, progress: Report) -> Trial:
+    from pdhocbf_drake.studies.certify.trial import try_sets
+
     def report(done: int) -> None:
-        progress(STAGES, f"trial, {done} of {2 * count} starts")
+        progress(STAGES - 1, f"trial, {done} of {2 * count} starts")
 
     return try_sets(found, count, found.scenario.seed, report)
 

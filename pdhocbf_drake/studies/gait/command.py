@@ -8,8 +8,7 @@ from pathlib import Path
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.gait.results import table
-from pdhocbf_drake.studies.gait.study import KEYS, RESULT, default_lines, gait_study, plan
+from pdhocbf_drake.studies.gait.plan import KEYS, default_lines, plan
 from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
 from pdhocbf_drake.terminal import shown_progress
 
@@ -44,6 +43,10 @@ def run(options: argparse.Namespace) -> int:
         raise InputError(f"--workers must be 1 or more (given: {options.workers})")
     total = len(plan(scenario, lines, over, directions, phases))
     folder: Path = options.out or Path("runs") / f"gait-{scenario.name}"
+    # Here, since they load Drake: an argument that can't be used is refused at once.
+    from pdhocbf_drake.studies.gait.results import table
+    from pdhocbf_drake.studies.gait.study import RESULT, gait_study
+
     with shown_progress("gait", total, "gaits") as progress:
         gaits = gait_study(
             scenario, lines=lines, over=over, directions=directions, phases=phases, workers=options.workers,

@@ -15,6 +15,7 @@ from pdhocbf_drake.sets.invariant_set import invariant_set
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
+from pdhocbf_drake.studies.gait.plan import Work
 from pdhocbf_drake.studies.shared.cases import PERIODIC
 from pdhocbf_drake.studies.shared.push_search import Settings, search_all
 from pdhocbf_drake.studies.shared.stepping_template import area, com_reach, stepping_template
@@ -23,15 +24,6 @@ from pdhocbf_drake.walking.support import contains
 SETTLING_GAITS, WATCHED_GAITS = 3, 4
 _PUSH = Settings(tolerance=1.0, duration=0.1, watch=3.2)
 _ROUNDING = 1e-9  # [m]: a template keeps its box to that
-
-
-class Work(NamedTuple):
-    """One gait to measure: a scenario as JSON, and the pushes to try (directions, ticks of the gait)."""
-
-    values: dict[str, Any]
-    scenario: str
-    directions: tuple[str, ...] = ()
-    phases: tuple[int, ...] = ()
 
 
 class GaitMeasures(NamedTuple):

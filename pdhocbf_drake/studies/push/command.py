@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.push.results import table
 from pdhocbf_drake.studies.push.study import RESULT, push
 from pdhocbf_drake.studies.shared.cases import CASES, lent_barriers
 from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
 from pdhocbf_drake.terminal import say, shown_progress
+
+if TYPE_CHECKING:
+    from pdhocbf_drake.studies.shared.push_search import Impulse
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +46,13 @@ def run(options: argparse.Namespace) -> int:
         push(
             scenario, directions=directions, phases=phases, barriers=barriers, tolerance=options.tolerance,
             duration=options.duration, watch=options.watch, workers=options.workers, out=folder, progress=progress,
-            found=lambda impulses: print(table(impulses), flush=True),
+            found=_print,
         )  # fmt: skip
     print(f"wrote {folder / RESULT} and two figures beside it")
     return 0
+
+
+def _print(impulses: list[Impulse]) -> None:
+    from pdhocbf_drake.studies.push.results import table  # here, since it loads matplotlib, for a quick start
+
+    print(table(impulses), flush=True)

@@ -6,22 +6,22 @@ import math
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.files.file import replaced_file, write_text
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.pages import page
-from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.stopping import stop_requests
-from pdhocbf_drake.studies.push.results import document, draw_phases, draw_polar, table
 from pdhocbf_drake.studies.shared.cases import CASES
 from pdhocbf_drake.studies.shared.events import DIRECTIONS
-from pdhocbf_drake.studies.shared.push_search import Impulse, Settings, search_all
 from pdhocbf_drake.studies.shared.results import collected, write_json
 from pdhocbf_drake.yaml_text import write_yaml
+
+if TYPE_CHECKING:
+    from pdhocbf_drake.studies.shared.push_search import Impulse
 
 RESULT = "push.json"
 TABLE = "push.txt"
@@ -70,10 +70,10 @@ def push(
     """
     at = _check_events(directions, phases, scenario.gait.ticks_per_gait)
     lists: list[list[Any]] = [list(barriers), list(directions), at]
-    settings = Settings(tolerance, duration, watch)
     shortest_watch = duration + scenario.gait.ticks_per_gait * scenario.gait.tick
-    for name, least in (("tolerance", 0.01), ("duration", 0.01), ("watch", shortest_watch)):
-        value = getattr(settings, name)
+    for name, value, least in (
+        ("tolerance", tolerance, 0.01), ("duration", duration, 0.01), ("watch", watch, shortest_watch),
+    ):  # fmt: skip
         if not least <= value < 1e3:
             raise InputError(f"{name} must be at least {least:g} (given: {value:g})")
     if not barriers or not set(barriers) <= set(CASES):
@@ -83,7 +83,13 @@ def push(
     if scenario.system != "biped":
         raise InputError(f"scenario.system: only a 'biped' can be pushed here (given: {scenario.system!r})")
     with nullcontext() if out is None else new_folder(Path(out), _ENTRIES, "a folder of push") as folder:
-        searches = search_all(scenario, barriers, directions, at, settings, workers, Biped.load(scenario.robot).mass)
+        # Here, since they load Drake: an argument that can't be used is refused at once.
+        from pdhocbf_drake.robot import Biped
+        from pdhocbf_drake.studies.push.results import document, table
+        from pdhocbf_drake.studies.shared.push_search import Settings, search_all
+
+        settings, mass = Settings(tolerance, duration, watch), Biped.load(scenario.robot).mass
+        searches = search_all(scenario, barriers, directions, at, settings, workers, mass)
         impulses, stopped = collected(searches, folder is not None, progress)
         with stop_requests():  # what has been found is written before such a request takes effect
             impulses.sort(key=lambda impulse: [*map(list.index, lists, impulse[:3])])
@@ -114,6 +120,8 @@ def _check_events(directions: Sequence[str], phases: int | Sequence[int], ticks:
 
 
 def _draw(folder: Path, impulses: Sequence[Impulse], ticks_per_step: int) -> None:
+    from pdhocbf_drake.studies.push.results import draw_phases, draw_polar
+
     with page(POLAR), replaced_file(folder / POLAR) as staging:
         draw_polar(impulses, staging)
     with page(PHASES), replaced_file(folder / PHASES) as staging:

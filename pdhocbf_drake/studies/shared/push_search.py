@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import product
 from typing import NamedTuple
 
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.shared.cases import NONE, in_case
+from pdhocbf_drake.studies.shared.cases import CASES, NONE, in_case
 from pdhocbf_drake.studies.shared.events import force
 from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.pushing import PushedWalk
@@ -16,6 +16,8 @@ from pdhocbf_drake.studies.shared.pushing import PushedWalk
 _LIMIT = 60.0  # [N s]
 # Impulses that a robot of this mass is likely to survive, at which the search begins [N s], [kg].
 _LIKELY, _LIKELY_MASS = {"+x": 16.0, "-x": 16.0, "+y": 8.0, "-y": 8.0}, 29.0
+
+_MIRRORED = {"+x": "+x", "-x": "-x", "+y": "-y", "-y": "+y"}
 
 
 class Impulse(NamedTuple):
@@ -36,13 +38,14 @@ class Settings(NamedTuple):
 
 
 class Search(NamedTuple):
-    """The searches in all directions at one phase, each from a guess [N s]: one piece of work for a process."""
+    """The search in one direction at one of the phases, from a guess [N s]: one piece of work for a process."""
 
     scenario: str
     barrier: str
+    direction: str
     phases: tuple[int, ...]
     phase: int
-    guesses: dict[str, float]
+    guess: float
     settings: Settings
 
 
@@ -52,7 +55,8 @@ def search_all(
 ) -> Iterator[list[Impulse]]:  # fmt: skip
     """The largest survived impulse for every barrier, direction and phase, yielded as they are found.
 
-    The searches with a barrier begin from the impulse that is survived without one.
+    A search in the second step of the gait begins from what is survived in its first one with left and right exchanged,
+    and a search with a barrier from what is survived without one.
 
     Args:
         scenario: the scenario. barriers: some of `CASES`.
@@ -64,34 +68,45 @@ def search_all(
     Raises:
         PdhocbfError: a worker process died.
     """
-    text = scenario.model_dump_json()
-    found: dict[tuple[str, str, int], float] = {}
-    for wave in ([b for b in barriers if b == NONE], [b for b in barriers if b != NONE]):
-        work = []
-        for barrier, phase in product(wave, phases):
-            guesses = {d: found.get((NONE, d, phase), _LIKELY[d] * mass / _LIKELY_MASS) for d in directions}
-            work.append(Search(text, barrier, tuple(phases), phase, guesses, settings))
-        for impulses in in_processes(search, work, workers):
-            found.update({impulse[:3]: impulse.survived for impulse in impulses})
-            yield impulses
+    first = [NONE] if NONE in barriers else barriers
+    text, at, step = scenario.model_dump_json(), tuple(phases), scenario.gait.ticks_per_step
+    wanted = set(product(directions, at))
+
+    def piece(barrier: str, direction: str, phase: int, guess: float) -> Search:
+        return Search(text, barrier, direction, at, phase, guess, settings)
+
+    def then(found: Impulse) -> list[Search]:
+        if found.barrier not in first:
+            return []
+        mirrored = _MIRRORED[found.direction], found.phase + step
+        others = [b for b in barriers if b not in first]
+        return [
+            *([piece(found.barrier, *mirrored, found.survived)] if mirrored in wanted else []),
+            *[piece(barrier, found.direction, found.phase, found.survived) for barrier in others],
+        ]
+
+    work = [
+        piece(barrier, way, phase, _LIKELY[way] * mass / _LIKELY_MASS)
+        for barrier, phase, way in product(first, at, directions)
+        if (_MIRRORED[way], phase - step) not in wanted
+    ]
+    for impulse in in_processes(search, work, workers, then):
+        yield [impulse]
 
 
-def search(work: Search) -> list[Impulse]:
-    """The largest survived impulse in each direction at one phase."""
+def search(work: Search) -> Impulse:
+    """The largest survived impulse in one direction at one phase."""
     walk, settings = _walk(work.scenario, work.barrier, work.phases), work.settings
 
-    def survives(direction: str, impulse: float) -> bool:
-        pushed = force(direction, impulse, settings.duration)
+    def survives(impulse: float) -> bool:
+        pushed = force(work.direction, impulse, settings.duration)
         return walk.trial(work.phase, pushed, settings.duration, settings.watch).survived
 
-    found = {
-        direction: largest_survived(partial(survives, direction), guess, settings.tolerance, _LIMIT)
-        for direction, guess in work.guesses.items()
-    }
-    return [Impulse(work.barrier, direction, work.phase, impulse) for direction, impulse in found.items()]
+    found = largest_survived(survives, work.guess, settings.tolerance, _LIMIT)
+    return Impulse(work.barrier, work.direction, work.phase, found)
 
 
-@lru_cache(maxsize=1)  # keyed by value: a worker gets the same walk again for its next phase
+@lru_cache(maxsize=len(CASES))  # keyed by value: a worker gets the same walk again for its next search
 def _walk(scenario: str, barrier: str, phases: tuple[int, ...]) -> PushedWalk:
     return PushedWalk(in_case(Scenario.model_validate_json(scenario), barrier), phases)
 

@@ -18,8 +18,6 @@ from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.shared.cases import lent_barriers
 from pdhocbf_drake.studies.shared.events import parse_phases
 from pdhocbf_drake.studies.shared.results import write_json
-from pdhocbf_drake.studies.worth.experiments import RobotWorth, TemplateWorth
-from pdhocbf_drake.studies.worth.results import draw, table
 from pdhocbf_drake.terminal import say, shown_progress
 from pdhocbf_drake.yaml_text import write_yaml
 
@@ -42,6 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--push", type=float, metavar="SIZE", help="acceleration [m/s²], or on a robot force [N]")
     command = "commanded stride over the right one"
     parser.add_argument("--command", type=float, default=_COMMAND, metavar="FACTOR", help=command)
+    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
     parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/worth-NAME")
 
 
@@ -56,6 +55,8 @@ def run(options: argparse.Namespace) -> int:
         size = getattr(options, name)
         if size is not None and not (math.isfinite(size) and size > 0.0):
             raise InputError(f"--{name} must be a finite number above 0 (given: {size:g})")
+    if options.workers < 1:
+        raise InputError(f"--workers must be 1 or more (given: {options.workers})")
     if options.command > _FASTEST:
         raise InputError(f"--command must be {_FASTEST:g} times the right stride at most (given: {options.command:g})")
     kick, push = _SIZES[scenario.system]
@@ -66,9 +67,13 @@ def run(options: argparse.Namespace) -> int:
     with new_folder(place, _ENTRIES, "a folder of worth") as folder:
         if lent := lent_barriers(scenario):
             say(lent)
+        # Here, since they load Drake: an argument that can't be used is refused at once.
+        from pdhocbf_drake.studies.worth.experiments import RobotWorth, TemplateWorth
+        from pdhocbf_drake.studies.worth.results import draw, table
+
         experiment = (TemplateWorth if scenario.system == "vhip" else RobotWorth)(scenario, *sizes, phases)
         with shown_progress("worth", 1 + 2 * len(gammas), "cases", every=True) as progress:
-            rows = experiment.run(gammas, progress)
+            rows = experiment.run(gammas, progress, options.workers)
             if not experiment.stopped:
                 progress(1 + 2 * len(gammas))
         with stop_requests():  # what has been measured is written before such a request takes effect

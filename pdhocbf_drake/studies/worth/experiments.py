@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.cases import DCBF, NONE, PERIODIC, in_case
 from pdhocbf_drake.studies.shared.measures import Array, Outcome, Record, SafeOrbit
+from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.pushing import PushedWalk, Trial
 from pdhocbf_drake.studies.shared.template import SettledWalk
 from pdhocbf_drake.studies.worth.results import Measures
@@ -39,13 +41,14 @@ class Worth(ABC):
 
     def __init__(self, scenario: Scenario, kick: float, push: float, command: float, phases: Sequence[int]) -> None:
         gait = scenario.gait
+        self._made_from = type(self), scenario.model_dump_json(), kick, push, command, tuple(phases)
         self._scenario, self._phases = scenario, tuple(phases)
         self._stride = gait.stride * command
         self._command = f"command {self._stride:g} m for {gait.stride:g} m"
         self._tick, self._ticks_per_step = gait.tick, gait.ticks_per_step
 
     def run(
-        self, gammas: Sequence[float], report: Callable[[int, str], None] = lambda done, case: None
+        self, gammas: Sequence[float], report: Callable[[int, str], None] = lambda done, case: None, workers: int = 1
     ) -> list[Measures]:
         """Every event without a barrier, then under both kinds of barrier for each γ.
 
@@ -53,20 +56,39 @@ class Worth(ABC):
 
         Args:
             gammas: class-K rates.
-            report: called with the number of cases that are done, of 1 + 2 len(gammas), and the name of the next one.
+            report: called with the number of cases that are done, of 1 + 2 len(gammas), and the name of the next one;
+                with several processes that of the last one.
+            workers: processes.
         """
         cases = [(NONE, math.nan), *((case, gamma) for case in (DCBF, PERIODIC) for gamma in gammas)]
-        rows: list[Measures] = []
+        kept: dict[int, list[Measures]] = {}
         try:
-            for done, (case, gamma) in enumerate(cases):
-                limited = case != NONE
-                report(done, f"{case}, gamma {gamma:g}" if limited else case)
-                rows += self._events(case, gamma, in_case(self._scenario, case, gamma if limited else None))
+            for place, rows in self._rows(cases, report, workers):
+                kept[place] = rows
+                if workers > 1:
+                    report(len(kept), _name(*cases[place]))
         except (KeyboardInterrupt, Exception) as error:
-            if not rows:
+            if not kept:
                 raise
-            self.stopped = f"{reason(error)}; {done} of {len(cases)} cases are kept"
-        return rows
+            self.stopped = f"{reason(error)}; {len(kept)} of {len(cases)} cases are kept"
+        return [row for place in sorted(kept) for row in kept[place]]
+
+    def _rows(
+        self, cases: Sequence[tuple[str, float]], report: Callable[[int, str], None], workers: int
+    ) -> Iterator[tuple[int, list[Measures]]]:
+        """The rows of each case, and its place among the cases."""
+        if workers > 1:
+            yield from in_processes(
+                _case, [(*self._made_from, place, *case) for place, case in enumerate(cases)], workers
+            )
+            return
+        for place, case in enumerate(cases):
+            report(place, _name(*case))
+            yield place, self.case(*case)
+
+    def case(self, case: str, gamma: float) -> list[Measures]:
+        """The rows of one case; γ plays no part without barriers."""
+        return self._events(case, gamma, in_case(self._scenario, case, None if case == NONE else gamma))
 
     @abstractmethod
     def _events(self, case: str, gamma: float, scenario: Scenario) -> list[Measures]:
@@ -81,6 +103,26 @@ class Worth(ABC):
             outcome.excess, recovers * self._tick,
             math.nan if math.isnan(recovers) else math.ceil(recovers / self._ticks_per_step), work, survived,
         )  # fmt: skip
+
+
+def _name(case: str, gamma: float) -> str:
+    return case if case == NONE else f"{case}, gamma {gamma:g}"
+
+
+Case = tuple[type[Worth], str, float, float, float, tuple[int, ...], int, str, float]
+"""What an experiment is made from, and the place, name and γ of one of its cases."""
+
+
+def _case(work: Case) -> tuple[int, list[Measures]]:
+    *made_from, place, case, gamma = work
+    return place, _experiment(*made_from).case(case, gamma)
+
+
+@lru_cache(maxsize=1)  # a process has the same experiment for its next case
+def _experiment(
+    kind: type[Worth], scenario: str, kick: float, push: float, command: float, phases: tuple[int, ...]
+) -> Worth:
+    return kind(Scenario.model_validate_json(scenario), kick, push, command, phases)
 
 
 class TemplateWorth(Worth):
@@ -133,18 +175,19 @@ class RobotWorth(Worth):
         super().__init__(scenario, kick, push, command, phases)
         step = self._ticks_per_step * self._tick
         self._forces = {f"kick {kick:g} N s": (kick / 0.1, 0.1), f"push {push:g} N, {step:g} s": (push, step)}
-        self._orbit: SafeOrbit | None = None
+        self._free = PushedWalk(in_case(scenario, NONE), self._phases, with_action=True)
+        self._orbit = SafeOrbit(scenario, self._undisturbed(self._free))
+
+    def _undisturbed(self, walk: PushedWalk) -> Record:
+        still = walk.trial(self._phases[0], np.zeros(3), 0.1, 2.2 * self._ticks_per_step * self._tick)
+        return still.record(self._tick)
 
     def _events(self, case: str, gamma: float, scenario: Scenario) -> list[Measures]:
-        walk = PushedWalk(scenario, self._phases, with_action=True)
-        still = walk.trial(self._phases[0], np.zeros(3), 0.1, 2.2 * self._ticks_per_step * self._tick)
-        undisturbed = still.record(self._tick)
-        if self._orbit is None:  # the first case is the one without a barrier
-            self._orbit = SafeOrbit(self._scenario, undisturbed)
-        orbit = self._orbit
+        walk = self._free if case == NONE else PushedWalk(scenario, self._phases, with_action=True)
+        undisturbed = self._undisturbed(walk)
 
         def row(event: str, phase: int, trial: Trial) -> Measures:
-            outcome = orbit.outcome(trial.record(self._tick), undisturbed)
+            outcome = self._orbit.outcome(trial.record(self._tick), undisturbed)
             return self._row(case, gamma, event, phase, outcome, self._work(trial), trial.survived)
 
         rows = [
