@@ -10,6 +10,7 @@ import pytest
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.robot_limits import robot_limits
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -21,8 +22,11 @@ from pdhocbf_drake.walking.swing import turned_heading
 TURN = [{"time": 0.0, "velocity": [0.25, 0.0], "turn": 0.5}]
 
 
-def walked(commands: list[dict], duration: float, start: dict | None = None) -> tuple[Scenario, RunLog]:
-    data = {**load_scenario("walking_nobarrier").to_dict(), "commands": commands, "duration": duration}
+def walked(
+    commands: list[dict], duration: float, start: dict | None = None, pushes: tuple[dict, ...] = ()
+) -> tuple[Scenario, RunLog]:
+    base = load_scenario("walking_nobarrier").to_dict()
+    data = {**base, "commands": commands, "duration": duration, "pushes": pushes}
     scenario = Scenario.from_dict({**data, "start": start or {}}, "commands")
     return scenario, simulate(scenario)
 
@@ -53,6 +57,15 @@ def test_the_robot_walks_alike_from_another_place_and_heading(turning: tuple[Sce
     moved = one["lip_state"][:, [0, 3]] @ rotation(yaw).T + [30.0, -40.0]
     np.testing.assert_allclose(other["lip_state"][:, [0, 3]], moved, atol=1e-6)
     np.testing.assert_allclose(other["joint_state"][:, :12], one["joint_state"][:, :12], atol=1e-6)
+
+
+def test_a_pushed_robot_recovers_alike_at_any_heading_and_goes_on_turning() -> None:
+    _, one = walked(TURN, 4.5, pushes=({"time": 2.5, "force": [0.0, 80.0, 0.0]},))
+    _, other = walked(TURN, 4.5, {"yaw": math.pi / 2}, ({"time": 2.5, "force": [-80.0, 0.0, 0.0]},))
+    np.testing.assert_allclose(other["joint_state"][:, :12], one["joint_state"][:, :12], atol=1e-6)
+    recovering = np.flatnonzero(one.element("solver_status", "reason") >= Reason.RECOVERING)
+    assert one.ending == "finished"
+    assert recovering[0] > 250 and recovering[-1] < 400
 
 
 def test_the_robot_stops_and_starts_again() -> None:
