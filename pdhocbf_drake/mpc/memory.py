@@ -35,7 +35,7 @@ class Memory:
     Attributes:
         com_reference: x, ẋ, ẍ, y, ẏ, ÿ planned for k + 1 [m, m/s, m/s²].
         zmp_reference: x_zmp planned for k + 1 and its velocity up to then, likewise y [m, m/s].
-        zmp_box: the box (27) at k + 1: x_min, x_max, y_min, y_max [m].
+        zmp_box: the box (27) at k + 1: x_min, x_max, y_min, y_max, along the heading of the stance foot at k [m].
         stance_plan: box centres of the last, this and the next two steps, counted from tick k + 1 [m].
         foot_plan: where the left foot starts and ends this step, then the right one: x, y each [m].
         solver_status: solved, wall time [s], cost, slack [m/s], fallbacks in a row, reason.

@@ -55,7 +55,9 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
     controller = add_controller(wiring, walk, LATENCY * plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
-    kinematics = wiring.add("inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick)))
+    kinematics = wiring.add(
+        "inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick, walk.gait.turns))
+    )
     lever = swing_lever(biped, standing_posture(walk, biped))
     zmp_offset = TurningZmpOffset if walk.gait.turns else ZmpOffset
     offset = wiring.add("zmp_offset", zmp_offset(walk.gait, walk.mpc.config.horizon, lever))

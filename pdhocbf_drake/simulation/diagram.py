@@ -14,6 +14,7 @@ from pdhocbf_drake.systems.fall_detector import LeanDetector
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.oscillator import Oscillator, TubeFilter
+from pdhocbf_drake.systems.path_reference import PathReference
 from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
@@ -54,6 +55,8 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
     `lip_state` must be offered before `connect_controller`.
     """
     wiring.add("gait_reference", unbundled(GaitReference(walk.gait)))
+    if walk.gait.turns:
+        wiring.add("path_reference", PathReference(walk.gait))
     if walk.barriers:
         schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait.period, walk.mpc.config.horizon, walk.gait.turns)
         wiring.add("barrier_schedule", unbundled(schedule))
@@ -67,6 +70,8 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     wiring.connect(wiring.port("gait_phase").get_system(), "last_step", "resumed")
     wiring.connect(controller, "lip_state", measured=True)
     path = ("path",) if walk.gait.turns else ()
+    if path:
+        wiring.connect(wiring.port("path").get_system(), "gait_phase", "last_step", "resumed")
     if walk.barriers:
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *path)
         wiring.connect(controller, "barrier_bound")

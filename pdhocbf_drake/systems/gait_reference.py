@@ -28,12 +28,11 @@ class GaitReference(LeafSystem):
     Output parts, see `unbundled`:
         gait_phase (3): tick of the step, step index, support (+1 left, −1 right, 0 both).
         com_height (3): z, ż, z̈ of eq. (24) [m, m/s, m/s²].
-        path (7): as in `systems.signals`; of a walk that follows commands only.
     """
 
     def __init__(self, gait: Gait) -> None:
         super().__init__()
-        self.parts = sizes("gait_phase", "com_height", *(("path",) if gait.turns else ()))
+        self.parts = sizes("gait_phase", "com_height")
         self._gait = gait
         self._heights = [gait.height(tick) for tick in range(gait.period)]
         self._last = self.DeclareVectorInputPort("last_step", size("last_step"))
@@ -49,5 +48,4 @@ class GaitReference(LeafSystem):
     def _calc(self, context: Context, output: BasicVector) -> None:
         step, tick = self._gait.phase(round(context.get_discrete_state_vector()[0]))
         gait = gait_after(self._gait, self._last, self._resumed, context)
-        path = gait.path(step) if gait.turns else ()
-        output.SetFromVector([tick, step, gait.support(step), *self._heights[tick], *path])
+        output.SetFromVector([tick, step, gait.support(step), *self._heights[tick]])

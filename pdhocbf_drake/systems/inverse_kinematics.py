@@ -35,7 +35,7 @@ class InverseKinematics(LeafSystem):
 
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18): as in `systems.signals`.
-        turn_reference (9): as in `systems.signals`; all face ahead where it is left unconnected.
+        turn_reference (9): as in `systems.signals`, of a walk that turns; in others all face ahead.
         gait_phase (3): its support determines the swing foot, which is the one to miss its target where the legs are
             too short; may be left unconnected.
     Output parts, see `unbundled`:
@@ -47,9 +47,10 @@ class InverseKinematics(LeafSystem):
     Args:
         initial: q at the start (19,).
         tick: δ [s].
+        turns: whether the walk may turn.
     """
 
-    def __init__(self, biped: Biped, initial: np.ndarray, tick: float) -> None:
+    def __init__(self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False) -> None:
         super().__init__()
         self.parts = sizes(*_OUTPUTS)
         self._tick = tick
@@ -58,7 +59,8 @@ class InverseKinematics(LeafSystem):
         self._joints = biped.q_index
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         self._phase, self._height, self._com, self._zmp, self._feet = ports
-        self._turn = self.DeclareVectorInputPort("turn_reference", size("turn_reference"))
+        self._turn = self.DeclareVectorInputPort("turn_reference", size("turn_reference")) if turns else None
+        ports += [] if self._turn is None else [self._turn]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
         self._still = np.zeros(3 * self._velocities)
         self._q = slice(positions)
@@ -67,7 +69,7 @@ class InverseKinematics(LeafSystem):
         self._motion = slice(sum(self.parts.values()), None)  # the coming state, behind the parts
         self.DeclareDiscreteState(motion)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
-        prerequisites = {self.xd_ticket(), *(port.ticket() for port in (*ports, self._turn))}
+        prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
         self._solution = self.DeclareVectorOutputPort(
             "solution", self._motion.start + len(motion), self._calc, prerequisites
         )
@@ -88,7 +90,7 @@ class InverseKinematics(LeafSystem):
         write_wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context), wanted)
         seed = self._ik.task_space.moved(last, step)
         angles = LEVEL
-        if self._turn.HasValue(context):
+        if self._turn is not None:
             turn = self._turn.Eval(context).reshape(3, 3)
             wanted[1:, _TURNS] = turn[:, 1:].T
             left_yaw, right_yaw, torso_yaw = turn[:, 0].tolist()

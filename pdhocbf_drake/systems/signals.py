@@ -60,7 +60,7 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             "tick of the step, step index, support (+1 left, -1 right, 0 both)"),
     _signal("com_height", "gait_reference", "z vz az", "m, m/s, m/s²",
             "commanded CoM height (24) and its derivatives"),
-    _signal("path", "gait_reference", "x y yaw forward lateral turn walks", "m, rad, m/s, rad/s, 1",
+    _signal("path", "path_reference", "x y yaw forward lateral turn walks", "m, rad, m/s, rad/s, 1",
             "of a walk that follows commands: middle between the feet and heading of this step as commanded, the "
             "velocity ahead and aside and the turn rate that were granted to it, 1 or for a stand 0"),
     _signal("zmp_box", "mpc_controller", "x_min x_max y_min y_max", "m",
