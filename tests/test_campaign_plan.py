@@ -5,12 +5,12 @@ from __future__ import annotations
 import sys
 
 import numpy as np
+import pydrake.multibody.plant
 import pytest
 from campaigns import TINY, campaign_file
 
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation import drake_config
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.studies.campaign.plan import (
     campaign_names,
@@ -135,19 +135,22 @@ def test_a_wrong_campaign_is_refused_in_one_sentence(tmp_path, changes: dict, se
     assert "\n" not in str(caught.value)
 
 
-def test_configs_of_drake_that_runs_have_in_common_are_read_once(tmp_path, monkeypatch) -> None:
-    """Its reader takes longer than all other checks of a scenario together."""
-    read: list[type] = []
-    ours = drake_config.yaml_load_typed
+def test_configs_of_drake_that_runs_have_in_common_are_tried_once(tmp_path, monkeypatch) -> None:
+    """Which takes longer than all other checks of a scenario together."""
+    tried: list[float] = []
+    ours = pydrake.multibody.plant.AddMultibodyPlant
     monkeypatch.setattr(
-        drake_config, "yaml_load_typed", lambda schema, **more: read.append(schema) or ours(schema=schema, **more)
+        pydrake.multibody.plant,
+        "AddMultibodyPlant",
+        lambda config, builder: tried.append(config.penetration_allowance) or ours(config, builder),
     )
-    varied = {**TINY["factors"], "plant.time_step": {"values": [0.001, 0.002, 0.004]}}
+    allowances = [0.0013, 0.0017, 0.0019]
+    varied = {**TINY["factors"], "plant.penetration_allowance": {"values": allowances}}
     reported: list[tuple[int, int]] = []
     tiny, _ = load_campaign(str(campaign_file(tmp_path, runs=1200, factors=varied)))
     planned = plan_runs(tiny, tmp_path, lambda done, total: reported.append((done, total)))
-    assert {run.scenario["plant"]["time_step"] for run in planned} == {0.001, 0.002, 0.004}
-    assert len(read) < 12
+    assert {run.scenario["plant"]["penetration_allowance"] for run in planned} == set(allowances)
+    assert sorted(tried) == allowances
     assert reported == [(0, 1200), (500, 1200), (1000, 1200)]
 
 

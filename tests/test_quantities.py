@@ -43,7 +43,7 @@ def divergent() -> Quantity:
 def test_a_quantity_is_its_normal_times_the_state(quantity: Quantity) -> None:
     normals = quantity.normals(VHIP)
     expected = [normals[k % len(normals)] @ state for k, state in zip(TICKS, STATES, strict=True)]
-    np.testing.assert_allclose(quantity.values(STATES, TICKS, VHIP), expected, rtol=1e-14)
+    np.testing.assert_allclose(quantity.values(STATES, TICKS, VHIP, GAIT), expected, rtol=1e-14)
 
 
 @pytest.mark.parametrize("name", QUANTITIES)
@@ -54,13 +54,13 @@ def test_a_normal_s_period_divides_a_step(name: str) -> None:
 @pytest.mark.parametrize("axis", [0, 1])
 def test_speeds_are_the_velocity_of_their_axis_bit_for_bit(axis: int) -> None:
     assert SPEEDS[axis].axis == axis
-    np.testing.assert_array_equal(SPEEDS[axis].values(STATES, TICKS, VHIP), STATES[:, 1])
+    np.testing.assert_array_equal(SPEEDS[axis].values(STATES, TICKS, VHIP, GAIT), STATES[:, 1])
 
 
 @pytest.mark.parametrize("axis", [0, 1])
 def test_an_orbit_is_one_period_of_the_nominal_walk(axis: int) -> None:
     walk = np.random.default_rng(1).normal(size=(2, 2 * VHIP.period, 3))
-    np.testing.assert_array_equal(SPEEDS[axis].orbit(walk, VHIP), walk[axis, : (axis + 1) * VHIP.period, 1])
+    np.testing.assert_array_equal(SPEEDS[axis].orbit(walk, VHIP, GAIT), walk[axis, : (axis + 1) * VHIP.period, 1])
 
 
 def test_each_speed_repeats_after_its_number_of_steps_and_no_sooner() -> None:
@@ -71,7 +71,7 @@ def test_each_speed_repeats_after_its_number_of_steps_and_no_sooner() -> None:
 
 def test_a_position_in_the_world_has_no_orbit() -> None:
     walk = np.zeros((2, 2 * VHIP.period, 3))
-    assert divergent().orbit(walk, VHIP) is None
+    assert divergent().orbit(walk, VHIP, GAIT) is None
 
 
 def test_the_mpc_keeps_a_quantity_whose_normal_varies_with_the_phase() -> None:
@@ -81,7 +81,7 @@ def test_the_mpc_keeps_a_quantity_whose_normal_varies_with_the_phase() -> None:
         mpc = PeriodicMpc(gait, VHIP, MpcConfig(), ([], list(barriers)))
         rows = list(walk_template(mpc, Memory.standing(mpc), 0, len(ticks)))
         states = np.array([row.state[quantity.axis] for row in rows])
-        return quantity.values(states, ticks, VHIP), max(row.plan.slack for row in rows)
+        return quantity.values(states, ticks, VHIP, GAIT), max(row.plan.slack for row in rows)
 
     limit = walked()[0].max() - 0.002
     barrier = AffineBarrier("dcm", quantity.normals(VHIP), constant(limit), 1, [0.5, 0.5], quantity.unit)
@@ -94,8 +94,8 @@ def test_the_mpc_keeps_a_quantity_whose_normal_varies_with_the_phase() -> None:
 @pytest.mark.parametrize(("axis", "name"), [("x", "forward_speed"), ("y", "lateral_speed")])
 def test_a_barrier_s_axis_chooses_the_speed_along_it(axis: str, name: str) -> None:
     config = parse_config(WalkBarrierConfig, {"axis": axis, "bound": {"kind": "orbit"}}, "barriers.v")
-    assert config.quantity is QUANTITIES[name]
-    assert config.unit == config.quantity.unit
+    assert config.bounded == QUANTITIES[name]
+    assert config.unit == config.bounded.unit
 
 
 @pytest.mark.parametrize(("axis", "steps"), [("x", 1), ("y", 2)])

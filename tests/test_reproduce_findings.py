@@ -22,7 +22,9 @@ NEVER = float("nan")
 
 def _outcome(notices: float, acts: float, recovers: float = 0.0, excess: float = 0.02, bound: float = 0.45) -> Outcome:
     """Four ticks of a made-up walk that stands still under a constant bound."""
-    record = Record(0, np.zeros((4, 2, 3)), np.full((4, 1), bound), np.zeros(4), np.ones(4, dtype=bool))
+    record = Record(
+        0, np.zeros((4, 2, 3)), np.zeros((4, 2)), np.full((4, 1), bound), np.zeros(4), np.ones(4, dtype=bool)
+    )
     return Outcome(record, notices, acts, excess, recovers)
 
 

@@ -55,7 +55,7 @@ def test_clock_lets_both_feet_stand_after_the_last_step() -> None:
 
 def test_barrier_schedule_plays_bounds_and_h() -> None:
     barriers = [speed_limit(0.5), speed_limit(0.2)]
-    schedule = unbundled(BarrierSchedule([0, 1], barriers, 40, 80))
+    schedule = unbundled(BarrierSchedule([0, 1], barriers, GAIT, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 0.45, 0.0, 0.0, 0.25, 0.0])
@@ -65,7 +65,7 @@ def test_barrier_schedule_plays_bounds_and_h() -> None:
 
 
 def test_nan_on_one_axis_leaves_the_h_of_the_other_axis() -> None:
-    schedule = unbundled(BarrierSchedule([0, 1], [speed_limit(0.5), speed_limit(0.2)], 40, 80))
+    schedule = unbundled(BarrierSchedule([0, 1], [speed_limit(0.5), speed_limit(0.2)], GAIT, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [3.0, 2.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [np.nan, 0.45, np.inf, 0.0, np.nan, 0.0])
@@ -79,7 +79,7 @@ def test_nan_on_one_axis_leaves_the_h_of_the_other_axis() -> None:
 def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -> None:
     bound = harmonic(0.5, 0.1, 0.05, 80)
     barrier = AffineBarrier("limit", [0.0, 1.0, 0.0], bound, 1, [Linear(0.5), Linear(0.5)], "m/s")
-    schedule = unbundled(BarrierSchedule([1], [barrier], 40, 80))
+    schedule = unbundled(BarrierSchedule([1], [barrier], GAIT, 80))
     context = schedule.CreateDefaultContext()
     schedule.GetInputPort("gait_phase").FixValue(context, [7.0, 3.0, 1.0])
     schedule.GetInputPort("lip_state").FixValue(context, [0.0, 9.0, 0.0, 0.0, 0.2, 0.0])
@@ -90,7 +90,7 @@ def test_barrier_schedule_plays_the_sample_of_its_tick_and_those_that_follow() -
 def test_h_is_taken_with_the_normal_of_its_tick() -> None:
     normals = np.random.default_rng(0).normal(size=(8, 3))
     barriers = [AffineBarrier("moving", normals, harmonic(0.5, 0.1, 0.0, 40), -1, [Linear(0.5)]), speed_limit(0.5)]
-    schedule = unbundled(BarrierSchedule([1, 0], barriers, 40, 80))
+    schedule = unbundled(BarrierSchedule([1, 0], barriers, GAIT, 80))
     context = schedule.CreateDefaultContext()
     lip = np.arange(6.0)
     schedule.GetInputPort("lip_state").FixValue(context, lip)

@@ -24,8 +24,10 @@ def write_h(random: np.random.Generator) -> tuple[Values, Values]:
     if random.random() < 0.3:
         lip[3 * random.integers(2) :][:3] = np.nan
     out = np.concatenate([bounds.ravel(), np.empty(3)])
-    kernels.write_h(signs, axes, normals, 5, lip, out)
-    h = signs * (bounds[:, 0] - (normals * lip.reshape(2, 3)[axes]).sum(axis=1))
+    stances = random.normal(size=3)
+    kernels.write_h(signs, axes, normals, stances, 5, lip, out)
+    seen = lip.reshape(2, 3)[axes] - np.multiply.outer(stances, [1.0, 0.0, 1.0])
+    h = signs * (bounds[:, 0] - (normals * seen).sum(axis=1))
     return (out,), (np.concatenate([bounds.ravel(), h]),)
 
 

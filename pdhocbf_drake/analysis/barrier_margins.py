@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis.heading import along_heading
 from pdhocbf_drake.barriers.class_k import ClassK, Linear
+from pdhocbf_drake.barriers.recursion import psi_along
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -32,6 +33,7 @@ class BarrierUse(NamedTuple):
         unit: unit of h.
         period: period of its bound [ticks].
         quantity: the quantity of a walk that it bounds; None in other systems.
+        seen_anew: whether h jumps where another foot becomes the stance, and the recursion starts again.
     """
 
     column: int
@@ -41,6 +43,7 @@ class BarrierUse(NamedTuple):
     unit: str
     period: int
     quantity: Quantity | None = None
+    seen_anew: bool = False
 
 
 def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
@@ -56,7 +59,7 @@ def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
     return {
         name: BarrierUse(
             column, config.make_class_k(), config.gamma, config.relative_degree or len(config.gamma), config.unit,
-            config.quantity.period(scenario.gait.ticks_per_step), config.quantity,
+            config.bounded.period(scenario.gait.ticks_per_step), config.bounded, config.bounded.seen_anew,
         )
         for column, (name, config) in enumerate(scenario.barriers.items())
     }  # fmt: skip
@@ -70,8 +73,8 @@ def units_of(scenarios: Iterable[Scenario]) -> str:
 
 def quantities_of(scenarios: Iterable[Scenario]) -> list[Quantity]:
     """The quantities that walks bound, each once, those of x first; the forward speed if there is none."""
-    bounded = {config.quantity for scenario in scenarios for config in scenario.barriers.values()} or {SPEEDS[0]}
-    return sorted(bounded, key=lambda quantity: (quantity.axis, quantity.name))
+    bounded = {config.bounded for scenario in scenarios for config in scenario.barriers.values()} or {SPEEDS[0]}
+    return sorted(bounded, key=lambda quantity: (quantity.axis, quantity.name, quantity.mirrored))
 
 
 def measured(run: Run, quantity: Quantity) -> Array:
@@ -90,7 +93,18 @@ def planned(run: Run, quantity: Quantity) -> Array:
 def _values(run: Run, quantity: Quantity, states: Array) -> Array:
     gait = run.scenario.gait
     ticks = np.rint(run.log.time / gait.tick).astype(int)
-    return quantity.values(states, ticks, Vhip(CosineHeight(gait).eta(), gait.tick))
+    stance = along_heading(run.log, "stance_plan", 2, 3)[:, quantity.axis]
+    return quantity.values(states, ticks, Vhip(CosineHeight(gait).eta(), gait.tick), gait, stance)
+
+
+def psi_along_log(log: RunLog, use: BarrierUse) -> Array:
+    """ψ_m of a barrier on the measured state, shape (T − m,); NaN where it would compare h on two stance feet."""
+    order = len(use.class_k)
+    psi = psi_along(log["h"][:, use.column], use.class_k)[-1]
+    if use.seen_anew and len(psi):
+        steps = log.element("gait_phase", "step")
+        psi[steps[: len(psi)] != steps[order:]] = np.nan
+    return psi
 
 
 def violated(h: Array, magnitude: float) -> NDArray[np.bool_]:

@@ -7,12 +7,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, planned, quantities_of, units_of
+from pdhocbf_drake.analysis.barrier_margins import (
+    barriers_of,
+    bound_along,
+    measured,
+    planned,
+    psi_along_log,
+    quantities_of,
+    units_of,
+)
 from pdhocbf_drake.analysis.drawing import label, legend, over_time, panels
 from pdhocbf_drake.analysis.feet import sole_corners, step_starts, touchdown_rows
 from pdhocbf_drake.analysis.heading import commanded_path, seen_from_path
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
-from pdhocbf_drake.barriers.recursion import psi_along
 from pdhocbf_drake.simulation.run_folder import Run
 
 
@@ -70,13 +77,13 @@ def barriers(run: Run) -> Figure:
     for axis, (name, use) in zip(axes, uses.items(), strict=True):
         colour = palette.barrier_colour(use.column)
         order = len(use.class_k)
-        levels = psi_along(log["h"][:, use.column], use.class_k)
-        axis.plot(log.time, levels[0], color=colour, label="h")
-        axis.plot(log.time[: len(levels[-1])], levels[-1], color=palette.LIMIT, lw=0.7, label=f"$\\psi_{order}$")
+        h, psi = log["h"][:, use.column], psi_along_log(log, use)
+        axis.plot(log.time, h, color=colour, label="h")
+        axis.plot(log.time[: len(psi)], psi, color=palette.LIMIT, lw=0.7, label=f"$\\psi_{order}$")
         axis.axhline(0.0, color=palette.UNSAFE, lw=1.0, ls=":", label="limit of safety")
         axis.axvspan(0.0, min(scenario.from_time, log.time[-1]), color=palette.BOX, alpha=0.25, linewidth=0)
         if log.time[-1] > scenario.from_time:  # h is much larger during the start
-            axis.set_ylim(*_with_space(np.append(levels[0][log.time >= scenario.from_time], 0.0)))
+            axis.set_ylim(*_with_space(np.append(h[log.time >= scenario.from_time], 0.0)))
         axis.set_title(f"{name}: h, judged after the shaded start", loc="right")
         label(axis, "h", use.unit)
     return over_time(figure)

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, violated
+from pdhocbf_drake.analysis.barrier_margins import BarrierUse, barriers_of, bound_along, psi_along_log, violated
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.heading import along, along_heading, commanded_path, settled_errors, zmp_seen
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
-from pdhocbf_drake.barriers.margin import record_from_h
+from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.commands import limited_commands
@@ -165,7 +165,8 @@ def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:
 def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetrics]:
     table = {}
     for name, use in barriers_of(scenario).items():
-        judged = log.after(scenario.from_time)["h"][:, use.column]
+        rows = log.after(scenario.from_time)
+        judged = rows["h"][:, use.column]
         bound = bound_along(log, scenario, use) if "barrier_bound" in log else judged  # the oscillator's is not logged
         magnitude = np.abs(np.nan_to_num([*bound, *judged])).max(initial=0.0)
         slack = log["barrier_slack"][:, use.column] if "barrier_slack" in log else None  # older logs have none
@@ -177,7 +178,7 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
             h_min=record.h_min if record else None,
             h_mean=record.h_mean if record else None,
             violations=int(violated(judged, magnitude).sum()) if len(judged) else None,
-            psi_min=_finite(record.psi_min) if record else None,
+            psi_min=_psi_min(rows, use, record) if record else None,
             slack_max=_statistic(np.max, slack) if slack is not None else None,
             softened_ticks=int((slack > NOTICED).sum()) if slack is not None else None,
             **_action(scenario, log, use.column),
@@ -186,6 +187,13 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
             unit=use.unit,
         )
     return table
+
+
+def _psi_min(rows: RunLog, use: BarrierUse, record: BarrierRecord) -> float | None:
+    if not use.seen_anew:
+        return _finite(record.psi_min)
+    psi = psi_along_log(rows, use)
+    return _statistic(np.min, psi[np.isfinite(psi)])
 
 
 def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:

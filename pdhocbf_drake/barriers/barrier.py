@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Sequence
+from copy import copy
 from math import lcm
 from typing import Any
 
@@ -141,6 +142,12 @@ class AffineBarrier(Barrier):
     def normals(self, k: int, count: int) -> NDArray[np.float64]:
         """n_k, …, n_{k+count−1}, shape (count, n)."""
         return repeated(self._normals, k, count)
+
+    def with_class_k(self, class_k: Sequence[ClassK | float]) -> AffineBarrier:
+        """The same h with as many other class-K functions."""
+        other = copy(self)
+        other.class_k = tuple(as_class_k(alpha) for alpha in class_k)
+        return other
 
     def check_fits(self, states: int) -> None:
         """Raises `InputError`, with both numbers, unless the system has as many states as the normal has entries."""

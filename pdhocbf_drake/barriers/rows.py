@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,12 +56,22 @@ class Rows(NamedTuple):
 
 
 def affine_rows(
-    barrier: AffineBarrier, system: PeriodicAffineSystem, k: int, horizon: int, along: AlongNormals | None = None
+    barrier: AffineBarrier,
+    system: PeriodicAffineSystem,
+    k: int,
+    horizon: int,
+    along: AlongNormals | None = None,
+    restarts: Sequence[int] = (),
 ) -> Rows:
     """The rows of ψ_m(k), …, ψ_m(k+H−m); they depend on k only through its phase.
 
+    Where h jumps because it is seen anew, the recursion starts again: by Theorem 1 ψ_i(k+t) ≥ 0 for i < m, and ψ_m ≥ 0
+    from there on, keep h ≥ 0. They take the place of the rows that would compare h before and after the jump: each row
+    is the ψ of the highest order up to m that ends at its last tick and begins no earlier than the jump.
+
     Args:
         along: result of `along_normals` for these normals, system, k and horizon, if the caller has it; not checked.
+        restarts: the t at which h is seen anew, from 1 to H, ascending.
 
     Raises:
         InputError: the horizon is shorter than m, the class-K functions are not linear, the barrier's normal has
@@ -74,9 +85,14 @@ def affine_rows(
     barrier.check_fits(system.n)
     on_state, on_inputs, offset = along or along_normals(barrier.normals(k, horizon + 1), system, k, horizon)
     # Row i of `shifts` holds the coefficients of h(k+i), …, h(k+i+m).
-    shifts = np.zeros((horizon - order + 1, horizon + 1))
-    for i, coefficient in enumerate(psi_coefficients(linear_rates(barrier))):
+    shifts, rates = np.zeros((horizon - order + 1, horizon + 1)), linear_rates(barrier)
+    for i, coefficient in enumerate(psi_coefficients(rates)):
         np.fill_diagonal(shifts[:, i:], barrier.sign * coefficient)
+    for start in restarts:
+        for last in range(max(start, order), min(start + order, horizon + 1)):
+            row = shifts[last - order]
+            row[:] = 0.0
+            row[start : last + 1] = barrier.sign * psi_coefficients(rates[: last - start])
     rows = Rows(-shifts @ on_state, -shifts @ on_inputs, shifts, -shifts @ offset)
     if not all(np.all(np.isfinite(part)) for part in rows):  # Drake would end the process
         raise InputError(f"{where}: the rows over {horizon} ticks are too large for floating point")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
 from functools import lru_cache
+from math import lcm
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class AxisProblem:
         places: where each parameter lies in θ, by name.
         size: length of θ.
         row_kinds: what holds for the rows of each name.
+        period: after how many ticks its programs repeat: a step, or a gait where a term says so.
     """
 
     def __init__(self, setting: Setting, kinds: Sequence[type[Term]] = TERMS) -> None:
@@ -39,6 +41,7 @@ class AxisProblem:
             sizes |= term.sizes
             self.row_kinds |= term.row_kinds
         self.places = layout(sizes)
+        self.period = lcm(setting.gait.period, *(term.period for term in terms))
         self.size = sum(sizes.values())
         for term in self.terms:
             term.places = {name: self.places[name] for name in term.sizes}
@@ -66,17 +69,17 @@ class AxisProblem:
         other._settle(self.setting, [change(term) for term in self.terms])
         return other
 
-    def write(self, phase: int) -> AxisProgram:
-        """The program for ticks with this phase."""
+    def write(self, tick: int) -> AxisProgram:
+        """The program for this tick of a gait."""
         setting = self.setting
-        program = AxisProgram(setting.gait, setting.vhip, phase, setting.config.horizon, self.places)
+        program = AxisProgram(setting.gait, setting.vhip, tick, setting.config.horizon, self.places)
         for term in self.terms:
             term.write(program)
         return program
 
-    def compile(self, phase: int) -> ParametricQp:
+    def compile(self, tick: int) -> ParametricQp:
         """The same, compiled."""
-        program = self.write(phase)
+        program = self.write(tick)
         return compile_program(program.prog, program.decisions, program.parameters)
 
     def theta(self, tick: Tick) -> np.ndarray:
@@ -102,21 +105,21 @@ class AxisProblem:
         counts = [count for term in self.terms if (count := term.slacks)]
         return np.cumsum([0, *counts])[: len(counts)]
 
-    def guess_rows(self, qps: Sequence[ParametricQp], phase: int) -> np.ndarray:
-        """For each row of `qps[phase]`, the row of the phase before that was about the same instant or step, (m,).
+    def guess_rows(self, qps: Sequence[ParametricQp], tick: int) -> np.ndarray:
+        """For each row of `qps[tick]`, the row of the tick before that was about the same instant or step, (m,).
 
         The i-th row of a name over the horizon is about tick k + i, so that a tick ago it was the next one; the last,
         which is new, takes over from its neighbour. Rows about coming steps move at a new step only.
         """
         before: dict[str, list[int]] = {}
-        for row, name in enumerate(qps[phase - 1].names):
+        for row, name in enumerate(qps[tick - 1].names):
             before.setdefault(name, []).append(row)
         count: dict[str, int] = {}
-        names = qps[phase].names
-        rows = np.arange(len(names)) % max(len(qps[phase - 1].names), 1)
+        names = qps[tick].names
+        rows = np.arange(len(names)) % max(len(qps[tick - 1].names), 1)
         for row, name in enumerate(names):
             place = count[name] = count.get(name, -1) + 1
-            moved = phase == 0 or self.row_kinds[name].moves == "tick"
+            moved = tick % self.setting.gait.period == 0 or self.row_kinds[name].moves == "tick"
             if name in before:
                 rows[row] = before[name][min(place + moved, len(before[name]) - 1)]
         return rows

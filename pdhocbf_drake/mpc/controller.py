@@ -27,6 +27,7 @@ from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
+from pdhocbf_drake.walking.walk_barrier import BoundSamples
 
 Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
 
@@ -40,7 +41,7 @@ class PeriodicMpc:
         terminal: the terminal sets (20f) of the axes, by axis; none where the tail is demanded instead.
         commanded: the steps that the gait commands.
         problems: problem (36) of both axes, which fill θ.
-        qps, solvers: `qps[axis][phase]`, the compiled programs, and what solves them.
+        qps, solvers: `qps[axis][k % len(qps[axis])]`, the compiled programs at tick k, and what solves them.
         rungs: what is solved where these have no solution, see `mpc.programs`.
         constraints: what a plan may miss on each axis, with its unit, in the order of `Plan.unmet`.
         recovery: the same for a disturbed walk, if the scenario has one.
@@ -107,11 +108,6 @@ class PeriodicMpc:
             self.recovery.rows = self.rows
         self._kept: dict[Hashable, PeriodicMpc] = {}
         self._rows_of_barriers: dict[tuple[int, int], list[np.ndarray]] = {}
-        # One period and a horizon of each bound, so that the samples from any tick on stand in one piece.
-        self._bounds = [
-            (b.name, b.bound.period, b.bound.samples(0, b.bound.period + config.horizon + 1))
-            for b in (*barriers[0], *barriers[1])
-        ]
 
     def _read(self, gait: Gait) -> None:
         """Reads commanded steps from a gait, as the problems of both axes do."""
@@ -119,6 +115,8 @@ class PeriodicMpc:
         self.gait = gait
         self.commanded = CommandedSteps(gait, config.horizon, config.zmp_margin)
         self.problems = [AxisProblem(self._setting(axis), self._kinds) for axis in (0, 1)]
+        barriers, count = (*self.barriers[0], *self.barriers[1]), config.horizon + 1
+        self._bounds = {barrier.name: BoundSamples(barrier, gait, count) for barrier in barriers}
 
     def _setting(self, axis: int) -> Setting:
         barriers, terminal = tuple(self.barriers[axis]), self.terminal.get(axis)
@@ -134,8 +132,7 @@ class PeriodicMpc:
 
     def bounds(self, tick: int) -> dict[str, np.ndarray]:
         """V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,) [unit of h]."""
-        count = self.config.horizon + 1
-        return {name: samples[tick % period :][:count] for name, period, samples in self._bounds}
+        return {name: samples(tick) for name, samples in self._bounds.items()}
 
     def ended_by(self, last_step: float) -> PeriodicMpc:
         """This problem, or where a last step has been set (not −1), that of the walk that ends there."""
@@ -206,14 +203,14 @@ class PeriodicMpc:
         """`solve` in the axes of the stance foot."""
         if recovering and self.recovery is not None:
             return self.recovery._solve(tick, state, stance, bounds, offset, last).of_disturbed(Reason.RECOVERING)
-        given, phase = self.given(tick, state, stance, bounds, offset, last), tick % self.gait.period
+        given = self.given(tick, state, stance, bounds, offset, last)
         same = last is not None and last.recovering == (self.config.stability == "paid")
         thetas = [problem.theta(given) for problem in self.problems]
         guesses = last.active if last is not None and same else (None, None)
-        results = solve_axes([self.solvers[0][phase], self.solvers[1][phase]], thetas, guesses)
+        results = solve_axes([axis[tick % len(axis)] for axis in self.solvers], thetas, guesses)
         if results[0].ok and results[1].ok:
             return self._plan(tick, results, Reason.SOLVED)
-        rungs = [self._descend(axis, phase, thetas[axis], results[axis]) for axis in (0, 1)]
+        rungs = [self._descend(axis, tick, thetas[axis], results[axis]) for axis in (0, 1)]
         results, reasons = (rungs[0][0], rungs[1][0]), [why for _, why in rungs]
         reason = max(reasons)
         if reason == Reason.NO_STEADY_PLAN and self.recovery is not None:
@@ -254,23 +251,24 @@ class PeriodicMpc:
     def _acting(self, tick: int, results: Sequence[QpResult], slacks: np.ndarray) -> np.ndarray:
         """`Plan.acting`; on a lower rung, whose rows are others, of the barriers whose slack is noticed."""
         acting = (slacks > NOTICED).astype(float)
-        place, phase = 0, tick % self.gait.period
+        place = 0
         for axis, result in enumerate(results):
             if not self.barriers[axis]:
                 continue
-            own = self._barrier_rows(axis, phase)
-            if len(result.active) == len(self.qps[axis][phase].names):
+            own = self._barrier_rows(axis, tick)
+            if len(result.active) == len(self._qp(axis, tick).names):
                 acting[place : place + len(own)] = [result.active[rows].any() for rows in own]
             place += len(own)
         return acting
 
-    def _barrier_rows(self, axis: int, phase: int) -> list[np.ndarray]:
-        """Places of the rows of each barrier of an axis in its program."""
-        if (axis, phase) not in self._rows_of_barriers:
-            names = np.array(self.qps[axis][phase].names)
+    def _barrier_rows(self, axis: int, tick: int) -> list[np.ndarray]:
+        """Places of the rows of each barrier of an axis in its program at tick k."""
+        place = axis, tick % len(self.qps[axis])
+        if place not in self._rows_of_barriers:
+            names = np.array(self._qp(axis, tick).names)
             rows = [np.flatnonzero(names == f"barrier {barrier.name}") for barrier in self.barriers[axis]]
-            self._rows_of_barriers[axis, phase] = rows
-        return self._rows_of_barriers[axis, phase]
+            self._rows_of_barriers[place] = rows
+        return self._rows_of_barriers[place]
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
         """Flags for the longest program of this axis: rows that this phase, or a lower rung, lacks are inactive."""
@@ -279,7 +277,7 @@ class PeriodicMpc:
             return np.zeros(self.rows[axis])
         return np.concatenate([active, np.zeros(missing)]) if missing else active
 
-    def _descend(self, axis: int, phase: int, theta: np.ndarray, result: QpResult) -> tuple[QpResult, Reason]:
+    def _descend(self, axis: int, tick: int, theta: np.ndarray, result: QpResult) -> tuple[QpResult, Reason]:
         """The first rung from the scenario's own problem down that has a solution, and the reason to log for it."""
         if result.ok:
             return result, Reason.SOLVED
@@ -288,23 +286,26 @@ class PeriodicMpc:
                 continue  # it has been proved that there is no solution
             if rung.reason == Reason.RELAXED and result.infeasible and self.recovery is not None:
                 return result, Reason.NO_STEADY_PLAN  # rather than a steady walk that misses its tail
-            result = rung.solver(axis, phase).solve(theta)
+            result = rung.solver(axis, tick).solve(theta)
             if result.ok:
                 return result, rung.reason
         return result, Reason.INFEASIBLE if result.infeasible else Reason.NOT_OPTIMAL
 
     def _unmet(self, plan: Plan, thetas: Sequence[np.ndarray], reasons: Sequence[Reason]) -> np.ndarray:
         """`Plan.unmet`: what each axis' own program demands and the plan misses, besides what it misses already."""
-        unmet, phase = plan.unmet.copy(), plan.tick % self.gait.period
+        unmet = plan.unmet.copy()
         for axis, why in enumerate(reasons):
             decisions = None
             if why in (Reason.RELAXED, Reason.NO_STEADY_PLAN):
                 decisions = np.concatenate([plan.inputs[axis], plan.footholds[axis]])
             elif why != Reason.INFEASIBLE:
                 continue
-            missed = self.problems[axis].missed(self.qps[axis][phase], thetas[axis], decisions)
+            missed = self.problems[axis].missed(self._qp(axis, plan.tick), thetas[axis], decisions)
             unmet[axis] = np.maximum(unmet[axis], missed)
         return unmet
+
+    def _qp(self, axis: int, tick: int) -> ParametricQp:
+        return self.qps[axis][tick % len(self.qps[axis])]
 
     def _fallback(self, tick: int, state: np.ndarray, stance: np.ndarray, last: Plan | None, reason: Reason) -> Plan:
         """The last plan shifted by a tick, its first input repeated at the end as in (32), its next ZMP in the box."""

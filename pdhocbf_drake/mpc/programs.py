@@ -55,7 +55,10 @@ class OnDemand(Sequence[T], Generic[T]):
 
 
 class Compiled(NamedTuple):
-    """One axis: a program and its solver for each phase of the step, and how many rows the program has."""
+    """One axis: a program and its solver for each tick of the step, and how many rows the program has.
+
+    For each tick of the gait where its two steps differ.
+    """
 
     qps: Sequence[ParametricQp]
     solvers: Sequence[QpSolver]
@@ -137,7 +140,7 @@ class _Constants(Mapping[str, np.ndarray]):
 
 def _compiled(problem: AxisProblem, kept: Sequence[Mapping[str, np.ndarray]] | None) -> Compiled:
     """The programs of one axis, whose solvers are made from what is kept, if there is anything."""
-    count, name = problem.setting.gait.period, problem.setting.config.solver
+    count, name = problem.period, problem.setting.config.solver
     qps = OnDemand(count, problem.compile)
 
     def source(phase: int) -> tuple[ParametricQp, Sequence[str], np.ndarray]:
@@ -173,15 +176,17 @@ class Rung:
         """
         self.reason = reason
         self._problems, self._solver = problems, solver
-        self._qps = qps or [OnDemand(problem.setting.gait.period, problem.compile) for problem in problems]
+        self._qps = qps or [OnDemand(problem.period, problem.compile) for problem in problems]
         self._solvers: dict[tuple[int, int], QpSolver] = {}
 
-    def solver(self, axis: int, phase: int) -> QpSolver:
-        """The solver of this problem."""
-        if (axis, phase) not in self._solvers:
+    def solver(self, axis: int, tick: int) -> QpSolver:
+        """The solver of this problem at tick k."""
+        qps = self._qps[axis]
+        place = axis, tick % len(qps)
+        if place not in self._solvers:
             problem = self._problems[axis]
-            self._solvers[axis, phase] = make_solver(self._solver, self._qps[axis][phase], problem.bound_rows)
-        return self._solvers[axis, phase]
+            self._solvers[place] = make_solver(self._solver, qps[place[1]], problem.bound_rows)
+        return self._solvers[place]
 
 
 def rungs_of(problems: Sequence[AxisProblem], qps: Sequence[Sequence[ParametricQp]]) -> list[Rung]:

@@ -10,11 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from pdhocbf_drake.barriers import (
-    AffineBarrier,
     Bound,
     check_in_safe_set,
     check_relative_degree,
-    make_barrier,
     make_bound,
 )
 from pdhocbf_drake.config import parse_config
@@ -32,6 +30,7 @@ from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.quantities import Quantity
 from pdhocbf_drake.walking.vhip import Vhip
+from pdhocbf_drake.walking.walk_barrier import WalkBarrier, make_walk_barrier
 
 _COMPLETE = "complete"  # a name among what is kept of a walk
 AT_REST = np.zeros((2, 3))  # [c, v, p] per axis from the middle between the feet
@@ -50,7 +49,7 @@ class Walk:
     vhip: Vhip
     mpc: PeriodicMpc
     quantities: tuple[Quantity, ...]
-    barriers: tuple[AffineBarrier, ...]
+    barriers: tuple[WalkBarrier, ...]
 
     @property
     def at_rest(self) -> np.ndarray:
@@ -134,10 +133,10 @@ def _built(scenario: Scenario, parts: WalkParts) -> Walk:
             with _naming(name):
                 gait_of(scenario, stride)
             nominal = parts.nominal_walk(scenario, stride)
-        barriers.append(_barrier(name, config, vhip, nominal))
+        barriers.append(_barrier(name, config, gait, vhip, nominal))
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)
-    quantities = tuple(config.quantity for config in scenario.barriers.values())
+    quantities = tuple(config.bounded for config in scenario.barriers.values())
     groups = tuple([b for q, b in zip(quantities, barriers, strict=True) if q.axis == axis] for axis in (0, 1))
     terminal = None
     if scenario.mpc.terminal_set is not None:
@@ -147,22 +146,36 @@ def _built(scenario: Scenario, parts: WalkParts) -> Walk:
     return Walk(gait, vhip, mpc, quantities, tuple(barriers))
 
 
-def _barrier(name: str, config: WalkBarrierConfig, vhip: Vhip, nominal: np.ndarray | None) -> AffineBarrier:
+def _barrier(name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nominal: np.ndarray | None) -> WalkBarrier:
     """One barrier; `nominal` is the nominal walk (2, 2N, 3) that its bound follows, None for other bounds."""
-    quantity = config.quantity
+    quantity = config.bounded
     with _naming(name):
-        orbit = None if nominal is None else quantity.orbit(nominal, vhip)
-        bound = make_bound(config.bound, quantity.period(vhip.period), orbit, config.side)
+        orbit = None if nominal is None else quantity.orbit(nominal, vhip, gait.config, config.side)
+        bound = _bound(config, quantity.period(vhip.period), gait.config.ticks_per_gait, orbit)
         farthest = max(bound.values, key=abs)
         if abs(farthest) > quantity.largest:
             raise InputError(f"a bound may be {quantity.largest:g} {quantity.unit} at most, this one is {farthest:g}")
-    barrier = make_barrier(name, config, quantity.normals(vhip), bound)
+    at_rest = config.quantity is not None
+    barrier = make_walk_barrier(name, config, vhip, gait, bound, at_rest)
     check_relative_degree(barrier, vhip.system)
-    try:
-        check_in_safe_set(barrier, vhip.system, 0, AT_REST[quantity.axis])
-    except InputError as error:
-        raise InputError(f"{error}{_rest_hint(config.side, bound)}") from None
+    if not at_rest:
+        try:
+            check_in_safe_set(barrier, vhip.system, 0, AT_REST[quantity.axis])
+        except InputError as error:
+            raise InputError(f"{error}{_rest_hint(config.side, bound)}") from None
     return barrier
+
+
+def _bound(config: WalkBarrierConfig, period: int, gait: int, orbit: np.ndarray | None) -> Bound:
+    """The bound of a quantity that repeats after `period` ticks; a table may also repeat after a gait."""
+    values = config.bound.values or ()
+    if config.bound.kind == "tabulated" and len(values) != gait and period % len(values):
+        step = gait // 2
+        raise InputError(
+            f"the tabulated bound has {len(values)} values, but a bound repeats after a step of {step} ticks or after "
+            f"two: give {step} or {gait}, or a divisor of {period}"
+        )
+    return make_bound(config.bound, gait if len(values) == gait else period, orbit, config.side)
 
 
 @contextmanager
@@ -185,7 +198,8 @@ def _rest_hint(side: str, bound: Bound) -> str:
 
 def gait_of(scenario: Scenario, stride: float) -> Gait:
     """The scenario's gait with another stride, a short stand before it and no end; raises `InputError`."""
-    standing = min(scenario.gait.start_steps, 2)  # the orbit does not depend on how long the robot stood before
+    begin = scenario.gait.start_steps  # the orbit depends on whether even steps are left or right stances, and no more
+    standing = min(begin, 2 - begin % 2)
     changes = {"stride": stride, "walk_steps": None, "start_steps": standing}
     return Gait(parse_config(GaitConfig, scenario.gait.model_dump() | changes, "gait"))
 

@@ -58,7 +58,7 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
     if walk.gait.turns:
         wiring.add("path_reference", PathReference(walk.gait))
     if walk.barriers:
-        schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait.period, walk.mpc.config.horizon, walk.gait.turns)
+        schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait, walk.mpc.config.horizon)
         wiring.add("barrier_schedule", unbundled(schedule))
     controller = MpcController(walk.mpc, walk.at_rest, walk.gait.feet_at_start, walk.names, latency)
     return wiring.add("mpc_controller", unbundled(controller))
@@ -73,7 +73,8 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     if path:
         wiring.connect(wiring.port("path").get_system(), "gait_phase", "last_step", "resumed")
     if walk.barriers:
-        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *path)
+        stance = ["stance_plan"] * any(barrier.from_stance for barrier in walk.barriers)
+        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *stance, *path)
         wiring.connect(controller, "barrier_bound")
         wiring.log("barrier_bound", "h", "barrier_slack", "barrier_active")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")

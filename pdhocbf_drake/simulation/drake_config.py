@@ -6,8 +6,10 @@ which refuses for example an unknown contact model, unless it differs from the d
 
 from __future__ import annotations
 
+import json
 import math
-from importlib.metadata import PackageNotFoundError, version
+from functools import cache, lru_cache
+from importlib import metadata
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import yaml
@@ -60,6 +62,7 @@ _BESIDES: Final[dict[str, dict[Part, dict[str, Any]]]] = {
     "1.51.1": {"plant": {}, "simulator": {"publish_every_time_step": False}},
     "1.58.0": {"plant": {}, "simulator": {}},
 }
+version = cache(metadata.version)  # it searches the installed files
 _WORDS: Final = {bool: "true or false", str: "a name"}  # what a key with a default of that type takes; else a number
 
 
@@ -103,7 +106,7 @@ def defaults(part: Part) -> dict[str, Any]:
     """Every key of a config with its default, where none is chosen Drake's."""
     try:
         besides = _BESIDES.get(version("drake"))
-    except PackageNotFoundError:  # built from source
+    except metadata.PackageNotFoundError:  # built from source
         besides = None
     return asked_defaults(part) if besides is None else _COMMON[part] | besides[part]
 
@@ -134,11 +137,17 @@ def _completed(part: Part, data: dict[str, Any]) -> tuple[dict[str, Any], set[st
 
 
 def _try(part: Part, data: dict[str, Any]) -> None:
+    _tried(part, json.dumps(data))
+
+
+@lru_cache(maxsize=64)  # it takes milliseconds, and the runs of a campaign have most configs in common
+def _tried(part: Part, text: str) -> None:
     from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
     from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
     from pydrake.systems.framework import DiagramBuilder
     from pydrake.systems.primitives import ConstantVectorSource
 
+    data = json.loads(text)
     try:
         if part == "plant":
             AddMultibodyPlant(MultibodyPlantConfig(**data), DiagramBuilder())

@@ -6,14 +6,17 @@ from collections.abc import Sequence
 from math import lcm
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.systems.kernels import write_h
 from pdhocbf_drake.systems.signals import places, size, sizes
+from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.frame import rotation
+from pdhocbf_drake.walking.walk_barrier import BoundSamples, WalkBarrier
 
 (_YAW,) = places("path", "yaw")
+_NOW = places("stance_plan", "x_now", "y_now")
 
 
 class BarrierSchedule(LeafSystem):
@@ -22,6 +25,7 @@ class BarrierSchedule(LeafSystem):
     Input ports:
         gait_phase (3), lip_state (6): as in `systems.signals`.
         path (7): likewise, of a walk that turns: h is then seen along the heading of the stance foot.
+        stance_plan (8): likewise; only where a barrier bounds a quantity that is seen from the stance foot.
     Output parts, see `unbundled`:
         barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [unit of the barrier].
         h (n_b): each barrier on the measured state, eq. (25) [unit of the barrier].
@@ -29,43 +33,49 @@ class BarrierSchedule(LeafSystem):
     Args:
         axes: 0 (x) or 1 (y) for each barrier.
         barriers: their normals act on [c, v, p] of that axis.
-        ticks_per_step: N, to count ticks from step and phase.
+        gait: the walk, to count ticks from step and phase and to see where it starts and ends.
         horizon: H [ticks].
-        turns: whether the walk may turn.
     """
 
-    def __init__(
-        self, axes: Sequence[int], barriers: Sequence[AffineBarrier], ticks_per_step: int, horizon: int,
-        turns: bool = False,
-    ) -> None:  # fmt: skip
+    def __init__(self, axes: Sequence[int], barriers: Sequence[AffineBarrier], gait: Gait, horizon: int) -> None:
         super().__init__()
         self.parts = sizes("barrier_bound", "h", barriers=len(barriers), horizon=horizon)
-        self._barriers = tuple(barriers)
-        self._n, self._count = ticks_per_step, horizon + 1
+        self._n, self._count = gait.period, horizon + 1
         for barrier in barriers:
             barrier.check_fits(3)  # the kernel checks no index
-        # One period and a horizon of each bound, so that the samples from any tick on are one slice.
-        self._samples = [b.bound.samples(0, b.bound.period + self._count) for b in self._barriers]
-        self._signs = np.array([float(b.sign) for b in self._barriers])
-        self._axes, cycle = np.array(axes), lcm(*(b.normal_period for b in self._barriers))
-        self._normals = np.stack([b.normals(0, cycle) for b in self._barriers], axis=1)  # (cycle, n_b, 3)
+        self._samples = [BoundSamples(barrier, gait, self._count) for barrier in barriers]
+        self._signs = np.array([float(b.sign) for b in barriers])
+        self._axes, cycle = np.array(axes), lcm(*(b.normal_period for b in barriers))
+        self._normals = np.stack([b.normals(0, cycle) for b in barriers], axis=1)  # (cycle, n_b, 3)
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         prerequisites = {self._phase.ticket(), self._lip.ticket()}
-        self._path = self.DeclareVectorInputPort("path", size("path")) if turns else None
+        self._path = self.DeclareVectorInputPort("path", size("path")) if gait.turns else None
         if self._path is not None:
             prerequisites.add(self._path.ticket())
+        # Which of x and y is the stance's place that each barrier sees; the last of three numbers, 0, for none.
+        self._seen_from, self._on_ground = np.full(len(barriers), 2), np.zeros(len(barriers))
+        self._stance: InputPort | None = None
+        for i, barrier in enumerate(barriers):
+            if isinstance(barrier, WalkBarrier) and barrier.from_stance:
+                self._seen_from[i] = axes[i]
+        if np.any(self._seen_from < 2):
+            self._stance = self.DeclareVectorInputPort("stance_plan", size("stance_plan"))
+            prerequisites.add(self._stance.ticket())
         self.DeclareVectorOutputPort("bounds_and_h", sum(self.parts.values()), self._calc, prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         phase, step, _ = self._phase.Eval(context).tolist()
         tick, count = round(step * self._n + phase), self._count
-        starts = [tick % barrier.bound.period for barrier in self._barriers]
-        bounds = [samples[i : i + count] for i, samples in zip(starts, self._samples, strict=True)]
-        values = np.concatenate([*bounds, self._signs])  # the signs are overwritten with h
+        # The signs are overwritten with h.
+        values = np.concatenate([*(samples(tick) for samples in self._samples), self._signs])
         normals = self._normals[tick % len(self._normals)]
-        state = self._lip.Eval(context)
+        stances, state = self._on_ground, self._lip.Eval(context)
+        here = None if self._stance is None else self._stance.Eval(context)[_NOW]
         if self._path is not None:
-            state = (rotation(-self._path.Eval(context)[_YAW]) @ state.reshape(2, 3)).ravel()
-        write_h(self._signs, self._axes, normals, count, state, values)
+            seen = rotation(-self._path.Eval(context)[_YAW])
+            state, here = (seen @ state.reshape(2, 3)).ravel(), None if here is None else seen @ here
+        if here is not None:
+            stances = np.append(here, 0.0)[self._seen_from]
+        write_h(self._signs, self._axes, normals, stances, count, state, values)
         output.SetFromVector(values)

@@ -9,6 +9,7 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier, Linear, affine_rows
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Setting, Term, Tick
+from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 
 
 class BarrierTerm(Term):
@@ -16,6 +17,9 @@ class BarrierTerm(Term):
 
     A soft barrier has a slack_i ≥ 0 for each row, at the price `mpc.slack_weight`: linear · slack + quadratic · slack².
     A hard one has none.
+
+    A barrier on a quantity that is seen from the stance foot has a column for each coming foothold, a decision. Where
+    another foot becomes the stance, and h is seen anew, the recursion starts again, see `affine_rows`.
 
     Parameters: bound_NAME, the samples V̄(k) … V̄(k+H), (H + 1,) [unit of h].
     """
@@ -25,6 +29,7 @@ class BarrierTerm(Term):
     def __init__(self, setting: Setting, barrier: AffineBarrier, soft: bool) -> None:
         super().__init__(setting)
         self.barrier, self._soft = barrier, soft
+        self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.quantity.seen_anew
         self._part, self._name = f"bound_{barrier.name}", f"barrier {barrier.name}"
 
     @classmethod
@@ -47,20 +52,41 @@ class BarrierTerm(Term):
     @property
     def key(self) -> Hashable:
         b = self.barrier
-        return super().key, self._soft, b.name, b.normal.tobytes(), b.sign, b.class_k, b.relative_degree
+        gains = _foot_gains(b, 0, b.normal_period).tobytes()
+        return (
+            super().key,
+            self._soft,
+            b.name,
+            b.normal.tobytes(),
+            b.sign,
+            b.class_k,
+            b.relative_degree,
+            gains,
+            self._seen_anew,
+        )
+
+    @property
+    def period(self) -> int:
+        return self.barrier.normal_period
 
     def write(self, program: AxisProgram) -> None:
         barrier, horizon = self.barrier, program.horizon
-        normals = barrier.normals(program.phase, horizon + 1)[:, None]
+        normals = barrier.normals(program.tick, horizon + 1)[:, None]
         along = (normals @ program.phi)[:, 0], (normals @ program.gamma)[:, 0], np.zeros(horizon + 1)
-        psi = affine_rows(barrier, self.setting.vhip.system, program.phase, horizon, along)
+        restarts = range(program.period - program.phase, horizon + 1, program.period) if self._seen_anew else ()
+        psi = affine_rows(barrier, self.setting.vhip.system, program.tick, horizon, along, restarts)
         keep = psi.reachable  # the others are facts about the present that no input changes
         rows = int(np.count_nonzero(keep))
         count = rows if self._soft else 0
         slack = program.new_slacks(count, f"slack_{barrier.name}")
-        lhs = np.hstack([psi.inputs[keep], psi.state[keep], psi.bounds[keep], np.eye(rows, count)])
-        variables = np.concatenate([program.u, program.part["state"], program.part[self._part], slack])
-        program.at_least(lhs, variables, self._name, -psi.constant[keep])
+        gains = _foot_gains(barrier, program.tick, horizon + 1)
+        parts = [psi.inputs, psi.state, psi.bounds]
+        variables = [program.u, program.part["state"], program.part[self._part]]
+        if np.any(gains):  # in the world the stance foot adds to the bound
+            parts.append(psi.bounds @ (gains[:, None] * program.stances))
+            variables.append(program.feet)
+        lhs = np.hstack([*(part[keep] for part in parts), np.eye(rows, count)])
+        program.at_least(lhs, np.concatenate([*variables, slack]), self._name, -psi.constant[keep])
         if self._soft:
             linear, quadratic = self.setting.config.slack_weight
             program.price(2.0 * quadratic * np.eye(count), slack, "slack", np.full(count, linear))
@@ -76,8 +102,11 @@ class BarrierTerm(Term):
 
     def relaxed(self) -> Term:
         """Soft, and with γ = 1 throughout: ψ_m ≥ 0 then says no more than h(k + m) ≥ 0."""
-        b = self.barrier
-        undecayed = AffineBarrier(b.name, b.normal, b.bound, b.sign, [Linear(1.0)] * b.order, b.unit, b.relative_degree)
-        other = BarrierTerm(self.setting, undecayed, True)
+        other = BarrierTerm(self.setting, self.barrier.with_class_k([Linear(1.0)] * self.barrier.order), True)
         other.places = self.places
         return other
+
+
+def _foot_gains(barrier: AffineBarrier, k: int, count: int) -> np.ndarray:
+    """What a metre of the stance foot's place adds to V̄(k), …; nothing where the barrier is one in the world."""
+    return barrier.foot_gains(k, count) if isinstance(barrier, WalkBarrier) else np.zeros(count)

@@ -16,17 +16,20 @@ class AxisProgram:
 
     Attributes:
         prog: what is written.
-        phase: tick of the step at which the plan begins.
-        horizon: H [ticks].
+        tick, phase: tick of the gait, and of the step, at which the plan begins.
+        period, horizon: N and H [ticks].
         u, f: ZMP velocities and footholds.
         part: the parameters by name, as variables.
         feet: [last, this, coming stance centres].
         weights: of the box centre in `feet`, see `SupportRegion.weights`, (H, n_f + 2).
+        stances: which of `feet` is the stance at k + i, i = 0 … H: 1 for that one, else 0, (H + 1, n_f + 2).
         phi, gamma: Φ, Γ with [c, v, p](k + i) = Φ_i [c, v, p](k) + Γ_i u, see `Vhip.prediction`.
     """
 
-    def __init__(self, gait: Gait, vhip: Vhip, phase: int, horizon: int, places: dict[str, slice]) -> None:
-        self.phase, self.horizon = phase, horizon
+    def __init__(self, gait: Gait, vhip: Vhip, tick: int, horizon: int, places: dict[str, slice]) -> None:
+        self.period = gait.period
+        phase = tick % gait.period
+        self.tick, self.phase, self.horizon = tick, phase, horizon
         self.prog = MathematicalProgram()
         self.u = self.prog.NewContinuousVariables(horizon, "u")
         self.f = self.prog.NewContinuousVariables(horizon // gait.period, "f")
@@ -35,6 +38,7 @@ class AxisProgram:
         self.feet = np.concatenate([self.part["stance"], self.f])
         self.phi, self.gamma = vhip.prediction(phase, horizon)
         self.weights = gait.region.weights(phase, horizon, len(self.f))
+        self.stances = np.eye(len(self.feet))[1 + (phase + np.arange(horizon + 1)) // gait.period]
         self._slacks: list[np.ndarray] = []
 
     @property

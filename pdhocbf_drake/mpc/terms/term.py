@@ -131,6 +131,11 @@ class Term:
         return 0
 
     @property
+    def period(self) -> int:
+        """After how many ticks its rows repeat: a divisor of a step, or a gait where the two steps of one differ."""
+        return 1
+
+    @property
     def key(self) -> Hashable:
         """What its rows depend on besides gait, template and config, so that equal problems are compiled once."""
         return type(self), None if self.axes_alike else self.axis

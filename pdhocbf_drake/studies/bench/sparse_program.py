@@ -7,8 +7,10 @@ from pydrake.solvers import MathematicalProgram
 
 from pdhocbf_drake.barriers import affine_rows
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.qp import ParametricQp, compile_program
 from pdhocbf_drake.simulation.build import Walk
+from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 
 
 def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
@@ -20,6 +22,12 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
     mpc, gait, vhip = walk.mpc, walk.gait, walk.vhip
     config, horizon, n_f = mpc.config, mpc.config.horizon, mpc.footholds
     barriers = mpc.barriers[axis]
+    for barrier in barriers:
+        if isinstance(barrier, WalkBarrier) and barrier.quantity.seen_anew:
+            raise InputError(
+                f'barrier "{barrier.name}": other solvers are compared on barriers that do not change with the stance '
+                f"foot, given one on {barrier.quantity.name}"
+            )
     soft = bool(barriers) and config.barrier == "soft"
     problem = mpc.problems[axis]
     prog = MathematicalProgram()

@@ -17,7 +17,12 @@ from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.certify.psi_rows import psi_system
-from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate, com_reach, stepping_template
+from pdhocbf_drake.studies.shared.stepping_template import (
+    SteppingTemplate,
+    com_reach,
+    is_input_limit,
+    stepping_template,
+)
 from pdhocbf_drake.walking import Gait
 
 """Stages of `certify_scenario`: the walk, then the sets along x and y."""
@@ -48,16 +53,21 @@ class AxisCertificate:
     """The certified sets of one axis.
 
     Attributes:
-        template: the dynamics and limits.
+        template: the dynamics and limits, input limits included.
         unbounded: the set without barriers, from which one can walk on for ever.
         kept: the set under all barriers of this axis together.
         bounds: each barrier by itself.
+        input_limits: the barriers on the ZMP, which are limits of an input here and no barriers.
+        left_out: those of them that no ZMP in its box keeps for every step that may have been chosen, so that they
+            are not among the limits.
     """
 
     template: SteppingTemplate
     unbounded: InvariantSet
     kept: InvariantSet
     bounds: tuple[BoundCertificate, ...]
+    input_limits: tuple[AffineBarrier, ...] = ()
+    left_out: tuple[AffineBarrier, ...] = ()
 
     def section(self, phase: int, sets: InvariantSet | None = None) -> Polytope | None:
         """The set in (c, v) at a phase, by default under all barriers; see `SteppingTemplate.section`."""
@@ -103,6 +113,13 @@ def certify_axis(
     Raises:
         InputError: a barrier that can't be certified here, or sets that don't converge.
     """
+    counted: list[AffineBarrier] = []
+    left_out: list[AffineBarrier] = []
+    for limit in filter(is_input_limit, barriers):
+        limited = template.with_input_limit(limit)
+        template = limited or template
+        (counted if limited else left_out).append(limit)
+    barriers = [barrier for barrier in barriers if not is_input_limit(barrier)]
     unbounded = invariant_set(template.system, template.states, template.inputs)
     bounds = tuple(
         BoundCertificate(
@@ -117,7 +134,7 @@ def certify_axis(
         kept = bounds[0].kept if bounds else unbounded
     else:
         kept = invariant_set(template.system, template.with_barriers(barriers), template.inputs)
-    return AxisCertificate(template, unbounded, kept, bounds)
+    return AxisCertificate(template, unbounded, kept, bounds, tuple(counted), tuple(left_out))
 
 
 def _psi_set(template: SteppingTemplate, barrier: AffineBarrier) -> InvariantSet | None:

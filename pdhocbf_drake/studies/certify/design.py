@@ -59,7 +59,7 @@ def measured_envelope(run: Run, quantity: Quantity, side: Side, from_time: float
     samples = [values[walking & (ticks % period == phase)] for phase in range(period)]
     count = min(map(len, samples))
     if count < _FEWEST:
-        what = "steps" if quantity.steps == 1 else "gaits"
+        what = "steps" if period == scenario.gait.ticks_per_step else "gaits"
         raise InputError(
             f"run of '{scenario.name}': at least {_FEWEST} {what} from {from_time:g} s on are needed, given {count}"
         )

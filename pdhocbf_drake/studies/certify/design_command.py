@@ -16,22 +16,28 @@ from pdhocbf_drake.files.places import check_file
 from pdhocbf_drake.simulation.run_folder import Run, read_run
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
-from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
-from pdhocbf_drake.walking.quantities import SPEEDS
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
+from pdhocbf_drake.walking.quantities import QUANTITIES
 
 if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
     from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
     from pdhocbf_drake.studies.certify.design import Envelope
 
+_WRITTEN = ("quantity", "axis", "side", "bound", "gamma")
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A run, the bound's quantity, kind and margin, and the file."""
     parser.add_argument("run", type=Path, metavar="RUN", help="the run folder of a walk")
-    parser.add_argument("--margin", type=float, required=True, metavar="M", help="above all that was measured [m/s]")
+    parser.add_argument(
+        "--margin", type=float, required=True, metavar="M", help="beyond all that was measured [its unit]"
+    )
     parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="otherwise tabulated")
-    parser.add_argument("--axis", choices=("x", "y"), default="x", help="otherwise x")
+    which = parser.add_mutually_exclusive_group()
+    which.add_argument("--quantity", choices=tuple(QUANTITIES), help="the bounded quantity; otherwise forward_speed")
+    which.add_argument("--axis", choices=("x", "y"), help="or the axis of a CoM velocity that is not mirrored")
     parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="otherwise upper")
-    parser.add_argument("--gamma", type=float, nargs="+", default=[0.5, 0.5], metavar="G", help="otherwise 0.5 0.5")
+    parser.add_argument("--gamma", type=float, nargs="+", metavar="G", help="otherwise 0.5 for each relative degree")
     parser.add_argument("--name", default="forward_speed", help="the barrier's name; otherwise forward_speed")
     from_time = "use the walk from this time on [s]; otherwise from the scenario's from_time"
     parser.add_argument("--from-time", type=float, metavar="S", help=from_time)
@@ -40,7 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Designs, certifies, writes and reports; returns the exit code."""
-    for rate in options.gamma:
+    for rate in options.gamma or []:
         Linear(rate)  # refuses a rate outside (0, 1]
     if as_name(options.name) != options.name:
         raise InputError(f"--name must be letters, digits, '_', '-' or '.', at most 100 (given: {options.name!r})")
@@ -52,15 +58,16 @@ def run(options: argparse.Namespace) -> int:
 
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time
-    quantity = SPEEDS["xy".index(options.axis)]
-    envelope = measured_envelope(recorded, quantity, options.side, from_time)
+    keys = {"axis": options.axis, "quantity": options.quantity, "side": options.side}
+    named = WalkBarrierConfig(**keys, bound=WalkBoundConfig(kind="orbit"))
+    envelope = measured_envelope(recorded, named.bounded, options.side, from_time)
     bound = design_bound(envelope, options.margin, options.kind, options.side)
-    barrier = WalkBarrierConfig(axis=options.axis, side=options.side, bound=bound, gamma=tuple(options.gamma))
+    barrier = WalkBarrierConfig(**keys, bound=bound, gamma=tuple(options.gamma) if options.gamma else named.gamma)
     found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}))
     verdict = _checked(found, options.name, options.margin)
     text = _yaml(recorded, options, barrier, envelope, verdict)
     write_text(place, text)
-    above = f"{1000 * envelope.spread:.2f} m{quantity.unit} above the mean at most"
+    above = f"{1000 * envelope.spread:.2f} m{envelope.quantity.unit} above the mean at most"
     spread = above if options.side == "upper" else "as measured"
     print(f"measured  {envelope.periods} times at every phase; {spread}")
     print(f"certified {verdict}")
@@ -73,6 +80,11 @@ def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
     from pdhocbf_drake.studies.certify.report import share
 
     certificate = found.axes[found.main_axis]
+    if not certificate.bounds:  # a bound on the ZMP
+        if not certificate.kept.enforceable:
+            raise InputError(f"barrier {name}: no walk can go on under this limit of the ZMP; take a larger margin")
+        counted = "some states can walk on for ever under it" if certificate.input_limits else "not certified"
+        return f"an input limit, since the ZMP is an input of the template; {counted}"
     bound = certificate.bounds[0]
     if not bound.kept.enforceable:
         raise InputError(
@@ -97,7 +109,7 @@ def _yaml(
     ]
     data: dict[str, Any] = {"extends": scenario.name} if _is_packaged(scenario) else {}
     kept = barrier.model_dump(mode="json", exclude_none=True)
-    data["barriers"] = {options.name: {key: kept[key] for key in ("axis", "side", "bound", "gamma")}}
+    data["barriers"] = {options.name: {key: kept[key] for key in _WRITTEN if key in kept}}
     body = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=110, default_flow_style=None)
     return "\n".join([*lines, body])
 

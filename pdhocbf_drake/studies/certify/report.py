@@ -15,6 +15,9 @@ from pdhocbf_drake.studies.certify.trial import Trial
 from pdhocbf_drake.studies.shared.stepping_template import area
 
 PUSH_SECONDS = 0.1  # as in `pdhocbf push`
+_INPUT_LIMIT = "an input limit, since the ZMP is an input of the template: "
+_COUNTED = "all sets here are those under it"
+_LEFT_OUT = "left out, since in double support no ZMP keeps it for every step that may have been chosen"
 
 
 def certificate_data(found: ScenarioCertificate, seconds: float, trial: Trial | None = None) -> dict[str, Any]:
@@ -50,6 +53,8 @@ def _axis(found: ScenarioCertificate, axis: int) -> dict[str, Any]:
         "phases": phases,
         "residual": _number(certificate.kept.residual),
         "barriers": {bound.barrier.name: _bound(certificate, bound) for bound in certificate.bounds},
+        "input_limits": {b.name: True for b in certificate.input_limits}
+        | {b.name: False for b in certificate.left_out},
         "without_barriers": {
             **_result(certificate.unbounded),
             "phases": phases if same else _phases(found, axis, certificate.unbounded),
@@ -150,6 +155,8 @@ def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
                 rows = bound["psi_rows"]
                 kept = f"{_percent(rows['area_share'])} is left" if rows["enforceable"] else "they can't be kept"
                 lines.append(("", f"with its psi rows, gamma {rows['gamma']}: {kept}"))
+        for barrier, counted in axis["input_limits"].items():
+            lines.append((f"{name}: {barrier}", _INPUT_LIMIT + (_COUNTED if counted else _LEFT_OUT)))
         if len(axis["barriers"]) > 1:
             together = "can be kept together" if axis["enforceable"] else "can't be kept together"
             lines.append((f"{name}: all barriers", f"{together}; {_percent(axis['area_share'])} of the area is left"))

@@ -58,8 +58,12 @@ class Rescue:
             for sign in (1.0, -1.0):
                 upper.append(({int(c[i]): sign, now: -sign}, reach))
             for barrier in barriers:
-                on_com, on_velocity = barrier.sign * barrier.normals(k, 1)[0, :2]
-                row = {int(c[i]): on_com, now: -on_com, int(v[i]): on_velocity}
+                on_com, on_velocity, on_zmp = barrier.sign * barrier.normals(k, 1)[0]
+                row = {int(c[i]): on_com, now: -on_com - on_zmp, int(v[i]): on_velocity}
+                if on_zmp:
+                    if i == ticks:
+                        continue  # the plan has no ZMP there
+                    row[int(p[i])] = on_zmp
                 upper.append((row, barrier.sign * barrier.bound(k)))
         for j in range(1, later + 1):
             low, high = template.steps[((start // n + j - 1) % steps_per_period) * n]

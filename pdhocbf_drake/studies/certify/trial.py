@@ -18,6 +18,7 @@ from pdhocbf_drake.studies.certify.psi_rows import zmp_of_psi
 from pdhocbf_drake.studies.certify.rescue import SAVED, Rescue
 from pdhocbf_drake.studies.certify.starts import Start, inside_starts, outside_starts, zmp_range
 from pdhocbf_drake.studies.certify.terminal import hard_rows, terminal_sets
+from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 
 TICKS = 400
 Done = Callable[[int], None]
@@ -87,7 +88,7 @@ def _lost(found: ScenarioCertificate, count: int, random: np.random.Generator, r
     starts = outside_starts(certificate.template.with_barriers(barriers), certificate.kept, count, random)
     done = lost = 0
     for phase, group in groupby(sorted(starts, key=lambda start: start.phase), lambda start: start.phase):
-        program = Rescue(certificate.template, barriers, found.reach, phase)
+        program = Rescue(certificate.template, [*barriers, *certificate.input_limits], found.reach, phase)
         for start in group:
             lost += program.excess(start.state) > SAVED
             done += 1
@@ -127,8 +128,10 @@ def walk_from(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float], 
     first, memory = _start(mpc, starts, zmps)
     infeasible, h_min, slack = 0, np.inf, 0.0
     for row in walk_template(mpc, memory, first, ticks):
-        for state, group in zip(row.state, mpc.barriers, strict=True):
-            h_min = min([h_min, *(float(barrier.h(row.tick, state)) for barrier in group)])
+        for state, foot, group in zip(row.state, row.before.stance[:, 1], mpc.barriers, strict=True):
+            for barrier in group:
+                seen = barrier.seen(state, foot) if isinstance(barrier, WalkBarrier) else state
+                h_min = min(h_min, float(barrier.h(row.tick, seen)))
         infeasible += row.plan.reason not in _PLANNED[mpc.config.barrier]
         slack = max(slack, row.plan.slack)
         if not np.all(np.abs(row.memory.state - row.memory.stance[:, 1:] * [1.0, 0.0, 1.0]) < _FALLEN):

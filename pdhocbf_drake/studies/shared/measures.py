@@ -36,6 +36,7 @@ class Record(NamedTuple):
     Attributes:
         first: the tick at which the event begins.
         states: measured c, v, p of x, then of y, shape (T, 2, 3) [m, m/s, m].
+        stances: centre of the stance in x and y, shape (T, 2) [m].
         h: the values of the walk's own barriers, shape (T, n_b); n_b is 0 without barriers.
         action: of the barriers, see `ACTS`, shape (T,) [m/s]; zero without barriers.
         planned: whether the controller had a plan, shape (T,).
@@ -43,6 +44,7 @@ class Record(NamedTuple):
 
     first: int
     states: Array
+    stances: Array
     h: Array
     action: Array
     planned: NDArray[np.bool_]
@@ -88,7 +90,7 @@ class SafeOrbit:
         self._walk = build_walk(periodic)
         self.axes = sorted(set(self._walk.axes))
         ticks = scenario.gait.ticks_per_gait
-        h = values(self._walk, undisturbed.first, undisturbed.states)
+        h = values(self._walk, undisturbed.first, undisturbed.states, undisturbed.stances)
         self._nominal = np.empty((ticks, h.shape[1]))
         self._nominal[(undisturbed.first + np.arange(len(h))) % ticks] = h
         least = np.maximum(self._nominal.min(axis=0), _LEAST_MARGIN)
@@ -103,7 +105,7 @@ class SafeOrbit:
             undisturbed: at least a gait of the walk under the same barriers without an event.
         """
         phases = (record.first + np.arange(len(record.states))) % len(self._nominal)
-        beyond = self._nominal[phases] - values(self._walk, record.first, record.states)
+        beyond = self._nominal[phases] - values(self._walk, record.first, record.states, record.stances)
         late = np.flatnonzero((beyond > _NEAR * self._margins).any(axis=1))
         back = float(late[-1] + 1) if len(late) else 0.0
         return Outcome(
@@ -115,10 +117,13 @@ class SafeOrbit:
         )
 
 
-def values(walk: Walk, first: int, states: Array) -> Array:
-    """h of each barrier of a walk at ticks first, first + 1, …, shape (T, n_b), from states as in `Record`."""
+def values(walk: Walk, first: int, states: Array, stances: Array) -> Array:
+    """h of each barrier of a walk at ticks first, first + 1, …, shape (T, n_b), from parts of a `Record`."""
     pairs = list(zip(walk.axes, walk.barriers, strict=True))
-    rows = [[barrier.h(first + i, state[axis]) for axis, barrier in pairs] for i, state in enumerate(states)]
+    rows = [
+        [barrier.h(first + i, barrier.seen(state[axis], stance[axis])) for axis, barrier in pairs]
+        for i, (state, stance) in enumerate(zip(states, stances, strict=True))
+    ]
     return np.array(rows, dtype=float).reshape(len(states), len(pairs))
 
 

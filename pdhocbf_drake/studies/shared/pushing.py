@@ -19,10 +19,12 @@ from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.studies.shared import endings
 from pdhocbf_drake.studies.shared.cases import NONE, in_case
 from pdhocbf_drake.studies.shared.measures import Record, WithoutBarriers
+from pdhocbf_drake.systems.signals import places
 from pdhocbf_drake.systems.unbundled import leaf_of
 
 _SETTLING_GAITS = 3  # from the standing start to steady walking
 _GROUND = 0  # index of the world's body, which is the ground
+_NOW = places("stance_plan", "x_now", "y_now")
 
 
 class Trial(NamedTuple):
@@ -49,7 +51,8 @@ class Trial(NamedTuple):
         log = self.log
         h = log["h"] if "h" in log else np.empty((len(log), 0))
         planned = log.element("solver_status", "fallbacks") == 0
-        return Record(round(log.time[0] / tick), log["lip_state"].reshape(-1, 2, 3), h, self.action, planned)
+        states, stances = log["lip_state"].reshape(-1, 2, 3), log["stance_plan"][:, _NOW]
+        return Record(round(log.time[0] / tick), states, stances, h, self.action, planned)
 
 
 class PushedWalk:

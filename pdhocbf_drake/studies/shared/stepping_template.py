@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -97,7 +97,10 @@ class SteppingTemplate:
             InputError: the normal of a barrier has a part on the ZMP, which is an input here.
         """
         if wrong := [b.name for b in barriers if np.any(b.normals(0, b.normal_period)[:, 2:])]:
-            raise InputError(f'barrier "{wrong[0]}": only bounds on CoM position and velocity can be certified')
+            raise InputError(
+                f'barrier "{wrong[0]}": the ZMP is an input of the template, so that a bound on it is an input limit, '
+                "and one on ZMP and CoM together is neither that nor a barrier"
+            )
         limited = []
         for phase, part in enumerate(self.states if states is None else states):
             rows = np.zeros((len(barriers), self.system.n))
@@ -106,6 +109,24 @@ class SteppingTemplate:
             bounds = [barrier.sign * barrier.bound(phase) for barrier in barriers]
             limited.append(Polytope.from_rows(np.vstack([part.A, rows]), np.concatenate([part.b, bounds])))
         return tuple(limited)
+
+    def with_input_limit(self, limit: AffineBarrier) -> SteppingTemplate | None:
+        """The same template whose ZMP p, seen from the stance foot, also keeps h ≥ 0 of a barrier on the ZMP alone.
+
+        h is a limit on d = p + (1 − w) s. Where the box still moves away from the last foot, at −s, and s is chosen,
+        d keeps it for every s in its range, so that the sets are inner ones; None where no d does.
+        """
+        inputs = list(self.inputs)
+        for k in range(self.period):
+            steps = self.states[k].vertices[:, 2] if self.chooses_steps else self.held[k : k + 1]
+            on_zmp = limit.sign * float(limit.normals(k, 1)[0, 2])
+            bound = limit.sign * limit.bound(k) + (on_zmp * (1.0 - self.weights[k]) * steps).min()
+            rows = np.vstack([inputs[k].A, on_zmp * np.eye(1, self.system.m)])
+            left = Polytope.from_rows(rows, np.append(inputs[k].b, bound))
+            if left is None:
+                return None
+            inputs[k] = left
+        return replace(self, inputs=tuple(inputs))
 
     def state(self, phase: int, com: float, velocity: float, step: float | None = None) -> Array:
         """The template's state, with the commanded step where none is given."""
@@ -191,3 +212,9 @@ def com_reach(scenario: Scenario) -> float:
 def area(part: Polytope | None) -> float:
     """The area of a section, 0 for an empty one [m²/s]."""
     return 0.0 if part is None else part.volume()
+
+
+def is_input_limit(barrier: AffineBarrier) -> bool:
+    """Whether a barrier is one on the ZMP alone, which is an input of the template."""
+    normals = barrier.normals(0, barrier.normal_period)
+    return bool(not np.any(normals[:, :2]))

@@ -61,12 +61,13 @@ class SettledWalk:
         """
         first = self.first + phase
         free = None if self._free is None else WithoutBarriers(self._free)
-        states, action, planned = np.empty((ticks, 2, 3)), np.zeros(ticks), np.empty(ticks, dtype=bool)
+        states, stances = np.empty((ticks, 2, 3)), np.empty((ticks, 2))
+        action, planned = np.zeros(ticks), np.empty(ticks, dtype=bool)
         for i, row in enumerate(walk_template(self._mpc, self.starts[phase], first, ticks, kicks)):
-            states[i], planned[i] = row.state, not row.plan.fallbacks
+            states[i], stances[i], planned[i] = row.state, row.before.stance[:, 1], not row.plan.fallbacks
             if free is not None:
                 action[i] = free.action(row.before, Measurement(row.tick, row.state), row.plan)
-        return Record(first, states, values(self.walk, first, states), action, planned)
+        return Record(first, states, stances, values(self.walk, first, states, stances), action, planned)
 
 
 class Laboratory:
