@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pdhocbf_drake.analysis.heading import along_heading
 from pdhocbf_drake.barriers.class_k import ClassK, Linear
 from pdhocbf_drake.barriers.recursion import psi_along
 from pdhocbf_drake.simulation.run_folder import Run
@@ -78,22 +79,21 @@ def quantities_of(scenarios: Iterable[Scenario]) -> list[Quantity]:
 
 def measured(run: Run, quantity: Quantity) -> Array:
     """The measured quantity at each row, (T,) [its unit]."""
-    first = 3 * quantity.axis
-    return _values(run, quantity, run.log["lip_state"][:, first : first + 3])
+    seen = [along_heading(run.log, "lip_state", i, i + 3)[:, quantity.axis] for i in range(3)]
+    return _values(run, quantity, np.column_stack(seen))
 
 
 def planned(run: Run, quantity: Quantity) -> Array:
     """The planned quantity at each row, (T,) [its unit]."""
-    name = "xy"[quantity.axis]
-    com, zmp = "com_reference", "zmp_reference"
-    parts = [(com, name), (com, f"v{name}"), (zmp, f"{name}_zmp")]
-    return _values(run, quantity, np.column_stack([run.log.element(*part) for part in parts]))
+    parts = ("com_reference", 0, 3), ("com_reference", 1, 4), ("zmp_reference", 0, 2)
+    seen = [along_heading(run.log, *part)[:, quantity.axis] for part in parts]
+    return _values(run, quantity, np.column_stack(seen))
 
 
 def _values(run: Run, quantity: Quantity, states: Array) -> Array:
     gait = run.scenario.gait
     ticks = np.rint(run.log.time / gait.tick).astype(int)
-    stance = run.log.element("stance_plan", f"{'xy'[quantity.axis]}_now")
+    stance = along_heading(run.log, "stance_plan", 2, 3)[:, quantity.axis]
     return quantity.values(states, ticks, Vhip(CosineHeight(gait).eta(), gait.tick), gait, stance)
 
 

@@ -7,7 +7,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
+from pdhocbf_drake.analysis.heading import along
 from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.walking.sole_gap import sole_gaps
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -58,7 +60,16 @@ def stance_width(log: RunLog) -> float | None:
     rows = [row for row in step_starts(log)[2:] if support[row] * support[row - 1] < 0.0 and step[row] > 0.0]
     if not rows:
         return None
-    return float(np.abs(np.diff(log["stance_plan"][rows][:, [1, 3]], axis=1)).mean())
+    ways = log["stance_plan"][rows][:, 2:4] - log["stance_plan"][rows][:, :2]
+    if "path" in log:
+        ways = along(ways, 0.5 * (log["path"][rows, 2] + log["path"][[row - 1 for row in rows], 2]))
+    return float(np.abs(ways[:, 1]).mean())
+
+
+def gap_min(log: RunLog, sole_half: Array) -> float:
+    """The least distance of the soles, seen from above, negative where they overlap [m]."""
+    left, right = (np.column_stack([sole_centres(log, s), log.element("foot_state", f"{s}_yaw")]) for s in _SUPPORT)
+    return float(sole_gaps(left, right, np.min(sole_half, axis=0)).min())
 
 
 def sole_centres(log: RunLog, side: str) -> Array:

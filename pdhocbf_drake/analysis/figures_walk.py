@@ -18,13 +18,14 @@ from pdhocbf_drake.analysis.barrier_margins import (
 )
 from pdhocbf_drake.analysis.drawing import label, legend, over_time, panels
 from pdhocbf_drake.analysis.feet import sole_corners, step_starts, touchdown_rows
+from pdhocbf_drake.analysis.heading import commanded_path, seen_from_path
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
 
 
 def com_and_zmp(run: Run) -> Figure:
-    """Measured and planned CoM and ZMP in x and y, over the ZMP box (27)."""
-    log = run.log
+    """Measured and planned CoM and ZMP in x and y, over the ZMP box (27); under commands seen from their path."""
+    log = seen_from_path(run.log)
     figure, axes = panels(2, height=2.8)
     for axis, name in zip(axes, "xy", strict=True):
         low, high = log.element("zmp_box", f"{name}_min"), log.element("zmp_box", f"{name}_max")
@@ -102,6 +103,10 @@ def footsteps(run: Run, limits: RobotLimits | None) -> Figure:
     x, _, x_zmp, y, _, y_zmp = log["lip_state"].T
     axis.plot(x_zmp, y_zmp, color=palette.MEASURED_ZMP, lw=0.6, label="ZMP")
     axis.plot(x, y, color=palette.MEASURED_COM, label="CoM")
+    if "path" in log:
+        gait = run.scenario.gait
+        path = commanded_path(log, gait.ticks_per_step, gait.tick)
+        axis.plot(*path[:, :2].T, color=palette.PLANNED_COM, ls=":", label="path, commanded")
     if limits is not None:
         for index, (side, colour) in enumerate((("left", palette.LEFT), ("right", palette.RIGHT))):
             corners = sole_corners(log, side, limits.sole_half[index])[:, :, :2]

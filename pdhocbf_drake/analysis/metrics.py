@@ -9,19 +9,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis.barrier_margins import BarrierUse, barriers_of, bound_along, psi_along_log, violated
-from pdhocbf_drake.analysis.feet import slip_max, stance_width, steps_taken, zmp_margins
+from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
+from pdhocbf_drake.analysis.heading import along, along_heading, commanded_path, settled_errors, zmp_seen
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
+from pdhocbf_drake.simulation.commands import limited_commands
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.kernels import LEAST_LOAD
 from pdhocbf_drake.walking.support import contains
+from pdhocbf_drake.walking.waypoints import distance_to
 
 Array = NDArray[np.float64]
 
+_NOWHERE: dict[str, Any] = dict.fromkeys(
+    ("distance", "distance_commanded", "mean_speed", "lateral_drift", "yaw_drift_deg")
+)
 _ROUNDING = 1e-9  # [m]: a template keeps its box to that
 _AT_LIMIT = 1.0 - 1e-9  # share of a torque's limit from which on it counts as reached
 # Reasons for which the first solver found no optimum of the problem that the scenario states.
@@ -42,18 +48,15 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         wall_seconds=wall_seconds,
         real_time_factor=simulated / wall_seconds if wall_seconds > 0 else None,
         steps_taken=steps_taken(log) if walks else None,
-        distance=_finite(np.diff(log.element("lip_state", "x")[[0, -1]]).item()) if walks else None,
-        distance_commanded=_distance_commanded(scenario, log) if walks else None,
-        mean_speed=_statistic(np.mean, log.after(scenario.from_time).element("lip_state", "vx")) if walks else None,
-        lateral_drift=_drift(scenario, log, log.element("lip_state", "y")) if walks else None,
+        **(_along_path(scenario, log, body) if walks else _NOWHERE),
         stance_width=stance_width(log.after(scenario.from_time)) if walks else None,
         stance_width_commanded=scenario.gait.stance_width if walks else None,
-        yaw_drift_deg=_drift(scenario, log, np.degrees(base_yaw(log))) if body else None,
         com_rms_error=_com_rms_error(log) if walks else None,
         zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,
         unloaded_ticks=_unloaded_ticks(log) if body else None,
         zmp_outside_fraction=_zmp_outside(log) if walks else None,
         slip_max=_finite(slip_max(log)) if body else None,
+        sole_gap_min=_finite(gap_min(log, body.sole_half)) if body else None,
         joint_torque_peak=_finite(np.abs(log["actuation"]).max()) if body else None,
         torque_limit_hits=int((np.abs(log["actuation"]) >= _AT_LIMIT * body.effort).sum()) if body else None,
         joint_position_margin_min=_position_margin(log, body) if body else None,
@@ -67,6 +70,56 @@ def base_yaw(log: RunLog) -> Array:
     """Heading of the floating base, without jumps, (T,) [rad]."""
     w, x, y, z = log["robot_state"][:, :4].T
     return np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+
+
+def _along_path(scenario: Scenario, log: RunLog, body: RobotLimits | None) -> dict[str, Any]:
+    """What is counted along and across the path that is commanded, which is x without commands."""
+    yaw = base_yaw(log) if body else None
+    com = log["lip_state"][:, [0, 3]]
+    found: dict[str, Any] = {
+        "position": [_finite(value) for value in com[-1]],
+        "heading_deg": None if yaw is None else _finite(np.degrees(yaw[-1])),
+    }
+    later = log.after(scenario.from_time)
+    if yaw is not None and len(later) > 1:
+        first = len(log) - len(later)
+        found["turn_rate"] = _finite((yaw[-1] - yaw[first]) / (log.time[-1] - log.time[first]))
+    if "path" not in log:
+        return found | {
+            "distance": _finite(np.diff(com[[0, -1], 0]).item()),
+            "distance_commanded": _distance_commanded(scenario, log),
+            "mean_speed": _statistic(np.mean, later.element("lip_state", "vx")),
+            "lateral_drift": _drift(scenario, log, com[:, 1]),
+            "yaw_drift_deg": None if yaw is None else _drift(scenario, log, np.degrees(yaw)),
+        }
+    gait = scenario.gait
+    path = commanded_path(log, gait.ticks_per_step, gait.tick)
+    heading, way, away = path[1:, 2], np.diff(path[:, :2], axis=0), com - path[:, :2]
+    error = np.full((len(log), 2), np.nan)
+    if len(log) >= gait.ticks_per_gait:
+        window = np.full(gait.ticks_per_gait, 1.0 / gait.ticks_per_gait)
+        error = np.column_stack([np.convolve(column, window, mode="valid") for column in away.T])
+    speeds = along(log["lip_state"][:, [1, 4]], path[:, 2])[len(log) - len(later) :, 0]
+    settled = settled_errors(log, yaw, gait.ticks_per_step)
+    return found | {
+        "distance": _finite(along(np.diff(com, axis=0), heading)[:, 0].sum()),
+        "distance_commanded": _finite(along(way, heading)[:, 0].sum()),
+        "mean_speed": _statistic(np.mean, speeds),
+        "lateral_drift": _drift(scenario, log, along(away, path[:, 2])[:, 1]),
+        "yaw_drift_deg": None if yaw is None else _drift(scenario, log, np.degrees(yaw - path[:, 2])),
+        "path_error_max": _finite(_path_errors(scenario, com, error).max()),
+        "command_error": None if settled is None else [_finite(value) for value in settled],
+        "commands_limited": len(limited_commands(scenario)),
+    }
+
+
+def _path_errors(scenario: Scenario, com: Array, away: Array) -> Array:
+    """Distance of the CoM's mean over each gait from the waypoints' lines, or without any from the commanded path."""
+    if not scenario.path or np.isnan(away).any():
+        return np.asarray(np.linalg.norm(away, axis=1))
+    window = np.full(scenario.gait.ticks_per_gait, 1.0 / scenario.gait.ticks_per_gait)
+    mean = np.column_stack([np.convolve(column, window, mode="valid") for column in com.T])
+    return distance_to([scenario.start.position, *scenario.path], mean)
 
 
 def _drift(scenario: Scenario, log: RunLog, values: Array) -> float | None:
@@ -96,8 +149,7 @@ def _com_rms_error(log: RunLog) -> list[float | None]:
 
 
 def _zmp_outside(log: RunLog) -> float:
-    zmp = np.stack([log.element("lip_state", f"{axis}_zmp") for axis in "xy"], axis=1)
-    return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp, _ROUNDING).mean())
+    return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp_seen(log), _ROUNDING).mean())
 
 
 def _unloaded_ticks(log: RunLog) -> int | None:
@@ -155,6 +207,11 @@ def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
     gait, step = scenario.gait, log.element("gait_phase", "step")[:-1]
     whole = (step < step[-1]) & (log.element("gait_phase", "support")[:-1] != 0.0)
     rows = whole & np.isin(step, step[acted])
+    if "path" in log:
+        wanted = log.element("path", "forward")[:-1][rows]
+        ahead = along_heading(log, "lip_state", 1, 4)[:-1, 0][rows]
+        slower = np.sign(wanted) * (wanted - ahead)
+        return {**found, "active_slower": _statistic(np.mean, slower)}
     commanded = abs(gait.stride) / (gait.ticks_per_step * gait.tick)
     forward = np.copysign(1.0, gait.stride) * log.element("lip_state", "vx")[:-1][rows]
     return {**found, "active_slower": _statistic(lambda speeds: commanded - np.mean(speeds), forward)}

@@ -56,18 +56,38 @@ class Metrics(_Table):
     wall_seconds: float = Field(description="[s]")
     real_time_factor: float | None = Field(description="simulated over wall time")
     steps_taken: int | None = Field(description="completed steps of one foot")
-    distance: float | None = Field(description="CoM along x, end less start [m]")
-    distance_commanded: float | None = Field(description="distance of the commanded walk, (steps − ½)·stride [m]")
-    mean_speed: float | None = Field(description="mean CoM velocity along x from from_time on [m/s]")
-    lateral_drift: float | None = Field(
-        description="|mean CoM y of the last gait less that at the start|, once a whole gait was walked [m]"
+    position: list[float | None] | None = Field(None, description="CoM at the end in the world, x and y [m]")
+    heading_deg: float | None = Field(None, description="heading of the robot at the end, turns counted [deg]")
+    turn_rate: float | None = Field(None, description="mean turn rate of the robot from from_time on [rad/s]")
+    distance: float | None = Field(
+        description="CoM along the commanded heading, which is x without commands, end less start [m]"
     )
+    distance_commanded: float | None = Field(
+        description="distance of the commanded walk along its heading, (steps − ½)·stride straight ahead [m]"
+    )
+    mean_speed: float | None = Field(
+        description="mean CoM velocity along the commanded heading from from_time on [m/s]"
+    )
+    lateral_drift: float | None = Field(
+        description="|mean CoM of the last gait, across the commanded path, less that at the start|, once a whole gait "
+        "was walked [m]"
+    )
+    path_error_max: float | None = Field(
+        None, description="farthest that the CoM's mean over a gait was from that of the commanded path [m]"
+    )
+    command_error: list[float | None] | None = Field(
+        None,
+        description="largest error of the mean velocity ahead, aside [m/s] and turn rate [rad/s] over whole gaits, "
+        "from four steps after a change of the command on",
+    )
+    commands_limited: int | None = Field(None, description="commands that were granted in part")
     stance_width: float | None = Field(
         None, description="mean lateral distance of successive planned footholds, of whole steps from from_time on [m]"
     )
     stance_width_commanded: float | None = Field(None, description="that of the commanded footholds [m]")
     yaw_drift_deg: float | None = Field(
-        description="|mean yaw of the last gait less that at the start|, once a whole gait was walked [deg]"
+        description="|mean yaw of the last gait, from the commanded heading, less that at the start|, once a whole "
+        "gait was walked [deg]"
     )
     com_rms_error: list[float | None] | None = Field(description="measured less planned CoM in x, y, z, RMS [m]")
     zmp_margin_min: float | None = Field(
@@ -78,6 +98,9 @@ class Metrics(_Table):
     )
     zmp_outside_fraction: float | None = Field(description="share of samples whose ZMP is outside the box (27)")
     slip_max: float | None = Field(description="farthest that a standing sole moved along the ground [m]")
+    sole_gap_min: float | None = Field(
+        None, description="least distance of the soles seen from above, negative where they overlap [m]"
+    )
     joint_torque_peak: float | None = Field(description="largest torque [N m]")
     torque_limit_hits: int | None = Field(description="samples of a joint's torque at its limit")
     joint_position_margin_min: float | None = Field(description="least distance of a joint from its stop [rad]")

@@ -6,8 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 from pydrake.geometry import Box, Cylinder, Sphere
+from pydrake.math import RigidTransform, RotationMatrix
 
 from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.heading import box_frame
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.simulation.run_folder import Run
 
@@ -16,12 +18,13 @@ _FOOTHOLD, _OUTLINE, _BOX, _PLANNED, _MEASURED = 0.001, 0.003, 0.005, 0.008, 0.0
 
 
 class Foothold(NamedTuple):
-    """A sole on the ground: the row of the log from which it stands, side, centre (2,) [m] and half size (2,) [m]."""
+    """A sole on the ground: the row of the log from which it stands, side, centre and half size (2,) [m], heading."""
 
     row: int
     side: str
     centre: np.ndarray
     half: np.ndarray
+    yaw: float = 0.0
 
 
 class Markers:
@@ -48,16 +51,20 @@ class Markers:
         for number, foothold in enumerate(taken):
             path = _taken_path(number)
             stage.add(path, Box(2 * foothold.half[0], 2 * foothold.half[1], 0.001), colours[foothold.side], 0.35)
-            stage.move(path, [*foothold.centre, _FOOTHOLD])
+            stage.place(path, _lying([*foothold.centre, _FOOTHOLD], foothold.yaw))
         half = taken[0].half if taken else np.array([0.05, 0.05])
         for path in ("footholds planned/next", "footholds planned/after"):
             _outline(stage, path, half)
-        x = run.log.element("lip_state", "x")
-        stage.ground(float(x.min()), float(x.max()))
+        x, y = run.log.element("lip_state", "x"), run.log.element("lip_state", "y")
+        self._yaws = _headings(run)
+        aside = (float(y.min()), float(y.max())) if "path" in run.log else (0.0, 0.0)
+        stage.ground(float(x.min()), float(x.max()), *aside)
         stage.aim([0.05, 0.0, 0.45], [0.85, -1.3, 0.4])
         reach = run.scenario.gait.ticks_per_gait // 2
         window = np.full(2 * reach + 1, 1.0 / (2 * reach + 1))
-        self._view = np.convolve(np.pad(x, reach, mode="edge"), window, mode="valid")  # the mean of x over a gait
+        # The mean of x, and in a walk under commands of y, over a gait.
+        places = (x, y if "path" in run.log else np.zeros_like(x))
+        self._view = [np.convolve(np.pad(place, reach, mode="edge"), window, mode="valid") for place in places]
 
     def draw(self, row: int) -> None:
         """Places the markers as at that row of the log."""
@@ -71,15 +78,32 @@ class Markers:
         stage.move("ZMP measured", [x_zmp, y_zmp, _MEASURED])
         stage.move("ZMP planned", [*log["zmp_reference"][row, [0, 2]], _PLANNED])
         x_min, x_max, y_min, y_max = log["zmp_box"][row]
-        stage.move("ZMP box", [(x_min + x_max) / 2, (y_min + y_max) / 2, _BOX])
+        box, coming, after = self._yaws[row]
+        c, s, ahead, aside = np.cos(box), np.sin(box), (x_min + x_max) / 2, (y_min + y_max) / 2
+        stage.place("ZMP box", _lying([c * ahead - s * aside, s * ahead + c * aside, _BOX], box))
         stage.scale("ZMP box", [round(x_max - x_min, 4), round(y_max - y_min, 4), 1.0])
         plan = log["stance_plan"][row].reshape(4, 2)
-        stage.move("footholds planned/next", [*plan[2], _OUTLINE])
-        stage.move("footholds planned/after", [*plan[3], _OUTLINE])
+        stage.place("footholds planned/next", _lying([*plan[2], _OUTLINE], coming))
+        stage.place("footholds planned/after", _lying([*plan[3], _OUTLINE], after))
         for number, foothold in enumerate(self._taken):
             stage.show(_taken_path(number), row >= foothold.row)
         colour_by_safety(stage, "CoM measured", self._safety, row)
-        stage.follow([self._view[row], 0.0, 0.0])
+        stage.follow([self._view[0][row], self._view[1][row], 0.0])
+
+
+def _lying(place: list[float], yaw: float) -> RigidTransform:
+    """The pose of what lies on the ground with a heading."""
+    return RigidTransform(RotationMatrix.MakeZRotation(yaw), place)
+
+
+def _headings(run: Run) -> np.ndarray:
+    """Headings of the ZMP box and of the stance in the two coming steps at each row, (T, 3) [rad]."""
+    log = run.log
+    if "path" not in log:
+        return np.zeros((len(log), 3))
+    turn = log.element("path", "turn") * run.scenario.gait.ticks_per_step * run.scenario.tick
+    here = log.element("path", "yaw")
+    return np.column_stack([box_frame(log)[:, 2], here + turn, here + 2.0 * turn])
 
 
 def colour_by_safety(stage: Stage, path: str, safety: np.ndarray | None, row: int) -> None:

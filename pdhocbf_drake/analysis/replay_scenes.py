@@ -42,7 +42,8 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
     for side in SIDES:
         for row in touchdown_rows(log, side):
             start = row - int(log.element("gait_phase", "tick")[row])
-            taken.append(Foothold(max(0, start), side, sole_centres(log, side)[row], biped.soles[side].half_size))
+            yaw = float(log.element("foot_state", f"{side}_yaw")[row]) if "path" in log else 0.0
+            taken.append(Foothold(max(0, start), side, sole_centres(log, side)[row], biped.soles[side].half_size, yaw))
     markers = Markers(stage, run, log.element("com_z", "z"), taken)
 
     def draw(row: int, time: float) -> None:
@@ -60,7 +61,13 @@ def template_scene(stage: Stage, run: Run) -> Draw:
     box = gait.region.half(gait.step(gait.config.start_steps))
     starts, support = step_starts(log), log.element("gait_phase", "support")
     taken = [
-        Foothold(row, "left" if support[row] > 0 else "right", log["stance_plan"][row, 2:4], box)
+        Foothold(
+            row,
+            "left" if support[row] > 0 else "right",
+            log["stance_plan"][row, 2:4],
+            box,
+            float(log.element("path", "yaw")[row]) if "path" in log else 0.0,
+        )
         for row in starts
         if support[row] != 0
     ]

@@ -93,10 +93,10 @@ class Stage:
         """Moves the world so that this position [m] appears at the origin's place."""
         self.meshcat.SetTransform(self.world, RigidTransform(-np.asarray(position, dtype=float)), self._time)
 
-    def ground(self, start: float, end: float) -> None:
-        """Lays a tiled floor under the walk from x = start to end [m], its top just below z = 0."""
+    def ground(self, start: float, end: float, right: float = 0.0, left: float = 0.0) -> None:
+        """Lays a tiled floor under the walk from x = start to end, y = right to left [m], its top just below z = 0."""
         columns = np.arange(np.floor((start - _HALF_WIDTH) / _TILE), np.ceil((end + _HALF_WIDTH) / _TILE))
-        rows = np.arange(-_HALF_WIDTH / _TILE, _HALF_WIDTH / _TILE)
+        rows = np.arange(np.floor((right - _HALF_WIDTH) / _TILE), np.ceil((left + _HALF_WIDTH) / _TILE))
         for name, remainder, colour in (("light", 0, _LIGHT), ("dark", 1, _DARK)):
             tiles = [(x, y) for x in columns for y in rows if (x + y) % 2 == remainder]
             corners = np.array([[x + i, y + j] for x, y in tiles for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]) * _TILE

@@ -10,6 +10,8 @@ def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
     rows = [("run", _run(metrics))]
     if metrics.steps_taken is not None:
         rows += [("walk", _walk(metrics, metrics.steps_taken)), ("straightness", _straightness(metrics))]
+    if metrics.path_error_max is not None:
+        rows.append(("commands", _commands(metrics)))
     if metrics.com_rms_error is not None and not metrics.template:
         errors = ", ".join(map(_mm, metrics.com_rms_error))
         rows.append(("tracking", f"CoM RMS error in x, y, z: {errors}; feet slip at most {_mm(metrics.slip_max)}"))
@@ -96,6 +98,16 @@ def _margin(barrier: BarrierMetrics) -> str:
         f"h at least {_of(barrier.h_min, barrier.unit)}, mean {_of(barrier.h_mean, barrier.unit)}, "
         f"{violations}; least ψ_{len(barrier.gamma)} {_of(barrier.psi_min, barrier.unit)}"
     )
+
+
+def _commands(metrics: Metrics) -> str:
+    text = f"{_mm(metrics.path_error_max)} from the path at most"
+    if metrics.command_error is not None:
+        ahead, aside, turn = metrics.command_error
+        text += f", settled within {_of(ahead, 'm/s')} ahead, {_of(aside, 'm/s')} aside"
+        text += "" if turn is None else f", {_of(turn, 'rad/s')}"
+    limited = metrics.commands_limited
+    return f"{text}; {_count(limited, 'command')} granted in part" if limited else text
 
 
 def _mpc(mpc: MpcMetrics) -> str:

@@ -9,17 +9,21 @@ import numpy as np
 
 from pdhocbf_drake.walking import Footstep, Gait
 from pdhocbf_drake.walking.footsteps import BOTH
+from pdhocbf_drake.walking.frame import inner_share, rotation
 
 
 class Commanded(NamedTuple):
-    """Steps j … j + n_f as commanded; every array has the axes x, y first.
+    """Steps j … j + n_f as commanded, seen in the axes of the stance foot; every array has the axes x, y first.
 
     Attributes:
         steps: the gait's own, of j … j + n_f.
         moves: from one step's centre to the next one's, j + 1 … j + n_f, shape (2, n_f) [m].
-        half: half sides of the box in steps j − 1 … j + n_f, less the margin, shape (2, n_f + 2) [m].
-        centre: commanded centre of step j in the world, x and y [m].
+        half: half sides of the box in steps j − 1 … j + n_f, less the margin, shape (2, n_f + 2) [m]. Of a foot with
+            another heading it is the largest similar rectangle inside its box.
+        centre: commanded centre of step j, from the world's origin [m].
         repeats: whether step j and step j + n_f both lie in the walk proper, so that a gait repeats.
+        yaw: heading of the stance foot, along which the axes are [rad].
+        turn: heading of step j + n_f less that of step j [rad].
     """
 
     steps: tuple[Footstep, ...]
@@ -27,6 +31,13 @@ class Commanded(NamedTuple):
     half: np.ndarray
     centre: tuple[float, float]
     repeats: bool
+    yaw: float = 0.0
+    turn: float = 0.0
+
+    @property
+    def ways(self) -> np.ndarray:
+        """`moves` in the world's axes [m]."""
+        return rotation(self.yaw) @ self.moves if self.yaw else self.moves
 
 
 class CommandedSteps:
@@ -41,8 +52,16 @@ class CommandedSteps:
         self.steps = lru_cache(maxsize=4)(self._steps)
 
     def _steps(self, step: int) -> Commanded:
-        before, *ahead = (self._gait.step(step + i) for i in range(-1, self._count + 1))
+        seen = self._gait.seen(step)
+        before, *ahead = (self._gait.step(step - 1), *(seen[step + i] for i in range(self._count + 1)))
         centres = np.array([[s.x, s.y] for s in ahead]).T
         half = np.array([self._gait.region.half(s) for s in (before, *ahead)]).T - self._margin
-        repeats = BOTH not in (ahead[0].side, ahead[-1].side)
-        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, (ahead[0].x, ahead[0].y), repeats)
+        yaw, turn = ahead[0].yaw, ahead[-1].yaw - ahead[0].yaw
+        if yaw:
+            centres = rotation(-yaw) @ centres
+        for i, s in enumerate((before, *ahead)):
+            if s.yaw != yaw:
+                half[:, i] *= inner_share(-half[:, i], half[:, i], yaw - s.yaw)
+        x, y = centres[:, 0].tolist()
+        repeats = BOTH not in (ahead[0].side, ahead[-1].side) and seen.settled(step)
+        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, (x, y), repeats, yaw, turn)

@@ -25,6 +25,7 @@ from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.footsteps import Resumed
+from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
 from pdhocbf_drake.walking.walk_barrier import BoundSamples
 
@@ -69,7 +70,8 @@ class PeriodicMpc:
         Args:
             cache: what other controllers have compiled.
             on_demand: compile each phase when it is first needed.
-            turn: angle by which the periodic tail is turned over a horizon, see `terms.coupled_tail` [rad].
+            turn: angle by which the periodic tail is turned over a horizon; 0 is as commanded, see
+                `terms.coupled_tail` [rad].
             kinds: the kinds of terms that make up the problem, in place of `terms.TERMS`.
         """
         cache = cache or ProgramCache()
@@ -158,7 +160,7 @@ class PeriodicMpc:
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
         offset: np.ndarray | None = None, last: Plan | None = None,
     ) -> Tick:  # fmt: skip
-        """What θ of both axes is filled from; arguments as in `solve`."""
+        """What θ of both axes is filled from; arguments as in `solve`, but in the axes of the stance foot."""
         shapes = state.shape, stance.shape, self._shapes[2] if offset is None else offset.shape
         if shapes != self._shapes:
             raise ValueError(f"state, stance and offset must have shapes {self._shapes}, given {shapes}")
@@ -173,7 +175,7 @@ class PeriodicMpc:
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
         offset: np.ndarray | None = None, last: Plan | None = None, recovering: bool = False,
     ) -> Plan:  # fmt: skip
-        """Plans from tick k.
+        """Plans from tick k, in the axes of the stance foot; all arguments and the plan are in those of the world.
 
         Args:
             tick: k.
@@ -187,8 +189,20 @@ class PeriodicMpc:
         Raises:
             ValueError: an array of another shape.
         """
+        yaw = self.commanded.steps(tick // self.gait.period).yaw
+        if not yaw:
+            return self._solve(tick, state, stance, bounds, offset, last, recovering)
+        seen, back = rotation(-yaw), rotation(yaw)
+        offset, last = None if offset is None else seen @ offset, None if last is None else last.turned(seen)
+        return self._solve(tick, seen @ state, seen @ stance, bounds, offset, last, recovering).turned(back)
+
+    def _solve(
+        self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
+        offset: np.ndarray | None, last: Plan | None, recovering: bool = False,
+    ) -> Plan:  # fmt: skip
+        """`solve` in the axes of the stance foot."""
         if recovering and self.recovery is not None:
-            return self.recovery.solve(tick, state, stance, bounds, offset, last).of_disturbed(Reason.RECOVERING)
+            return self.recovery._solve(tick, state, stance, bounds, offset, last).of_disturbed(Reason.RECOVERING)
         given = self.given(tick, state, stance, bounds, offset, last)
         same = last is not None and last.recovering == (self.config.stability == "paid")
         thetas = [problem.theta(given) for problem in self.problems]
@@ -200,7 +214,7 @@ class PeriodicMpc:
         results, reasons = (rungs[0][0], rungs[1][0]), [why for _, why in rungs]
         reason = max(reasons)
         if reason == Reason.NO_STEADY_PLAN and self.recovery is not None:
-            plan = self.recovery.solve(tick, state, stance, bounds, offset, last).of_disturbed(reason)
+            plan = self.recovery._solve(tick, state, stance, bounds, offset, last).of_disturbed(reason)
         elif not reason.planned:
             plan = self._fallback(tick, state, stance, last, reason)
         else:
@@ -211,7 +225,9 @@ class PeriodicMpc:
 
     def missed_tail(self, state: np.ndarray, plan: Plan) -> float:
         """By how much a plan from `state` misses its anticipative tail, in x or in y [m]; a step makes that good."""
-        missed = 0.0
+        missed, yaw = 0.0, self.commanded.steps(plan.tick // self.gait.period).yaw
+        if yaw:
+            plan, state = plan.turned(rotation(-yaw)), rotation(-yaw) @ state
         for problem, inputs, axis_state in zip(self.problems, plan.inputs, state, strict=True):
             for term in problem.terms:
                 if isinstance(term, Stability):
@@ -304,7 +320,7 @@ class PeriodicMpc:
             footholds = last.footholds
             if step != last.tick // self.gait.period:
                 footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + ahead.moves[:, -1:]])
-        low, high = self.zmp_box(tick + 1, stance, footholds).T
+        low, high = self._box(tick + 1, stance, footholds).T
         delta = self.gait.config.tick
         inputs[:, 0] = (np.clip(state[:, 2] + delta * inputs[:, 0], low, high) - state[:, 2]) / delta
         slacks = np.zeros(sum(map(len, self.barriers)))
@@ -314,11 +330,20 @@ class PeriodicMpc:
     def zmp_box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """The box (27), without the margin, at a tick: x_min, x_max, then y, shape (2, 2) [m].
 
+        Along the axes of the foot that stands at the tick before, from the world's origin.
+
         Args:
             tick: when.
-            stance: centres of the last and this step's box at the tick before, shape (2, 2) [m].
+            stance: centres of the last and this step's box at the tick before, in the world, shape (2, 2) [m].
             footholds: centres of the coming ones, shape (2, n_f) [m].
         """
+        yaw = self.commanded.steps((tick - 1) // self.gait.period).yaw
+        if yaw:
+            stance, footholds = rotation(-yaw) @ stance, rotation(-yaw) @ footholds
+        return self._box(tick, stance, footholds)
+
+    def _box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
+        """`zmp_box` from centres along the axes of the stance foot."""
         step, phase = self.gait.phase(tick - 1)
         half = self.commanded.steps(step).half
         return self.gait.region.box(phase, stance, footholds, half, self.config.zmp_margin)

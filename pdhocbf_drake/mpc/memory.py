@@ -12,6 +12,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
 from pdhocbf_drake.walking.footsteps import AS_COMMANDED, BOTH, LEFT, Resumed
+from pdhocbf_drake.walking.frame import rotation, turned
 from pdhocbf_drake.walking.kernels import write_foot_plan
 
 OUTPUTS = (
@@ -34,7 +35,7 @@ class Memory:
     Attributes:
         com_reference: x, ẋ, ẍ, y, ẏ, ÿ planned for k + 1 [m, m/s, m/s²].
         zmp_reference: x_zmp planned for k + 1 and its velocity up to then, likewise y [m, m/s].
-        zmp_box: the box (27) at k + 1: x_min, x_max, y_min, y_max [m].
+        zmp_box: the box (27) at k + 1: x_min, x_max, y_min, y_max, along the heading of the stance foot at k [m].
         stance_plan: box centres of the last, this and the next two steps, counted from tick k + 1 [m].
         foot_plan: where the left foot starts and ends this step, then the right one: x, y each [m].
         solver_status: solved, wall time [s], cost, slack [m/s], fallbacks in a row, reason.
@@ -86,7 +87,7 @@ class Memory:
             inactive, inactive, np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
             np.array(feet, dtype=float), stance, -1.0, 0.0, np.full(4, np.nan), None,
         )  # fmt: skip
-        footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).moves, axis=1)
+        footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).ways, axis=1)
         memory._write_feet(mpc, 0, footholds)
         memory.zmp_box = mpc.zmp_box(1, stance, footholds).ravel()
         return memory
@@ -94,7 +95,9 @@ class Memory:
     @classmethod
     def standing(cls, mpc: PeriodicMpc) -> Memory:
         """At rest at tick 0, the CoM and ZMP in the middle of feet that stand `gait.stance_width` apart."""
-        return cls.at_start(mpc, np.zeros((2, 3)), mpc.gait.feet_at_start)
+        state = np.zeros((2, 3))
+        state[:, [0, 2]] = mpc.gait.foothold(-1)[:, None]
+        return cls.at_start(mpc, state, mpc.gait.feet_at_start)
 
     def copy(self) -> Memory:
         """Another memory with the same arrays."""
@@ -119,12 +122,22 @@ class Memory:
         if config is None:
             return
         error = divergent_error(mpc.divergent, tick, state, self.state)
+        if mpc.gait.turns:
+            step, phase = mpc.gait.phase(tick)
+            yaw = mpc.gait.step(step).yaw
+            error = turned(error, -yaw)
+            if phase == 0:  # what was added up so far was seen from the last stance foot
+                kept = turned(self.disturbance.error_sum, mpc.gait.step(step - 1).yaw - yaw)
+                self.disturbance = self.disturbance._replace(error_sum=kept)
         self.disturbance = self.disturbance.after(config, mpc.gait.period, error)
 
     def moved(self, mpc: PeriodicMpc, plan: Plan) -> float:
-        """How far the next foothold of a plan made at this tick is from the commanded one, in x or y [m]."""
-        commanded = self.stance[:, 1] + mpc.commanded.steps(plan.tick // mpc.gait.period).moves[:, 0]
-        return float(np.abs(plan.footholds[:, 0] - commanded).max())
+        """How far the next foothold of a plan made at this tick is from the commanded one, ahead or aside [m]."""
+        commanded = mpc.commanded.steps(plan.tick // mpc.gait.period)
+        move = plan.footholds[:, 0] - self.stance[:, 1]
+        if commanded.yaw:
+            move = rotation(-commanded.yaw) @ move
+        return float(np.abs(move - commanded.moves[:, 0]).max())
 
     def resume(self, mpc: PeriodicMpc, tick: int, resumed: Resumed) -> PeriodicMpc:
         """Takes steps in place of a stand; returns the problem of that walk, which begins like the last plan's."""
@@ -134,7 +147,7 @@ class Memory:
         here, coming = other.gait.support(step), other.gait.support(step + 1)
         if here != mpc.gait.support(step):  # a foot lifts off that stood
             self.stance = np.stack([self.stance[:, 1], _centre(here, self.feet)], axis=1)
-        moves = np.cumsum(other.commanded.steps(step).moves, axis=1)
+        moves = np.cumsum(other.commanded.steps(step).ways, axis=1)
         if self.plan is not None:
             footholds = self.stance[:, 1:] + moves
             if here == mpc.gait.support(step) and self.plan.tick // mpc.gait.period == step:
@@ -161,7 +174,7 @@ class Memory:
                 self.feet = self.feet.copy()
                 self.feet[_ROWS[-support]] = _landing(gait.support(step), self.stance[:, 1], footholds[:, 0])
             self.stance = np.stack([self.stance[:, 1], _centre(gait.support(step), self.feet)], axis=1)
-            moves = mpc.commanded.steps(step).moves
+            moves = mpc.commanded.steps(step).ways
             footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + moves[:, -1:]])
         self._write_feet(mpc, tick + 1, footholds)
 

@@ -71,6 +71,10 @@ class Plan(NamedTuple):
         """The barriers' largest slack [m/s]."""
         return max([0.0, *self.slacks.tolist()])
 
+    def turned(self, rotation: np.ndarray) -> Plan:
+        """The same in axes that the matrix (2, 2) leads to."""
+        return self._replace(inputs=rotation @ self.inputs, footholds=rotation @ self.footholds)
+
     def of_disturbed(self, why: Reason) -> Plan:
         """The same as the plan of a disturbed walk, for the reason `why`, unless its own one is worse."""
         eased = self.reason in (Reason.SOLVED, Reason.SOFTENED)

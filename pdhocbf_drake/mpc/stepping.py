@@ -7,6 +7,7 @@ import numpy as np
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.walking.footsteps import BOTH, LEFT, Resumed
+from pdhocbf_drake.walking.frame import rotation
 
 _MISSED = 2e-3  # [m]: a tail that is missed by more lets the robot fall
 _FAR = 0.75  # share of the half box of a stand: a divergent component farther out leaves too little to balance with
@@ -26,7 +27,8 @@ def steps_again(mpc: PeriodicMpc, state: np.ndarray, centre: np.ndarray, plan: P
         centre: of the stance, shape (2,) [m].
     """
     gait, known = mpc.gait, mpc.gait.footsteps.resumed
-    step, end = plan.tick // gait.period, gait.footsteps.end
+    step = plan.tick // gait.period
+    end = gait.seen(step).end
     if mpc.recovery is None or not plan.recovering:
         return known
     if gait.support(step) == BOTH:
@@ -42,7 +44,8 @@ def steps_again(mpc: PeriodicMpc, state: np.ndarray, centre: np.ndarray, plan: P
 
 def about_to_stand(mpc: PeriodicMpc, tick: int) -> bool:
     """Whether a foot swings at tick k in place of a stand, or in one of the last two steps before it."""
-    step, footsteps = tick // mpc.gait.period, mpc.gait.footsteps
+    step = tick // mpc.gait.period
+    footsteps = mpc.gait.seen(step)
     ends = footsteps.end is not None and footsteps.end <= step + 1
     return footsteps[step].side != BOTH and (ends or step <= footsteps.resumed.last)
 
@@ -56,15 +59,17 @@ def _out_of_a_stand(
     first = step if _SHORTEST * (gait.period - phase) >= gait.period else step + 1
     if gait.support(first) != BOTH:
         return known
-    away = state[:, 0] + state[:, 1] / mpc.divergent.omega[phase] - centre
-    within = np.abs(away) <= recovery.commanded.steps(step).half[:, 1]
+    commanded = recovery.commanded.steps(step)
+    away = _seen(state[:, 0] + state[:, 1] / mpc.divergent.omega[phase] - centre, commanded.yaw)
+    within = np.abs(away) <= commanded.half[:, 1]
     if np.all(within) and recovery.missed_tail(state, plan) <= _MISSED:
         return known
     side = -LEFT if away[1] > 0.0 else LEFT  # it falls away from its stance foot
     last = first + 1
+    expected = gait.seen(step)
     for walks in (first + 1, first + 2):
-        if gait.support(walks) != BOTH:
-            side, last = gait.support(walks) * (-1) ** (walks - first), walks - 1
+        if expected[walks].side != BOTH:
+            side, last = expected[walks].side * (-1) ** (walks - first), walks - 1
             break
     return Resumed(plan.tick if first == step else first * gait.period, side, last)
 
@@ -79,6 +84,12 @@ def _ends_well(mpc: PeriodicMpc, state: np.ndarray, plan: Plan, end: int) -> boo
     ahead = (end + 1 - step) * mpc.gait.period - phase
     phi, gamma = mpc.vhip.prediction(plan.tick, mpc.config.horizon)
     c, v, _ = np.array([phi[ahead] @ s + gamma[ahead] @ u for s, u in zip(state, plan.inputs, strict=True)]).T
-    away = c + v / mpc.divergent.omega[0] - plan.footholds[:, end - step]
+    commanded = mpc.commanded.steps(step)
+    away = _seen(c + v / mpc.divergent.omega[0] - plan.footholds[:, end - step], commanded.yaw)
     inward = abs(away[0]), -mpc.gait.support(end) * away[1]
-    return bool(np.all(inward <= _FAR * mpc.commanded.steps(step).half[:, end - step + 2]))
+    return bool(np.all(inward <= _FAR * commanded.half[:, end - step + 2]))
+
+
+def _seen(way: np.ndarray, yaw: float) -> np.ndarray:
+    """A way (2,) along the axes of a foot with that heading."""
+    return rotation(-yaw) @ way if yaw else way

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from pdhocbf_drake.robot.kernels import left_share_of_zmp, zmp_of_wrenches
     from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_names
     from pdhocbf_drake.robot.posture import Posture, sole_pose
-    from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, upright_posture
+    from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, longest_stride, upright_posture
 
 __all__ = [
     "ROLES",
@@ -31,6 +31,7 @@ __all__ = [
     "check_zmp_box",
     "left_share_of_zmp",
     "load_robot_config",
+    "longest_stride",
     "models_folder",
     "robot_names",
     "sole_pose",
@@ -78,6 +79,7 @@ __getattr__, __dir__ = lazy_names(
         "reach": (
             "check_walk",
             "check_zmp_box",
+            "longest_stride",
             "upright_posture",
         ),
     },

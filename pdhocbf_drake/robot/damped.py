@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from pydrake.math import RotationMatrix
 
 from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.config import SIDES, Side
@@ -17,12 +18,16 @@ _WEIGHTS = np.repeat([1.0, 1.0, 10.0], [3, 3, 12])
 _LOOSE = (0.5, 10.0, 0.5, 10.0, 0.1, 10.0)
 
 
-def row_weights(loose: Side | None) -> np.ndarray:
-    """Weights W of the task error (18,); the rows of a loose foot, which carries no load, weigh least."""
+def row_weights(loose: Side | None, yaw: float = 0.0) -> np.ndarray:
+    """Weights W of the task error (18, 18); the rows of a loose foot, which carries no load, weigh least.
+
+    They are those along the axes of a torso with heading `yaw` [rad].
+    """
     if loose is None:
-        return _WEIGHTS
+        return np.diag(_WEIGHTS)
     feet = [_LOOSE if side == loose else (30.0,) * 6 for side in SIDES]
-    return np.array([3.0] * 6 + [weight for foot in feet for weight in foot])
+    weights = np.diag([3.0] * 6 + [weight for foot in feet for weight in foot])
+    return weights @ np.kron(np.eye(6), RotationMatrix.MakeZRotation(-yaw).matrix()) if yaw else weights
 
 
 def nearest_posture(
@@ -41,8 +46,8 @@ def nearest_posture(
     error = task_space.error(goal)
     while iterations < _ITERATIONS and damping < 1e6 and abs(error).max() >= tolerance:
         iterations += 1
-        jacobian = weights[:, None] * task_space.jacobian()
-        gradient = jacobian.T @ (weights * error)
+        jacobian = weights @ task_space.jacobian()
+        gradient = jacobian.T @ (weights @ error)
         joints, outward = q[biped.q_index], gradient[biped.v_index]
         free = np.ones(len(gradient), dtype=bool)
         free[biped.v_index] = ~((joints <= lower) & (outward < 0) | (joints >= upper) & (outward > 0))
@@ -52,7 +57,7 @@ def nearest_posture(
         trial = biped.clipped(task_space.moved(q, step))
         task_space.set_positions(trial)
         trial_error = task_space.error(goal)
-        if np.linalg.norm(weights * trial_error) < np.linalg.norm(weights * error):
+        if np.linalg.norm(weights @ trial_error) < np.linalg.norm(weights @ error):
             change = float(abs(trial - q).max())
             q, error, damping = trial, trial_error, max(damping / 5, 1e-12)
             if change < 1e-9:

@@ -81,7 +81,7 @@ class WholeBodyIk:
         """
         if not math.isfinite(np.concatenate(target).sum()):
             return self._refused(seed, _REFUSED)
-        return self._solve(TargetPoses.of(target), seed, loose)
+        return self._solve(TargetPoses.of(target), seed, loose, float(target.torso_rpy[2]))
 
     def motion(
         self, wanted: np.ndarray, seed: np.ndarray, loose: Side | None = None, angles: tuple[float, ...] = LEVEL
@@ -94,8 +94,9 @@ class WholeBodyIk:
             seed, loose: as in `solve`.
             angles: roll, pitch and yaw of torso, left and right sole, finite [rad].
         """
-        found = self._solve(TargetPoses(wanted[0], *angles), seed, loose)
-        v, vdot = self.derivatives(found.q, wanted[1], wanted[2], None if found.ok else row_weights(loose))
+        found = self._solve(TargetPoses(wanted[0], *angles), seed, loose, angles[2])
+        weights = None if found.ok else row_weights(loose, angles[2])
+        v, vdot = self.derivatives(found.q, wanted[1], wanted[2], weights)
         return Motion(found.q, v, vdot, found)
 
     def derivatives(
@@ -103,7 +104,7 @@ class WholeBodyIk:
     ) -> tuple[np.ndarray, np.ndarray]:
         """v and v̇ (18,) with J v = rates and J v̇ + J̇v = accelerations, both (18,), at q (19,).
 
-        Joint speeds stay within their limits. With `weights` (18,), see `damped.row_weights`, both are damped and
+        Joint speeds stay within their limits. With `weights` (18, 18), see `damped.row_weights`, both are damped and
         weighted least squares: for a posture that misses its target, whose legs are stretched.
         """
         task = self.task_space
@@ -113,7 +114,7 @@ class WholeBodyIk:
         task.set_state(q, v)
         return v, self._velocity(accelerations - task.bias(), weights)
 
-    def _solve(self, goal: TargetPoses, seed: np.ndarray, loose: Side | None) -> IkResult:
+    def _solve(self, goal: TargetPoses, seed: np.ndarray, loose: Side | None, yaw: float) -> IkResult:
         if not largest(goal.offset) < _FARTHEST:
             return self._refused(seed, _REFUSED)
         q = self._start(seed)
@@ -127,12 +128,12 @@ class WholeBodyIk:
                 return IkResult(q, True, iteration, worst, "")
             step = task.solve(error)
             if step is None or not largest(step) <= _LARGEST_STEP:
-                return self._damped(goal, q, iteration, loose)
+                return self._damped(goal, q, iteration, loose, yaw)
             moved = task.moved(q, step)
             if not self._within(moved):
-                return self._damped(goal, q, iteration, loose)
+                return self._damped(goal, q, iteration, loose, yaw)
             q = moved
-        return self._damped(goal, q, _NEWTON_ITERATIONS, loose)
+        return self._damped(goal, q, _NEWTON_ITERATIONS, loose, yaw)
 
     def _within(self, q: np.ndarray) -> bool:
         """Whether every joint of q (19,) is within its limits, and its quaternion has length one."""
@@ -146,14 +147,14 @@ class WholeBodyIk:
                 return solution
         jacobian = self.task_space.jacobian()
         if weights is not None:
-            weighted = weights[:, None] * jacobian
+            weighted = weights @ jacobian
             normal = weighted.T @ weighted + _STRETCHED_DAMPING * np.eye(len(wanted))
-            return np.linalg.solve(normal, weighted.T @ (weights * np.nan_to_num(wanted)))
+            return np.linalg.solve(normal, weighted.T @ (weights @ np.nan_to_num(wanted)))
         wanted = np.nan_to_num(wanted, nan=0.0, posinf=0.0, neginf=0.0)
         return np.linalg.solve(jacobian.T @ jacobian + 1e-3 * np.eye(len(wanted)), jacobian.T @ wanted)
 
-    def _damped(self, goal: TargetPoses, q: np.ndarray, iterations: int, loose: Side | None) -> IkResult:
-        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, TOLERANCE, row_weights(loose))
+    def _damped(self, goal: TargetPoses, q: np.ndarray, iterations: int, loose: Side | None, yaw: float) -> IkResult:
+        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, TOLERANCE, row_weights(loose, yaw))
         worst = float(abs(error).max())
         reason = "" if worst < TOLERANCE else self._reason(q, error)
         return IkResult(q, not reason, iterations + more, worst, reason)

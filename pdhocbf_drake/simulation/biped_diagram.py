@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from pydrake.common.eigen_geometry import Quaternion
 from pydrake.geometry import Box, Meshcat, ProximityProperties, Role, RoleAssign, SceneGraph
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
@@ -23,6 +24,8 @@ from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.turn_reference import TurnReference
+from pdhocbf_drake.systems.turning_zmp_offset import TurningZmpOffset
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 
@@ -52,8 +55,12 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
     controller = add_controller(wiring, walk, LATENCY * plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
-    kinematics = wiring.add("inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick)))
-    offset = wiring.add("zmp_offset", ZmpOffset(walk.gait, walk.mpc.config.horizon, swing_lever(biped, posture)))
+    kinematics = wiring.add(
+        "inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick, walk.gait.turns))
+    )
+    lever = swing_lever(biped, standing_posture(walk, biped))
+    zmp_offset = TurningZmpOffset if walk.gait.turns else ZmpOffset
+    offset = wiring.add("zmp_offset", zmp_offset(walk.gait, walk.mpc.config.horizon, lever))
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
 
@@ -64,6 +71,11 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step", "resumed")
     wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
+    if walk.gait.turns:
+        turn_reference = wiring.add("turn_reference", TurnReference(walk.gait))
+        wiring.connect(turn_reference, "gait_phase", "last_step", "resumed")
+        wiring.connect(kinematics, "turn_reference")
+        wiring.log("turn_reference")
     wiring.connect(detector, "com_z")
     wiring.connect(targets, "desired_state", "feedforward")
     connect_joints(wiring.builder, plant, biped, targets)
@@ -78,8 +90,20 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
-    """q (19,) at tick 0: the CoM over the middle of the feet at its commanded height."""
-    left, right = (sole_pose(*foot) for foot in walk.gait.feet_at_start)
+    """q (19,) at tick 0: `standing_posture`, moved to where the walk starts."""
+    q, start = standing_posture(walk, biped), walk.gait.step(-1)
+    if start.x or start.y or start.yaw:
+        there = RigidTransform(RollPitchYaw(0.0, 0.0, start.yaw), [start.x, start.y, 0.0])
+        quaternion, place = biped.base_q_index[:4], biped.base_q_index[4:]
+        base = there @ RigidTransform(Quaternion(q[quaternion] / np.linalg.norm(q[quaternion])), q[place])
+        q[quaternion], q[place] = base.rotation().ToQuaternion().wxyz(), base.translation()
+    return q
+
+
+def standing_posture(walk: Walk, biped: Biped) -> np.ndarray:
+    """q (19,): the CoM at its commanded height over the origin, between the feet, which face ahead along x."""
+    half = walk.gait.footsteps.width / 2.0
+    left, right = sole_pose(0.0, half), sole_pose(0.0, -half)
     return upright_posture(biped, np.array([0.0, 0.0, walk.gait.height(0)[0]]), left, right)
 
 

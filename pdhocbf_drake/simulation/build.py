@@ -23,6 +23,7 @@ from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
+from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait, GaitConfig
@@ -32,7 +33,7 @@ from pdhocbf_drake.walking.vhip import Vhip
 from pdhocbf_drake.walking.walk_barrier import WalkBarrier, make_walk_barrier
 
 _COMPLETE = "complete"  # a name among what is kept of a walk
-AT_REST = np.zeros((2, 3))  # [c, v, p] per axis at tick 0: standing between the feet
+AT_REST = np.zeros((2, 3))  # [c, v, p] per axis from the middle between the feet
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,13 @@ class Walk:
     mpc: PeriodicMpc
     quantities: tuple[Quantity, ...]
     barriers: tuple[WalkBarrier, ...]
+
+    @property
+    def at_rest(self) -> np.ndarray:
+        """[c, v, p] per axis at tick 0: standing between the feet, shape (2, 3)."""
+        state = AT_REST.copy()
+        state[:, [0, 2]] = self.gait.foothold(-1)[:, None]
+        return state
 
     @property
     def axes(self) -> tuple[int, ...]:
@@ -115,7 +123,7 @@ def complete_programs(scenario: Scenario) -> None:
 
 
 def _built(scenario: Scenario, parts: WalkParts) -> Walk:
-    gait, cache = Gait(scenario.gait), parts.programs
+    gait, cache = commanded_gait(scenario), parts.programs
     vhip = Vhip(gait.height.eta(), gait.config.tick)
     barriers = []
     for name, config in scenario.barriers.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from operator import attrgetter
 from typing import Any, Final
 
@@ -21,6 +22,7 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
     "van_der_pol": (
         "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "vhip",
+        "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 
@@ -33,10 +35,18 @@ def check_scenario(scenario: Scenario) -> None:
         return
     _check_size(scenario)
     _check_lengths(scenario)
+    _check_commands(scenario)
     for index, push in enumerate(scenario.pushes):
         _check_push(f"pushes.{index}", push, scenario)
     if scenario.system == "biped":
         _check_plant(scenario)
+
+
+def check_straight(scenario: Scenario) -> None:
+    """Raises `InputError` for a walk that follows commands, where only a straight one can be judged."""
+    for key in ("commands", "path"):
+        if getattr(scenario, key):
+            _refuse(key, "must be empty here, where the walk straight ahead at gait.stride is judged", scenario.name)
 
 
 def check_watchable(scenario: Scenario) -> None:
@@ -86,6 +96,33 @@ def _check_lengths(scenario: Scenario) -> None:
     for (key, length), reach in zip(lengths.items(), mpc.step_reach or (math.inf, math.inf), strict=True):
         if length > reach:
             _refuse(key, f"must be within mpc.step_reach, {reach:g} m", length)
+
+
+def _check_commands(scenario: Scenario) -> None:
+    for index, (one, other) in enumerate(pairwise(scenario.commands), start=1):
+        if other.time <= one.time:
+            allowed = f"must be later than that of the command before, {one.time:g} s"
+            _refuse(f"commands.{index}.time", allowed, other.time)
+    if scenario.path and scenario.commands:
+        _refuse("path", "must be empty where there are commands", f"{len(scenario.path)} waypoints")
+    if not scenario.path and scenario.path_speed != Scenario.model_fields["path_speed"].default:
+        _refuse("path_speed", "is the speed along a path, and there is none", scenario.path_speed)
+    if not scenario.commands and not scenario.path:
+        return
+    if scenario.gait.walk_steps is not None:
+        allowed = "must be null where there are commands or a path, which end the walk"
+        _refuse("gait.walk_steps", allowed, scenario.gait.walk_steps)
+    for name, barrier in scenario.barriers.items():
+        # A stand in the middle of a walk changes what is seen from a foot, and which steps are left ones.
+        if barrier.bounded.frame == "stance":
+            allowed = "where there are commands or a path, forward_speed and lateral_speed can be bounded"
+            _refuse(f"barriers.{name}.quantity", allowed, barrier.bounded.name)
+        if barrier.bounded.mirrored:
+            allowed = "must be false where there are commands or a path, after whose stops either foot may begin"
+            _refuse(f"barriers.{name}.mirrored", allowed, "true")
+    if scenario.mpc.terminal_set is not None:
+        allowed = "must be null where there are commands or a path, since it is the set of a straight walk"
+        _refuse("mpc.terminal_set", allowed, scenario.mpc.terminal_set)
 
 
 def _check_push(where: str, push: Push, scenario: Scenario) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydrake.systems.framework import System
 
 from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
-from pdhocbf_drake.simulation.build import AT_REST, Walk
+from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.disturbance import add_measurement, timed_forces
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
@@ -14,6 +14,7 @@ from pdhocbf_drake.systems.fall_detector import LeanDetector
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.oscillator import Oscillator, TubeFilter
+from pdhocbf_drake.systems.path_reference import PathReference
 from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
@@ -23,7 +24,7 @@ def vhip_diagram(scenario: Scenario, walk: Walk) -> LoggedDiagram:
     """clock, barriers -> MPC -> template -> MPC."""
     wiring = Wiring(walk.gait.config.tick)
     controller = add_controller(wiring, walk)
-    plant = wiring.add("vhip", VhipPlant(walk.vhip, AT_REST, scenario.vhip.mass))
+    plant = wiring.add("vhip", VhipPlant(walk.vhip, walk.at_rest, scenario.vhip.mass))
     wiring.connect(plant, "gait_phase", "zmp_reference")
     if scenario.pushes:
         wiring.add("push_schedule", PushSchedule(timed_forces(scenario), wiring.tick))
@@ -54,10 +55,12 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
     `lip_state` must be offered before `connect_controller`.
     """
     wiring.add("gait_reference", unbundled(GaitReference(walk.gait)))
+    if walk.gait.turns:
+        wiring.add("path_reference", PathReference(walk.gait))
     if walk.barriers:
         schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait, walk.mpc.config.horizon)
         wiring.add("barrier_schedule", unbundled(schedule))
-    controller = MpcController(walk.mpc, AT_REST, walk.gait.feet_at_start, walk.names, latency)
+    controller = MpcController(walk.mpc, walk.at_rest, walk.gait.feet_at_start, walk.names, latency)
     return wiring.add("mpc_controller", unbundled(controller))
 
 
@@ -66,10 +69,13 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     wiring.connect(controller, "gait_phase")
     wiring.connect(wiring.port("gait_phase").get_system(), "last_step", "resumed")
     wiring.connect(controller, "lip_state", measured=True)
+    path = ("path",) if walk.gait.turns else ()
+    if path:
+        wiring.connect(wiring.port("path").get_system(), "gait_phase", "last_step", "resumed")
     if walk.barriers:
         stance = ["stance_plan"] * any(barrier.from_stance for barrier in walk.barriers)
-        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *stance)
+        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *stance, *path)
         wiring.connect(controller, "barrier_bound")
         wiring.log("barrier_bound", "h", "barrier_slack", "barrier_active")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
-    wiring.log("solver_status", "unmet")
+    wiring.log("solver_status", "unmet", *path)

@@ -11,10 +11,12 @@ from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.drake_config import completed_plant, completed_simulator
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
+from pdhocbf_drake.walking.commands import CommandConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
 DEFAULT_ROBOT = "biped"
 System = Literal["biped", "vhip", "van_der_pol"]
+_Place = Annotated[float, within(-150.0, 150.0, "m")]
 _Force = Annotated[float, within(-1e6, 1e6, "N")]
 
 
@@ -91,6 +93,18 @@ class MeasurementConfig(Config):
     delay_ticks: int = Field(0, ge=0, le=1000)
 
 
+class StartConfig(Config):
+    """Where a walk starts.
+
+    Attributes:
+        position: the middle between the feet, x and y [m].
+        yaw: heading, counter-clockwise from x [rad].
+    """
+
+    position: tuple[_Place, _Place] = (0.0, 0.0)
+    yaw: Annotated[float, within(-1e3, 1e3, "rad")] = 0.0
+
+
 class Scenario(Config):
     """One run.
 
@@ -107,6 +121,12 @@ class Scenario(Config):
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
+        start: where the walk starts, and its heading.
+        commands: velocity and turn rate, or a stop, each from its time on, in place of `gait.stride`. What the legs,
+            soles or programs can't do is granted in part. Barriers keep the bound of the walk at `gait.stride`, along
+            the heading.
+        path: waypoints to walk along, x and y, in place of `commands`; at the last one the walk comes to a stand [m].
+        path_speed: speed along `path` [m/s].
         pushes: forces on the robot, or on the template's mass.
         model_error: differences of the simulated robot from the controller's model of it.
         measurement: noise and delay of the measurements that the controller gets.
@@ -125,6 +145,10 @@ class Scenario(Config):
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
     barriers: dict[Name, WalkBarrierConfig] = Field({})
+    start: StartConfig = StartConfig()
+    commands: tuple[CommandConfig, ...] = ()
+    path: tuple[tuple[_Place, _Place], ...] = ()
+    path_speed: Annotated[float, within(0.0, 10.0, "m/s", above=True)] = 0.3
     pushes: tuple[Push, ...] = ()
     model_error: ModelErrorConfig = ModelErrorConfig()
     measurement: MeasurementConfig = MeasurementConfig()

@@ -12,8 +12,10 @@ from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.systems.kernels import write_h
 from pdhocbf_drake.systems.signals import places, size, sizes
 from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.walk_barrier import BoundSamples, WalkBarrier
 
+(_YAW,) = places("path", "yaw")
 _NOW = places("stance_plan", "x_now", "y_now")
 
 
@@ -22,6 +24,7 @@ class BarrierSchedule(LeafSystem):
 
     Input ports:
         gait_phase (3), lip_state (6): as in `systems.signals`.
+        path (7): likewise, of a walk that turns: h is then seen along the heading of the stance foot.
         stance_plan (8): likewise; only where a barrier bounds a quantity that is seen from the stance foot.
     Output parts, see `unbundled`:
         barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [unit of the barrier].
@@ -47,6 +50,9 @@ class BarrierSchedule(LeafSystem):
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         prerequisites = {self._phase.ticket(), self._lip.ticket()}
+        self._path = self.DeclareVectorInputPort("path", size("path")) if gait.turns else None
+        if self._path is not None:
+            prerequisites.add(self._path.ticket())
         # Which of x and y is the stance's place that each barrier sees; the last of three numbers, 0, for none.
         self._seen_from, self._on_ground = np.full(len(barriers), 2), np.zeros(len(barriers))
         self._stance: InputPort | None = None
@@ -64,8 +70,12 @@ class BarrierSchedule(LeafSystem):
         # The signs are overwritten with h.
         values = np.concatenate([*(samples(tick) for samples in self._samples), self._signs])
         normals = self._normals[tick % len(self._normals)]
-        stances = self._on_ground
-        if self._stance is not None:
-            stances = np.append(self._stance.Eval(context)[_NOW], 0.0)[self._seen_from]
-        write_h(self._signs, self._axes, normals, stances, count, self._lip.Eval(context), values)
+        stances, state = self._on_ground, self._lip.Eval(context)
+        here = None if self._stance is None else self._stance.Eval(context)[_NOW]
+        if self._path is not None:
+            seen = rotation(-self._path.Eval(context)[_YAW])
+            state, here = (seen @ state.reshape(2, 3)).ravel(), None if here is None else seen @ here
+        if here is not None:
+            stances = np.append(here, 0.0)[self._seen_from]
+        write_h(self._signs, self._axes, normals, stances, count, state, values)
         output.SetFromVector(values)

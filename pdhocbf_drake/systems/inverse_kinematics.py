@@ -13,13 +13,15 @@ from pdhocbf_drake.robot import (
     left_share_of_zmp,
     zmp_of_wrenches,
 )
-from pdhocbf_drake.robot.posture import LEFT, RIGHT
+from pdhocbf_drake.robot.ik import LEVEL
+from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.kernels import write_step, write_targets, write_wanted
 from pdhocbf_drake.systems.signals import places, size, sizes
 
 _INPUTS = ("gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
 _OUTPUTS = ("desired_state", "feedforward", "whole_body_zmp", "ik_status")
 _SWING_FOOT: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the stance foot
+_TURNS = [turn.start + 2 for turn in (LEFT_TURN, RIGHT_TURN, TORSO_TURN)]  # about the vertical
 _LARGEST_ERROR = 1e3  # in ik_status, where a refused target has an infinite one
 (_SUPPORT,) = places("gait_phase", "support")
 _ZMP = places("zmp_reference", "x_zmp", "y_zmp")
@@ -33,6 +35,7 @@ class InverseKinematics(LeafSystem):
 
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18): as in `systems.signals`.
+        turn_reference (9): as in `systems.signals`, of a walk that turns; in others all face ahead.
         gait_phase (3): its support determines the swing foot, which is the one to miss its target where the legs are
             too short; may be left unconnected.
     Output parts, see `unbundled`:
@@ -44,9 +47,10 @@ class InverseKinematics(LeafSystem):
     Args:
         initial: q at the start (19,).
         tick: δ [s].
+        turns: whether the walk may turn.
     """
 
-    def __init__(self, biped: Biped, initial: np.ndarray, tick: float) -> None:
+    def __init__(self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False) -> None:
         super().__init__()
         self.parts = sizes(*_OUTPUTS)
         self._tick = tick
@@ -55,6 +59,8 @@ class InverseKinematics(LeafSystem):
         self._joints = biped.q_index
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         self._phase, self._height, self._com, self._zmp, self._feet = ports
+        self._turn = self.DeclareVectorInputPort("turn_reference", size("turn_reference")) if turns else None
+        ports += [] if self._turn is None else [self._turn]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
         self._still = np.zeros(3 * self._velocities)
         self._q = slice(positions)
@@ -83,7 +89,13 @@ class InverseKinematics(LeafSystem):
         write_step(state, self._tick, step)
         write_wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context), wanted)
         seed = self._ik.task_space.moved(last, step)
-        q, v, vdot, found = self._ik.motion(wanted, seed, self._swing_foot(context))
+        angles = LEVEL
+        if self._turn is not None:
+            turn = self._turn.Eval(context).reshape(3, 3)
+            wanted[1:, _TURNS] = turn[:, 1:].T
+            left_yaw, right_yaw, torso_yaw = turn[:, 0].tolist()
+            angles = (0.0, 0.0, torso_yaw, 0.0, 0.0, left_yaw, 0.0, 0.0, right_yaw)
+        q, v, vdot, found = self._ik.motion(wanted, seed, self._swing_foot(context), angles)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
         if left[2] > 0.0:

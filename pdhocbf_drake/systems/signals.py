@@ -60,8 +60,12 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             "tick of the step, step index, support (+1 left, -1 right, 0 both)"),
     _signal("com_height", "gait_reference", "z vz az", "m, m/s, m/s²",
             "commanded CoM height (24) and its derivatives"),
+    _signal("path", "path_reference", "x y yaw forward lateral turn walks", "m, rad, m/s, rad/s, 1",
+            "of a walk that follows commands: middle between the feet and heading of this step as commanded, the "
+            "velocity ahead and aside and the turn rate that were granted to it, 1 or for a stand 0"),
     _signal("zmp_box", "mpc_controller", "x_min x_max y_min y_max", "m",
-            "the box (27) that held for this tick's planned ZMP"),
+            "the box (27) that held for this tick's planned ZMP; in a walk that turns along the heading of the tick "
+            "before, from the world's origin"),
     _signal("barrier_bound", "barrier_schedule", "n_b*(H+1)", "as h", "bound V̄ of each barrier over the horizon"),
     _signal("h", "barrier_schedule", "n_b", "that of the barrier", "each barrier on the measured state"),
     _signal("lip_state", "state_estimator", "x vx x_zmp y vy y_zmp", "m, m/s", "measured CoM and ZMP"),
@@ -100,6 +104,9 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("foot_reference", "foot_reference",
             tuple(f"{s}_{d}{a}" for s in SIDES for d in ("", "v", "a") for a in "xyz"), "m, m/s, m/s²",
             "left, then right sole: position, velocity, acceleration"),
+    _signal("turn_reference", "turn_reference",
+            tuple(f"{part}_{d}yaw" for part in (*SIDES, "torso") for d in ("", "v", "a")), "rad, rad/s, rad/s²",
+            "of a walk that turns: left sole, right sole, torso: heading, its rate and acceleration"),
     _signal("desired_state", "inverse_kinematics", _STATE, "rad, rad/s",
             "joint targets for this tick, then their rates"),
     _signal("feedforward", "inverse_kinematics", JOINTS, "N m", "inverse-dynamics torque"),

@@ -17,9 +17,9 @@ _INPUTS = (
     "gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "foot_plan", "stance_plan", "last_step",
     "resumed",
 )  # fmt: skip
-_STANCE_AFTER = places("stance_plan", "x_after", "y_after")
+STANCE_AFTER = places("stance_plan", "x_after", "y_after")
 _AT_REST = np.zeros(size("foot_reference"))
-_LARGEST_SWING = 0.12  # [m]: limit of the offset that a swing foot is expected to cause
+LARGEST_SWING = 0.12  # [m]: limit of the offset that a swing foot is expected to cause
 
 
 class ZmpOffset(LeafSystem):
@@ -43,7 +43,12 @@ class ZmpOffset(LeafSystem):
     Args:
         gait: the walk. horizon: H [ticks].
         lever: see `robot.swing_lever` (2,) [s²]; without it the whole offset is learned.
+
+    Attributes:
+        tables: how many tables the state consists of.
     """
+
+    tables = 1
 
     def __init__(self, gait: Gait, horizon: int, lever: np.ndarray | None = None) -> None:
         super().__init__()
@@ -56,7 +61,7 @@ class ZmpOffset(LeafSystem):
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         self._phase, self._whole_body_zmp, self._planned_zmp = ports[:3]
         self._foot_reference, self._foot_plan, self._stance_plan, self._last, self._resumed = ports[3:]
-        self.DeclareDiscreteState(2 * self._period)
+        self.DeclareDiscreteState(2 * self._period * self.tables)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), self._phase.ticket(), *(port.ticket() for port in ports[3:])}
         self.DeclareVectorOutputPort("zmp_offset", size("zmp_offset", horizon=horizon), self._calc, prerequisites)
@@ -79,13 +84,14 @@ class ZmpOffset(LeafSystem):
         if self._has_lever:
             reference = self._foot_reference.Eval(context).reshape(2, 3, 3)
             plan = self._foot_plan.Eval(context).reshape(2, 2, 2)
-            after = self._stance_plan.Eval(context)[_STANCE_AFTER]
+            after = self._stance_plan.Eval(context)[STANCE_AFTER]
             self._swing.add_accelerations(
-                round(tick), side, reference, plan, after, self._lever, _LARGEST_SWING, expected
+                round(tick), side, reference, plan, after, self._lever, LARGEST_SWING, expected
             )
         output.SetFromVector(expected.ravel())
 
     def _sides_from(self, step: int, gait: Gait) -> np.ndarray:
         """The stance foot at each tick from the start of a step on: +1 left, −1 right, 0 both."""
+        seen = gait.seen(step)
         steps = range(step, step + self._horizon // self._period + 2)
-        return np.repeat([float(gait.support(index)) for index in steps], self._period)
+        return np.repeat([float(seen[index].side) for index in steps], self._period)

@@ -106,6 +106,23 @@ class Footsteps:
         """The last single-support step, a resumed one included; None for a walk without an end."""
         return None if self.last is None else max(self.last, self.resumed.last)
 
+    def seen(self, step: int) -> Footsteps:
+        """The same, as they are expected at step j; without commands to come all is known."""
+        return self
+
+    @property
+    def turns(self) -> bool:
+        """Whether a footstep may have another heading than 0."""
+        return False
+
+    def path(self, step: int) -> tuple[float, ...]:
+        """See `Gait.path`."""
+        return ()
+
+    def settled(self, step: int) -> bool:
+        """Whether the walk goes on in step j as it was commanded in the step before."""
+        return True
+
     def with_stride(self, stride: float, step: int) -> Footsteps:
         """The same footsteps up to step j, and from there on single-support steps `stride` [m] apart along x."""
         listed = [self._before_the_end(j) for j in range(-1, max(step + 2, len(self.listed) - 1))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -26,6 +27,7 @@ class Gait:
         config: the `gait` keys that the walk was first made from; where it was derived from another walk, `footsteps`
             and not the config's stride and number of steps say where it goes.
         footsteps, step: the commanded footsteps; `step(j)` is `footsteps[j]`, kept for the next call.
+        seen: `footsteps.seen`, likewise; what step j commands of steps j + 2, j + 3, … is found there.
         period: N [ticks].
         height: CoM height, eq. (24).
         region: the support region, eq. (27).
@@ -54,8 +56,30 @@ class Gait:
                 )
         self.region = SupportRegion(config)
         self.step = lru_cache(maxsize=64)(self.footsteps.__getitem__)
+        self.seen = lru_cache(maxsize=4)(self.footsteps.seen)
         self._endings: dict[int, Gait] = {}
         self._resumed: dict[Resumed, Gait] = {}
+
+    @property
+    def turns(self) -> bool:
+        """Whether a foot may have another heading than straight ahead along x."""
+        return self.footsteps.turns
+
+    def path(self, step: int) -> tuple[float, ...]:
+        """Middle between the feet and heading of step j as commanded [m, rad], and its command as granted.
+
+        The latter is the velocity ahead and aside, the turn rate, and whether it walks [m/s, rad/s, 1]; a walk that
+        follows no commands has none.
+        """
+        return self.footsteps.path(step)
+
+    def foot_yaws(self, step: int) -> tuple[float, float, float, float]:
+        """Headings of the left foot at the start and at the end of step j, then of the right one [rad]."""
+        here = self.step(step)
+        if here.side == BOTH:
+            return (here.yaw,) * 4
+        swing = self.step(step - 1).yaw, self.step(step + 1).yaw
+        return (here.yaw, here.yaw, *swing) if here.side > 0 else (*swing, here.yaw, here.yaw)
 
     def phase(self, tick: int) -> tuple[int, int]:
         """(step index j, tick q within the step) of tick k = jN + q."""
@@ -73,8 +97,9 @@ class Gait:
     @property
     def feet_at_start(self) -> np.ndarray:
         """Centres of the left and of the right foot in the stand from which the walk starts, shape (2, 2) [m]."""
-        (x, y), half = self.foothold(-1), self.footsteps.width / 2.0
-        return np.array([[x, y + half], [x, y - half]])
+        start, half = self.step(-1), self.footsteps.width / 2.0
+        aside = np.array([-half * math.sin(start.yaw), half * math.cos(start.yaw)])
+        return np.array([start.x, start.y]) + np.array([aside, -aside])
 
     @property
     def has_end(self) -> bool:

@@ -48,7 +48,7 @@ class Stability(Term):
 
     @classmethod
     def of(cls, setting: Setting) -> list[Term]:
-        return [] if setting.turn else [cls(setting)]
+        return [] if setting.turn or setting.gait.turns else [cls(setting)]
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -92,7 +92,11 @@ class Stability(Term):
         gait, horizon = self.setting.gait, self.setting.config.horizon
         start = step * gait.period
         length = self._seen + gait.period
-        stances = np.array([gait.foothold(step + i)[self.axis] for i in range(-1, length // gait.period + 2)])
+        seen = gait.seen(step)
+        steps = [gait.step(step - 1), *(seen[step + i] for i in range(length // gait.period + 2))]
+        c, s = math.cos(steps[1].yaw), math.sin(steps[1].yaw)  # the axes of the stance foot
+        along = (c, s) if self.axis == 0 else (-s, c)
+        stances = np.array([along[0] * step.x + along[1] * step.y for step in steps])
         velocity = np.diff(gait.region.centres(stances, length + 1)) / gait.config.tick
         tails = np.empty(gait.period)
         for phase in range(gait.period):

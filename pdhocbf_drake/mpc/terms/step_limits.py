@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import ClassVar
 
@@ -12,6 +13,9 @@ from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Term, Tick
 from pdhocbf_drake.walking.footsteps import BOTH
+from pdhocbf_drake.walking.frame import inner_share, rotation
+
+_REACH_OF_TOES = 0.1  # [m]: of half a sole, by which a turned foot comes closer to the other one
 
 
 class StepLimits(Term):
@@ -63,18 +67,42 @@ class StepLimits(Term):
 
 
 def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.ndarray]:
-    """Least and greatest move to each coming foothold as the walk is commanded, shapes (2, n_f) [m]."""
+    """Least and greatest move to each coming foothold as the walk is commanded, shapes (2, n_f) [m].
+
+    The limits of a step hold along the axes of the foot that it is made from. Where these are turned, what a foothold
+    may deviate from the commanded one is the largest similar rectangle inside.
+    """
     lower, upper = ahead.moves.copy(), ahead.moves.copy()
     for i, (before, after) in enumerate(pairwise(ahead.steps)):
         if BOTH in (before.side, after.side):
             continue  # a stand begins or ends where the feet are
-        if config.step_reach is None:
-            lower[:, i] -= config.step_tolerance
-            upper[:, i] += config.step_tolerance
-        else:
-            lower[:, i], upper[:, i] = np.negative(config.step_reach), config.step_reach
-        if after.side > 0:
-            lower[1, i] = max(lower[1, i], config.stance_width_min)
-        else:
-            upper[1, i] = min(upper[1, i], -config.stance_width_min)
+        turn = before.yaw - ahead.yaw
+        move = rotation(-turn) @ ahead.moves[:, i] if turn else ahead.moves[:, i]
+        low, high = _range(config, move, after.side, after.yaw - before.yaw)
+        if turn:
+            share = inner_share(low - move, high - move, -turn)
+            low, high = (ahead.moves[:, i] + share * (limit - move) for limit in (low, high))
+        lower[:, i], upper[:, i] = low, high
     return lower, upper
+
+
+def _range(config: MpcConfig, move: np.ndarray, side: int, turn: float) -> tuple[np.ndarray, np.ndarray]:
+    """Least and greatest move of one step along the axes of the foot that it is made from, shapes (2,) [m].
+
+    Args:
+        move: as commanded (2,) [m].
+        side: of the coming stance foot.
+        turn: its heading from that of this foot [rad].
+    """
+    if config.step_reach is None:
+        low, high = move - config.step_tolerance, move + config.step_tolerance
+    else:
+        low, high = np.negative(config.step_reach), np.array(config.step_reach)
+    least = config.stance_width_min
+    if turn:  # the toe or heel of a turned foot is nearer, and what a turn commands is allowed
+        least = min(least + _REACH_OF_TOES * abs(math.sin(turn)), side * float(move[1]))
+    if side > 0:
+        low[1] = max(low[1], least)
+    else:
+        high[1] = min(high[1], -least)
+    return low, high

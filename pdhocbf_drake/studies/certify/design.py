@@ -11,6 +11,7 @@ from pdhocbf_drake.analysis.barrier_margins import measured
 from pdhocbf_drake.barriers.config import Side
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.sets.polytope import Array
+from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.walking.barrier_config import WalkBoundConfig
 from pdhocbf_drake.walking.quantities import Quantity
@@ -48,6 +49,7 @@ def measured_envelope(run: Run, quantity: Quantity, side: Side, from_time: float
     scenario, log = run.scenario, run.log
     if scenario.system == "van_der_pol":
         raise InputError(f"run of '{scenario.name}': a bound is designed from a walk, not from an oscillator")
+    check_straight(scenario)
     if not log.complete:
         raise InputError(f"run of '{scenario.name}': it {log.ending}, and a bound needs a walk that went on to its end")
     period = quantity.period(scenario.gait.ticks_per_step)

@@ -12,6 +12,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.pages import page
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
+from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.results import write_json
@@ -61,6 +62,7 @@ def certify(
         raise InputError(f"reach must be a length above 0 [m], given {reach}")
     if starts < 0:
         raise InputError(f"starts must be 0 or more, given {starts}")
+    check_straight(scenario)
     if scenario.system == "van_der_pol":
         raise InputError(
             f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"

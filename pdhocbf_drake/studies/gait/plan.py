@@ -7,6 +7,7 @@ from itertools import product
 from typing import Any, Final, NamedTuple
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.scenario import Scenario
 
 PHASE, HEIGHT, AMPLITUDE = "com_height_phase", "com_height", "com_height_amplitude"
@@ -45,6 +46,7 @@ def plan(
     """The gaits to measure, each once; raises `InputError`."""
     if scenario.system == "van_der_pol" or scenario.gait.walk_steps is not None:
         raise InputError(f"scenario '{scenario.name}': a walk without an end is needed (gait.walk_steps: null)")
+    check_straight(scenario)
     if unknown := [key for key in (*lines, *over) if key not in KEYS]:
         raise InputError(f"gait.{unknown[0]} can't be varied here; these can: {', '.join(KEYS)}")
     if directions and scenario.system != "biped":

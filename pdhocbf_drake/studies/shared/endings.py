@@ -6,6 +6,7 @@ from typing import Final
 
 import numpy as np
 
+from pdhocbf_drake.analysis.heading import commanded_path
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking.config import GaitConfig
@@ -49,7 +50,10 @@ def walks_on(gait: GaitConfig, log: RunLog) -> bool:
         return True
     com = log["lip_state"][:, [0, 3]]
     velocity = (com[-1] - com[-1 - gait.ticks_per_gait]) / (gait.ticks_per_gait * gait.tick)
-    commanded = [gait.stride / (gait.ticks_per_step * gait.tick), 0.0]
+    commanded = np.array([gait.stride / (gait.ticks_per_step * gait.tick), 0.0])
+    if "path" in log:
+        path = commanded_path(log, gait.ticks_per_step, gait.tick)[:, :2]
+        commanded = (path[-1] - path[-1 - gait.ticks_per_gait]) / (gait.ticks_per_gait * gait.tick)
     return bool(np.abs(velocity - commanded).max() < _SPEED_ERROR)
 
 

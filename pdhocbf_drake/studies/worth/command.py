@@ -11,6 +11,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.file import replaced_file, write_text
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.pages import page
+from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.stopping import stop_requests
@@ -48,6 +49,7 @@ def run(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario, options.text)
     if scenario.system not in _SIZES:
         raise InputError(f"scenario.system: 'vhip' or 'biped' is needed (given: {scenario.system!r})")
+    check_straight(scenario)
     gammas = _gammas(options.gamma)
     for name in ("kick", "push", "command"):
         size = getattr(options, name)

@@ -1,0 +1,77 @@
+"""The gait of a scenario: a straight walk, or one that follows commands from a given place and heading."""
+
+from __future__ import annotations
+
+import math
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps, Limits
+from pdhocbf_drake.walking.commands import Command, Schedule
+from pdhocbf_drake.walking.sole_gap import Pose
+from pdhocbf_drake.walking.waypoints import commands_along
+
+_SHARE = 0.5  # of the legs' longest stride, up to which a walk is commanded
+
+
+def commanded_gait(scenario: Scenario) -> Gait:
+    """The gait of the `gait`, `start` and `commands` keys; raises `InputError` as `Gait` does."""
+    config, start = scenario.gait, Pose(*scenario.start.position, scenario.start.yaw)
+    if scenario.path:
+        return Gait(config, CommandedFootsteps.of(config, _along_path(scenario, start), start, limits_of(scenario)))
+    if not scenario.commands and start == Pose(0.0, 0.0, 0.0):
+        return Gait(config)
+    if not scenario.commands:
+        forward = Command(config.stride / (config.ticks_per_step * config.tick))
+        ahead = CommandedFootsteps.of(config, lambda time: forward, start, Limits(stride=math.inf))
+        end = None if config.walk_steps is None else config.start_steps + config.walk_steps - 1
+        return Gait(config, ahead if end is None else ahead.ending_at(end))
+    commands = [command.command for command in scenario.commands]
+    schedule = Schedule([command.time for command in scenario.commands], commands)
+    return Gait(config, CommandedFootsteps.of(config, schedule, start, limits_of(scenario)))
+
+
+def _along_path(scenario: Scenario, start: Pose) -> Schedule:
+    """The commands of a walk along the scenario's waypoints, one a step."""
+    config, limits = scenario.gait, limits_of(scenario)
+    duration = config.ticks_per_step * config.tick
+    fastest = limits.stride / duration
+    if scenario.path_speed > fastest:
+        raise InputError(
+            f"path_speed: must be at most {fastest:.3g} m/s, a step of {limits.stride:.3g} m in {duration:g} s "
+            f"(given: {scenario.path_speed:g})"
+        )
+    steps = math.ceil(scenario.duration / duration)
+    commands = commands_along(scenario.path, scenario.path_speed, start, limits, config, steps)
+    return Schedule([i * duration for i in range(len(commands))], commands)
+
+
+def limits_of(scenario: Scenario) -> Limits:
+    """What the scenario's robot can be commanded; on the template there are no soles."""
+    if scenario.system != "biped":
+        return Limits()
+    # Here, since it loads Drake, which other walks need later.
+    from pdhocbf_drake.robot import Biped, longest_stride
+
+    biped = Biped.load(scenario.robot)
+    half = [min(biped.soles[side].half_size[i] for side in ("left", "right")) for i in (0, 1)]
+    height = scenario.gait.com_height + scenario.gait.com_height_amplitude
+    stride = _SHARE * longest_stride(biped, scenario.gait.stance_width, height)
+    return Limits(stride, (float(half[0]), float(half[1])))
+
+
+def limited_commands(scenario: Scenario) -> list[str]:
+    """A sentence for each command that is granted in part."""
+    if not scenario.commands:
+        return []
+    limits, sentences = limits_of(scenario), list[str]()
+    for command in scenario.commands:
+        asked, granted = command.command, limits.granted(command.command, scenario.gait)
+        if asked != granted:
+            sentences.append(
+                f"the command at {command.time:g} s is granted in part: velocity [{granted.forward:.3g}, "
+                f"{granted.lateral:.3g}] m/s and turn {granted.turn:.3g} rad/s of [{asked.forward:g}, "
+                f"{asked.lateral:g}] m/s and {asked.turn:g} rad/s"
+            )
+    return sentences
