@@ -118,7 +118,7 @@ def test_a_figure_that_can_not_be_written_costs_the_figure_alone(
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(path))
 
     monkeypatch.setattr(search, "search", lambda work: Impulse(work.barrier, "+x", work.phase, 12.5))
-    monkeypatch.setattr("pdhocbf_drake.studies.push.study.draw_polar", full)
+    monkeypatch.setattr("pdhocbf_drake.studies.push.results.draw_polar", full)
     words = ["push", "walking", "--directions", "+x", "--phases", "0,40", "--workers", "1", "--out"]
     assert main([*words, str(tmp_path / "pushes")]) == 1
     shown = capsys.readouterr()
