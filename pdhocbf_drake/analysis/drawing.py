@@ -79,7 +79,7 @@ def save(figure: Figure, path: Path | BinaryIO) -> None:
         if isinstance(text, Text) and not _drawable(text.get_text()):
             text.set_parse_math(False)
     # `figure.savefig` draws once more before, only for the layout, which drawing makes anyway.
-    figure.set_dpi(matplotlib.rcParams["savefig.dpi"])
+    figure.set_dpi(_STYLE["savefig.dpi"])
     canvas: Any = FigureCanvasAgg(figure)  # untyped
     canvas.print_png(path, metadata={"Software": None})
 

@@ -21,7 +21,6 @@ from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unused_settings
-from pdhocbf_drake.simulation.commands import limited_commands
 from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, Run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -55,9 +54,11 @@ def run(options: argparse.Namespace) -> int:
         check_watchable(scenario)
     if unused := unused_settings(scenario):
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
-    check_scenario(scenario)
-    for sentence in limited_commands(scenario):
-        say(f"pdhocbf: {sentence}")
+    if scenario.commands or scenario.path:
+        from pdhocbf_drake.simulation.commands import limited_commands  # here, since it loads Drake
+
+        for sentence in limited_commands(scenario):
+            say(f"pdhocbf: {sentence}")
     with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES) as folder:
         with stop_requests() as stop:  # the log is written before such a request takes effect
             recorded = _recorded(scenario, options.meshcat, options.verbose)
