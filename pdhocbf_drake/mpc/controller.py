@@ -12,6 +12,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.digest import digest
 from pdhocbf_drake.mpc.kernels import write_plan
 from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
 from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
@@ -91,6 +92,8 @@ class PeriodicMpc:
         self._shapes = (2, 3), (2, 2), (2, config.horizon)
         self._all_met = np.zeros((2, len(self.constraints)))  # in every plan that misses nothing, never written into
         self._read(gait)
+        self._cache, self._rows_of_barriers = cache, dict[tuple[int, int], np.ndarray]()
+        self._names = [digest(problem.key) for problem in self.problems]
         compiled = [cache.compiled(problem) for problem in self.problems]
         self.qps: list[Sequence[ParametricQp]] = [axis.qps for axis in compiled]
         self.solvers: list[Sequence[QpSolver]] = [axis.solvers for axis in compiled]
@@ -107,7 +110,6 @@ class PeriodicMpc:
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
         self._kept: dict[Hashable, PeriodicMpc] = {}
-        self._rows_of_barriers: dict[tuple[int, int], list[np.ndarray]] = {}
 
     def _read(self, gait: Gait) -> None:
         """Reads commanded steps from a gait, as the problems of both axes do."""
@@ -127,6 +129,9 @@ class PeriodicMpc:
     def prepare(self) -> None:
         """Compiles whatever is not compiled yet, the programs of a disturbed walk included."""
         self.solvers = [list(axis) for axis in self.solvers]
+        for axis in (0, 1):
+            for phase in range(len(self.solvers[axis]) if self.barriers[axis] else 0):
+                self._barrier_rows(axis, phase)
         if self.recovery is not None:
             self.recovery.prepare()
 
@@ -256,18 +261,23 @@ class PeriodicMpc:
             if not self.barriers[axis]:
                 continue
             own = self._barrier_rows(axis, tick)
-            if len(result.active) == len(self._qp(axis, tick).names):
-                acting[place : place + len(own)] = [result.active[rows].any() for rows in own]
+            if len(result.active) == own.shape[1]:
+                acting[place : place + len(own)] = own @ np.abs(result.active) > 0.0
             place += len(own)
         return acting
 
-    def _barrier_rows(self, axis: int, tick: int) -> list[np.ndarray]:
-        """Places of the rows of each barrier of an axis in its program at tick k."""
+    def _barrier_rows(self, axis: int, tick: int) -> np.ndarray:
+        """1 where a row of an axis' program at tick k is one of a barrier, (n_b, m)."""
         place = axis, tick % len(self.qps[axis])
         if place not in self._rows_of_barriers:
-            names = np.array(self._qp(axis, tick).names)
-            rows = [np.flatnonzero(names == f"barrier {barrier.name}") for barrier in self.barriers[axis]]
-            self._rows_of_barriers[place] = rows
+
+            def make() -> np.ndarray:
+                names = np.array(self._qp(axis, tick).names)
+                return np.array([names == f"barrier {barrier.name}" for barrier in self.barriers[axis]], dtype=float)
+
+            name = self._names[axis]
+            kept = make() if name is None else self._cache.array(f"barrier rows {name} {place[1]}", make)
+            self._rows_of_barriers[place] = kept
         return self._rows_of_barriers[place]
 
     def _padded(self, axis: int, active: np.ndarray) -> np.ndarray:
