@@ -19,6 +19,7 @@ from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.terms import TERMS, constraints_of
+from pdhocbf_drake.mpc.terms.barrier import rows_of
 from pdhocbf_drake.mpc.terms.stability import Stability
 from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
@@ -273,7 +274,7 @@ class PeriodicMpc:
 
             def make() -> np.ndarray:
                 names = np.array(self._qp(axis, tick).names)
-                return np.array([names == f"barrier {barrier.name}" for barrier in self.barriers[axis]], dtype=float)
+                return np.array([names == rows_of(barrier.name) for barrier in self.barriers[axis]], dtype=float)
 
             name = self._names[axis]
             kept = make() if name is None else self._cache.array(f"barrier rows {name} {place[1]}", make)

@@ -12,6 +12,11 @@ from pdhocbf_drake.mpc.terms.term import RowKind, Setting, Term, Tick
 from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 
 
+def rows_of(name: str) -> str:
+    """The name of a barrier's rows in the programs of its axis."""
+    return f"barrier {name}"
+
+
 class BarrierTerm(Term):
     """ψ_m(k+i) + slack_i ≥ 0, i = 0 … H − m, eq. (26), of one barrier.
 
@@ -30,7 +35,7 @@ class BarrierTerm(Term):
         super().__init__(setting)
         self.barrier, self._soft = barrier, soft
         self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.quantity.seen_anew
-        self._part, self._name = f"bound_{barrier.name}", f"barrier {barrier.name}"
+        self._part, self._name = f"bound_{barrier.name}", rows_of(barrier.name)
 
     @classmethod
     def of(cls, setting: Setting) -> list[Term]:

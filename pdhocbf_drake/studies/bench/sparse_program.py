@@ -53,7 +53,7 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
         variables = np.concatenate([before, u[i : i + 1], path[i + 1, kept]])
         prog.AddLinearEqualityConstraint(rows, np.zeros(len(B)), variables)
     box = gait.region.rows(phase, horizon, n_f)
-    for step, (sign, on_feet, on_half) in zip(("step_lower", "step_upper"), box, strict=True):
+    for step, (sign, on_feet, on_half) in zip(StepLimits.rows, box, strict=True):
         rows = np.hstack([sign * np.eye(horizon), on_feet, on_half, sign * np.eye(horizon)])
         variables = np.concatenate([path[1:, 2], feet, part["half"], part["zmp_offset"]])
         prog.AddLinearConstraint(rows, np.zeros(horizon), np.full(horizon, np.inf), variables)
