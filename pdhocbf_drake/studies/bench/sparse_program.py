@@ -8,6 +8,7 @@ from pydrake.solvers import MathematicalProgram
 from pdhocbf_drake.barriers import affine_rows
 from pdhocbf_drake.barriers.recursion import linear_rates, psi_coefficients
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.terms.step_limits import StepLimits
 from pdhocbf_drake.qp import ParametricQp, compile_program
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.walking.walk_barrier import WalkBarrier
