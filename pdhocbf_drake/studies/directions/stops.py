@@ -32,7 +32,7 @@ def commands(ticks: int, tick: float, shares: list[float], first: int = 0) -> li
     found: list[dict[str, Any]] = []
     for i, share in enumerate(shares):
         start = i * (_WALKED + 2 + _STOOD) * step
-        stop = start + _WALKED * step + round(2.0 * ticks * share) * tick
+        stop = start + _WALKED * step + int(2.0 * ticks * share) * tick
         found += [{"time": start, **next(ways)}, {"time": stop, "stop": True}]
     end = len(shares) * (_WALKED + 2 + _STOOD) * step
     return [*found, {"time": end, **next(ways)}]

@@ -10,9 +10,10 @@ import numpy as np
 from pdhocbf_drake.studies.directions.checks import Outcome, least, most
 from pdhocbf_drake.studies.directions.work import Work, bounded, fallen, upright, walked
 
-_SIDE, _QUICK_SIDE = 2.0, 0.4  # [m]
+_SIDE = 2.0  # [m]
+_QUICK = {"square": (0.4, 22.0), "S": (0.8, 14.0)}  # side [m] and duration [s]; of a shorter S turns are too sharp
 _FROM_PATH = 0.06  # [m]
-_DURATION, _QUICK_DURATION = 60.0, 22.0  # longer than any of them takes [s]
+_DURATION = 60.0  # longer than any of them takes [s]
 ROWS: Final = ("square", "S")
 
 
@@ -26,9 +27,7 @@ def points(row: str, side: float) -> list[list[float]]:
 
 def plan(row: str, scenario: str, quick: bool) -> list[Work]:
     """The walk of a row; where quick, along a shorter path."""
-    side, duration = (_QUICK_SIDE, _QUICK_DURATION) if quick else (_SIDE, _DURATION)
-    if row == "S" and quick:
-        side = 2.0 * side  # its turns are as sharp as the robot can
+    side, duration = _QUICK[row] if quick else (_SIDE, _DURATION)
     return [Work(row, scenario, {"points": points(row, side), "duration": duration})]
 
 
