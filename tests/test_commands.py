@@ -17,11 +17,12 @@ from pdhocbf_drake.simulation.checks import check_scenario
 from pdhocbf_drake.simulation.commands import limited_commands
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps, Limits
+from pdhocbf_drake.walking.command_limits import Limits
+from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
 from pdhocbf_drake.walking.commands import STOP, Command, Schedule
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH
 from pdhocbf_drake.walking.frame import inner_share, rotation
+from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose, sole_gap, sole_gaps
 from pdhocbf_drake.walking.waypoints import distance_to
 

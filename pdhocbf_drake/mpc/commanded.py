@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.walking import Footstep, Gait
-from pdhocbf_drake.walking.footsteps import BOTH
 from pdhocbf_drake.walking.frame import inner_share, rotation
+from pdhocbf_drake.walking.sides import BOTH
 
 
 class Commanded(NamedTuple):

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.config import GaitConfig
-
-LEFT, BOTH, RIGHT = 1, 0, -1
+from pdhocbf_drake.walking.course import Course
+from pdhocbf_drake.walking.sides import BOTH, LEFT, RIGHT
 
 
 class Footstep(NamedTuple):
@@ -118,6 +119,18 @@ class Footsteps:
     def path(self, step: int) -> tuple[float, ...]:
         """See `Gait.path`."""
         return ()
+
+    def asked(self, step: int) -> tuple[float, ...]:
+        """See `Gait.asked`."""
+        return ()
+
+    def following(self, course: Course | None) -> Footsteps:
+        """The same: no command changes it."""
+        return self
+
+    def course_after(self, step: int, asked: Command | None) -> Course | None:
+        """None: no command changes the walk."""
+        return None
 
     def settled(self, step: int) -> bool:
         """Whether the walk goes on in step j as it was commanded in the step before."""

@@ -9,11 +9,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.walking.commanded_walk import Limits, Stage, Walker
+from pdhocbf_drake.walking.command_limits import Limits
 from pdhocbf_drake.walking.commands import STOP, Command
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH
+from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose
+from pdhocbf_drake.walking.walker import Stage, Walker
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,8 @@ from pdhocbf_drake.mpc.commanded import Commanded
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Term, Tick
-from pdhocbf_drake.walking.footsteps import BOTH
 from pdhocbf_drake.walking.frame import inner_share, rotation
+from pdhocbf_drake.walking.sides import BOTH
 
 _REACH_OF_TOES = 0.1  # [m]: of half a sole, by which a turned foot comes closer to the other one
 
