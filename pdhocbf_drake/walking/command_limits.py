@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
 
 from pdhocbf_drake.walking.commands import STOP, Command
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.sides import LEFT
-from pdhocbf_drake.walking.sole_gap import Pose, sole_gap
-from pdhocbf_drake.walking.walker import Stage, Walker
+from pdhocbf_drake.walking.sole_gap import Pose
+from pdhocbf_drake.walking.walker import GAP, HALVINGS, WIDEST, Stage, Walker, foot, swing_gap
 
-_LEAST_GAP = 0.012  # between soles as commanded [m]; walks come 2 mm closer
-_LARGEST_TURN = 0.4  # of one step [rad]
-_HALVINGS = 12
-_SAMPLES = 5  # of a swing, at which the passing sole is checked
+_LARGEST_TURN = 0.3  # of one step [rad]; from one way to the other a foot still passes beside the other one
 _AHEAD = 4
 
 
@@ -43,27 +40,38 @@ class Limits:
         )  # fmt: skip
         most = _LARGEST_TURN / duration
         turn = min(max(command.turn, -most), most)
-        if self._least_gap(fewer._replace(turn=turn), config) < _LEAST_GAP:
-            low, high = 0.0, 1.0
-            for _ in range(_HALVINGS):
-                middle = 0.5 * (low + high)
-                fits = self._least_gap(fewer._replace(turn=middle * turn), config) >= _LEAST_GAP
-                low, high = (middle, high) if fits else (low, middle)
-            turn *= low
-        return fewer._replace(turn=turn)
+        widest = config.stance_width / 2.0 + WIDEST
+        fits = self._at_most(turn, lambda part: self._least_gap(fewer._replace(turn=part), config, widest))
+        return fewer._replace(turn=fits)
 
-    def _least_gap(self, command: Command, config: GaitConfig) -> float:
+    def aside(self, command: Command, config: GaitConfig) -> float:
+        """Distance of the feet from the path in a walk at a granted command, so that its soles stay apart [m].
+
+        Half of the stance width, or where the walk turns too sharply for that, the least more at which they do.
+        """
+        half = config.stance_width / 2.0
+        if self._least_gap(command, config, half) >= GAP:
+            return half
+        less = self._at_most(WIDEST, lambda part: self._least_gap(command, config, half + WIDEST - part))
+        return half + WIDEST - less
+
+    @staticmethod
+    def _at_most(whole: float, gap: Callable[[float], float]) -> float:
+        """The largest part of a number at which a gap that shrinks with it is still `GAP`."""
+        if gap(whole) >= GAP:
+            return whole
+        low, high = 0.0, 1.0
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if gap(middle * whole) >= GAP else (low, middle)
+        return low * whole
+
+    def _least_gap(self, command: Command, config: GaitConfig, aside: float) -> float:
         """The least gap between the soles in a walk at this command, also where one passes the other [m]."""
         if self.sole is None or not command.turn:
             return math.inf
-        walk, stage, feet = Walker(config), Stage(0, LEFT, Pose(0.0, 0.0, 0.0)), []
+        walk, stage, feet = Walker(config, aside=lambda _: aside), Stage(0, LEFT, Pose(0.0, 0.0, 0.0), aside), []
         for _ in range(_AHEAD):
-            feet.append(walk.foot(stage))
+            feet.append(foot(stage))
             stage = walk.after(stage, command)
-        gaps = [sole_gap(one, other, self.sole) for one, other in pairwise(feet)]
-        for start, stance, end in zip(feet, feet[1:], feet[2:], strict=False):
-            for i in range(1, _SAMPLES):
-                s = i / _SAMPLES
-                swing = Pose(*(a + s * (b - a) for a, b in zip(start, end, strict=True)))
-                gaps.append(sole_gap(swing, stance, self.sole))
-        return min(gaps)
+        return min(swing_gap(*three, self.sole) for three in zip(feet, feet[1:], feet[2:], strict=False))

@@ -14,17 +14,19 @@ from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.footsteps import Footstep, Footsteps
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose
-from pdhocbf_drake.walking.walker import Stage, Walker
+from pdhocbf_drake.walking.walker import Stage, Walker, foot
 
 
 class Line:
     """The steps of a walk under its commands, made when they are first asked for."""
 
     def __init__(self, config: GaitConfig, commands: Callable[[float], Command], start: Pose, limits: Limits) -> None:
-        self.config, self.walker, self._commands = config, Walker(config), commands
+        self.config, self.limits, self._commands = config, limits, commands
+        aside = lru_cache(maxsize=256)(lambda command: limits.aside(command, config))
+        self.walker = Walker(config, limits.sole, aside)
         self.ticks = config.ticks_per_step
         self._granted = lru_cache(maxsize=256)(lambda command: limits.granted(command, config))
-        self._stages = [Stage(-1, BOTH, start)]
+        self._stages = [self.walker.standing(start)]
         self._ahead: dict[int, list[Stage]] = {}  # what is expected from one step's command on
         self._moving = [STOP]  # the last command at which the walk went on, at each of these steps
 
@@ -57,18 +59,21 @@ class Line:
         while len(self._stages) < step + 2:
             last = self._stages[-1]
             command, moving = self.command(last.number), self._moving[-1]
-            self._stages.append(self.walker.after(last, command, moving))
+            self._stages.append(self.walker.after(last, command, moving, self._before(last)))
             self._moving.append(command if command.walks else moving)
         return self._stages[step + 1]
 
     def _expected(self, step: int, known: int) -> Stage:
         if known not in self._ahead:
             self._ahead.clear()
-            self._ahead[known] = [self.stage(known + 1, None)]
+            self._ahead[known] = [self.stage(known, None), self.stage(known + 1, None)]
         ahead, command = self._ahead[known], self.command(known)
-        while len(ahead) < step - known:
-            ahead.append(self.walker.after(ahead[-1], command, self._moving[known + 1]))
-        return ahead[step - known - 1]
+        while len(ahead) < step - known + 1:
+            ahead.append(self.walker.after(ahead[-1], command, self._moving[known + 1], ahead[-2]))
+        return ahead[step - known]
+
+    def _before(self, stage: Stage) -> Stage | None:
+        return self._stages[stage.number] if stage.number >= 0 else None
 
 
 @dataclass(frozen=True)
@@ -130,8 +135,17 @@ class CommandedFootsteps(Footsteps):
     def path(self, step: int) -> tuple[float, ...]:
         """See `Gait.path`."""
         this = self[step]
-        across = this.side * self.width / 2.0
-        return *Pose(this.x, this.y, this.yaw).moved(0.0, -across), *self._taken_up(step)[0]
+        middle = Pose(this.x, this.y, this.yaw).moved(0.0, -this.side * self.aside(step))
+        return *middle, *self._taken_up(step)[0]
+
+    def aside(self, step: int) -> float:
+        """See `Footsteps.aside`."""
+        return self._stage(step if self.last is None else min(step, self.last)).aside
+
+    @property
+    def sole(self) -> tuple[float, float] | None:
+        """See `Footsteps.sole`."""
+        return None if self.line is None else self.line.limits.sole
 
     def asked(self, step: int) -> Command:
         """See `Gait.asked`."""
@@ -157,6 +171,11 @@ class CommandedFootsteps(Footsteps):
 
     def _before_the_end(self, step: int) -> Footstep:
         assert self.line is not None
-        ticks, walker = self.line.ticks, self.line.walker
-        stage = self.line.stage(step, self.known) if self.course is None else self.course.stage(walker, step)
-        return Footstep(stage.side, *walker.foot(stage), 0.0, step * ticks, ticks)
+        stage, ticks = self._stage(step), self.line.ticks
+        return Footstep(stage.side, *foot(stage), 0.0, step * ticks, ticks)
+
+    def _stage(self, step: int) -> Stage:
+        assert self.line is not None
+        if self.course is None:
+            return self.line.stage(step, self.known)
+        return self.course.stage(self.line.walker, step)

@@ -79,14 +79,14 @@ class Footsteps:
         if this.side != BOTH or not (self.resumed.tick >= 0 and first <= step <= self.resumed.last):
             return this
         side = self.resumed.side * (-1) ** (step - first)
-        aside = side * self.width / 2.0
+        aside = side * self.aside(step)
         return this._replace(side=side, x=this.x - aside * math.sin(this.yaw), y=this.y + aside * math.cos(this.yaw))
 
     def _commanded(self, step: int) -> Footstep:
         if self.last is None or step <= self.last:
             return self._before_the_end(step)
         end = self._before_the_end(self.last)
-        across = end.side * self.width / 2.0  # from the middle between both feet to the stance foot
+        across = end.side * self.aside(self.last)  # from the middle between both feet to the stance foot
         return end._replace(
             side=BOTH,
             x=end.x + across * math.sin(end.yaw),
@@ -110,6 +110,15 @@ class Footsteps:
     def seen(self, step: int) -> Footsteps:
         """The same, as they are expected at step j; without commands to come all is known."""
         return self
+
+    def aside(self, step: int) -> float:
+        """Distance of the feet from the middle between them in step j [m]."""
+        return self.width / 2.0
+
+    @property
+    def sole(self) -> tuple[float, float] | None:
+        """Half length and half width of the soles, where footholds are to keep them apart; None elsewhere [m]."""
+        return None
 
     @property
     def turns(self) -> bool:
