@@ -9,6 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
@@ -25,12 +26,14 @@ from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
 from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
 from pdhocbf_drake.walking.walk_barrier import BoundSamples
 
+_COURSES = 4  # walks under commands of a port that are kept: one a step
 Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
 
 
@@ -111,6 +114,7 @@ class PeriodicMpc:
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
         self._kept: dict[Hashable, PeriodicMpc] = {}
+        self._courses = Kept[PeriodicMpc](_COURSES)
 
     def _read(self, gait: Gait) -> None:
         """Reads commanded steps from a gait, as the problems of both axes do."""
@@ -140,6 +144,12 @@ class PeriodicMpc:
         """V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,) [unit of h]."""
         return {name: samples(tick) for name, samples in self._bounds.items()}
 
+    def following(self, course: Course | None) -> PeriodicMpc:
+        """This problem for the walk as it goes on after the course of its present step, see `Gait.following`."""
+        if course is None:
+            return self
+        return self._courses.get(course, lambda: self._changed(lambda gait: gait.following(course)))
+
     def ended_by(self, last_step: float) -> PeriodicMpc:
         """This problem, or where a last step has been set (not −1), that of the walk that ends there."""
         return self if last_step < 0 else self.ending_at(round(last_step))
@@ -156,11 +166,16 @@ class PeriodicMpc:
 
     def _derived(self, key: Hashable, change: Callable[[Gait], Gait]) -> PeriodicMpc:
         if key not in self._kept:
-            other = self._kept[key] = copy(self)
-            other._kept = {}
-            other._read(change(self.gait))
-            other.recovery = None if self.recovery is None else self.recovery._derived(key, change)
+            self._kept[key] = self._changed(change)
         return self._kept[key]
+
+    def _changed(self, change: Callable[[Gait], Gait]) -> PeriodicMpc:
+        """The same problem for a walk that is changed, with the same programs."""
+        other = copy(self)
+        other._kept, other._courses = {}, Kept(_COURSES)
+        other._read(change(self.gait))
+        other.recovery = None if self.recovery is None else self.recovery._changed(change)
+        return other
 
     def given(
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],

@@ -8,9 +8,12 @@ from functools import lru_cache
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH, Footsteps, Resumed, commanded_footsteps
+from pdhocbf_drake.walking.course import Course
+from pdhocbf_drake.walking.footsteps import Footsteps, Resumed, commanded_footsteps
+from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.support import SupportRegion
 
 
@@ -20,8 +23,8 @@ class Gait:
     Step j holds ticks jN … jN + N − 1. In single support one foot stands while the other one swings to the next
     foothold; during the first D ticks both are on the ground. Where a walk begins and ends, both feet stand.
 
-    Other walks are derived from this one (`ending_at`, `resumed_by`, `with_box`, `with_stride`), so that its footsteps
-    are kept.
+    Other walks are derived from this one (`following`, `ending_at`, `resumed_by`, `with_box`, `with_stride`), so that
+    its footsteps are kept.
 
     Attributes:
         config: the `gait` keys that the walk was first made from; where it was derived from another walk, `footsteps`
@@ -59,6 +62,7 @@ class Gait:
         self.seen = lru_cache(maxsize=4)(self.footsteps.seen)
         self._endings: dict[int, Gait] = {}
         self._resumed: dict[Resumed, Gait] = {}
+        self._following = Kept[Gait](4)
 
     @property
     def turns(self) -> bool:
@@ -72,6 +76,16 @@ class Gait:
         follows no commands has none.
         """
         return self.footsteps.path(step)
+
+    def asked(self, step: int) -> tuple[float, ...]:
+        """The command of step j before its limits, as the last four numbers of `path`; without commands none."""
+        return self.footsteps.asked(step)
+
+    def following(self, course: Course | None) -> Gait:
+        """This walk as it goes on after the course of its present step, where commands become known as it walks."""
+        if course is None:
+            return self
+        return self._following.get(course, lambda: Gait(self.config, self.footsteps.following(course)))
 
     def foot_yaws(self, step: int) -> tuple[float, float, float, float]:
         """Headings of the left foot at the start and at the end of step j, then of the right one [rad]."""
