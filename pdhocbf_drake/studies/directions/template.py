@@ -38,12 +38,18 @@ def measure(work: Work) -> Outcome:
     zmp = zmp_seen(later)[1:]  # the box's frame is that of the tick before
     beyond = np.maximum(box[1:, :, 0] - zmp, zmp - box[1:, :, 1]).max()
     solved = log.element("solver_status", "reason")[1:] == Reason.SOLVED
+    seen, world = seen_from_stance(later), later["lip_state"]
     return Outcome(
         [
-            most(ROW, "recurrence after two steps", recurrence(later, gait.ticks_per_gait), _EXACT, "m, m/s"),
+            most(ROW, "recurrence after two steps", change(seen, gait.ticks_per_gait), _EXACT, "m, m/s"),
             most(ROW, "ZMP beyond its box", max(0.0, float(beyond)), _EXACT, "m"),
             most(ROW, "ticks without a plan", float((~solved).sum()), 0.0),
-        ]
+        ],
+        [
+            f"template, turning by {_TURN:g} rad a step: the speed along the heading changes by up to "
+            f"{1e3 * change(seen[:, 2], gait.ticks_per_step):.0f} mm/s from a step to the next one, and the velocity "
+            f"in the world by up to {1e3 * change(world[:, [1, 4]], gait.ticks_per_gait):.0f} mm/s in two steps"
+        ],
     )
 
 
@@ -58,7 +64,6 @@ def seen_from_stance(log: RunLog) -> np.ndarray:
     return np.concatenate([along(column, yaw) for column in columns], axis=1)
 
 
-def recurrence(log: RunLog, gait: int) -> float:
-    """The largest difference of a row from that a gait later, as the stance foot sees them [m, m/s]."""
-    seen = seen_from_stance(log)
-    return float(np.abs(seen[gait:] - seen[:-gait]).max())
+def change(values: np.ndarray, ticks: int) -> float:
+    """The largest difference of a row from the one so many ticks later, in the values' unit."""
+    return float(np.abs(values[ticks:] - values[:-ticks]).max())
