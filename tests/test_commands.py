@@ -304,14 +304,6 @@ def load(text: str) -> Scenario:
         ("commands: [{time: 0}]", "needs a velocity"),
         ("{commands: [{time: 0, turn: 0.1}], gait: {walk_steps: 3}}", "gait.walk_steps: must be null"),
         ("start: {position: [1e6, 0]}", "start.position"),
-        (
-            "{commands: [{time: 0, turn: 0.1}], barriers: {b: {quantity: dcm_x, bound: {kind: orbit, margin: 0.1}}}}",
-            "barriers.b.quantity: where there are commands or a path, forward_speed and lateral_speed can be bounded",
-        ),
-        (
-            "{path: [[1, 0]], barriers: {b: {quantity: lateral_speed, bound: {kind: orbit, margin: 0.1}}}}",
-            "barriers.b.mirrored: must be false where there are commands or a path",
-        ),
     ],
 )
 def test_contradictions_are_refused_with_their_key(text: str, message: str) -> None:

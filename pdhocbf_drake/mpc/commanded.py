@@ -25,6 +25,7 @@ class Commanded(NamedTuple):
         yaw: heading of the stance foot, along which the axes are [rad].
         turn: heading of step j + n_f less that of step j [rad].
         sole: as `Footsteps.sole`.
+        flipped: as `Gait.flipped`.
     """
 
     steps: tuple[Footstep, ...]
@@ -35,6 +36,7 @@ class Commanded(NamedTuple):
     yaw: float = 0.0
     turn: float = 0.0
     sole: tuple[float, float] | None = None
+    flipped: bool = False
 
     @property
     def ways(self) -> np.ndarray:
@@ -66,4 +68,5 @@ class CommandedSteps:
                 half[:, i] *= inner_share(-half[:, i], half[:, i], yaw - s.yaw)
         x, y = centres[:, 0].tolist()
         repeats = BOTH not in (ahead[0].side, ahead[-1].side) and seen.settled(step)
-        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, (x, y), repeats, yaw, turn, seen.sole)
+        flipped, moves = self._gait.flipped(step), np.diff(centres, axis=1)
+        return Commanded(tuple(ahead), moves, half, (x, y), repeats, yaw, turn, seen.sole, flipped)

@@ -76,7 +76,7 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
         wiring.builder.ExportInput(controller.GetInputPort("command"), "command")
     if walk.barriers:
         stance = ["stance_plan"] * any(barrier.from_stance for barrier in walk.barriers)
-        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *stance, *path)
+        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *changes, *stance, *path)
         wiring.connect(controller, "barrier_bound")
         wiring.log("barrier_bound", "h", "barrier_slack", "barrier_active")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")

@@ -10,7 +10,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.walking.command_limits import Limits
 from pdhocbf_drake.walking.commands import STOP, Command
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.course import Course
+from pdhocbf_drake.walking.course import UNSETTLED, Course
 from pdhocbf_drake.walking.footsteps import Footstep, Footsteps
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose
@@ -41,9 +41,13 @@ class Line:
     def course(self, step: int) -> Course:
         """How far the walk has come at step j under the commands so far."""
         before, this, command = self.stage(step - 1, None), self.stage(step, None), self.command(step)
-        return Course(
-            before, this, command, self.asked(step), self._moving[step + 1], command == self.command(step - 1)
-        )
+        recent = tuple(map(self.under, range(step - 1, step - 1 - UNSETTLED, -1)))
+        settled = command == self.command(step - 1)
+        return Course(before, this, command, self.asked(step), self._moving[step + 1], settled, recent)
+
+    def under(self, step: int) -> Command:
+        """What step j walks under: its command, or in a stand a stop."""
+        return STOP if self.stage(step, None).side == BOTH else self.command(step)
 
     def after(self, course: Course, asked: Command | None) -> Course:
         """The next step's course, at which the command `asked` is taken up; None for the one that `asked` has."""
@@ -156,6 +160,35 @@ class CommandedFootsteps(Footsteps):
         if self.course is not None:
             return self.course.settled
         return self.line is None or self.line.command(step) == self.line.command(step - 1)
+
+    def under(self, step: int) -> set[Command]:
+        """The commands between whose orbits step j walks: its own, and those of the `UNSETTLED` steps before it.
+
+        A stand, the last two steps before one, and the step of it before a walk begins have a stop among theirs; steps
+        in place of a stand have stepping in place.
+        """
+        assert self.line is not None
+        known = step if self.known is None else min(step, self.known)
+        before = [self.under_now(j) for j in range(step - UNSETTLED, step)]
+        command = self.line.command(known) if self.course is None else self.course.command
+        ended = self.last is not None and step >= self.last - 1
+        return {*before, self.under_now(step), STOP if ended else command}
+
+    def under_now(self, step: int) -> Command:
+        """What step j walks under: its command, or in a stand a stop."""
+        assert self.line is not None
+        if self.course is not None and step < self.course.this.number:
+            command = self.course.recent[min(self.course.this.number - 1 - step, UNSETTLED - 1)]
+        elif self._commanded(step).side == BOTH:
+            command = STOP
+        elif self.course is not None:
+            command = self.course.command
+        else:
+            command = self.line.command(step if self.known is None else min(step, self.known))
+        if self.last is not None and step >= self.last - 1:
+            command = STOP
+        in_place = self.resumed.tick // self.line.ticks <= step <= self.resumed.last
+        return Command() if in_place and not command.walks else command
 
     def with_stride(self, stride: float, step: int) -> Footsteps:
         """Raises `InputError`: the stride follows from the commands."""

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from pdhocbf_drake.walking.commands import Command
+from pdhocbf_drake.walking.commands import STOP, Command
+from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose
 from pdhocbf_drake.walking.walker import Stage, Walker
 
@@ -19,6 +20,7 @@ class Course(NamedTuple):
         asked: the same before its limits.
         moving: the last command before it at which the walk went on.
         settled: whether the command of step j is that of the step before.
+        recent: what the last steps walked under, the latest first, as `CommandedFootsteps.under`.
     """
 
     before: Stage
@@ -27,12 +29,14 @@ class Course(NamedTuple):
     asked: Command
     moving: Command
     settled: bool
+    recent: tuple[Command, ...]
 
     def after(self, walker: Walker, asked: Command, granted: Callable[[Command], Command]) -> Course:
         """The course of step j + 1, at which the command `asked` is taken up."""
         moving, command = self.command if self.command.walks else self.moving, granted(asked)
         this = walker.after(self.this, self.command, self.moving, self.before)
-        return Course(self.this, this, command, asked, moving, command == self.command)
+        under = STOP if self.this.side == BOTH else self.command
+        return Course(self.this, this, command, asked, moving, command == self.command, (under, *self.recent[:-1]))
 
     def stage(self, walker: Walker, step: int) -> Stage:
         """Any step from j − 1 on, of which those after j + 1 are an expectation."""
@@ -47,7 +51,8 @@ class Course(NamedTuple):
     def numbers(self) -> list[float]:
         """The same as numbers, `SIZE` of them: j, then the rest in its order."""
         stages = [number for s in (self.before, self.this) for number in (s.side, *s.path, s.aside, s.stops)]
-        return [*map(float, (self.this.number, *stages, *self.command, *self.asked, *self.moving, self.settled))]
+        commands = [number for command in (self.command, self.asked, self.moving, *self.recent) for number in command]
+        return [*map(float, (self.this.number, self.settled, *stages, *commands))]
 
     @classmethod
     def of(cls, numbers: Sequence[float]) -> Course | None:
@@ -57,16 +62,17 @@ class Course(NamedTuple):
             return None
         before, this = (
             Stage(step - 1 + i, round(side), Pose(x, y, yaw), aside, bool(stops))
-            for i, (side, x, y, yaw, aside, stops) in enumerate((numbers[1:7], numbers[7:13]))
+            for i, (side, x, y, yaw, aside, stops) in enumerate((numbers[2:8], numbers[8:14]))
         )
-        commands = [
-            Command(forward, lateral, turn, bool(walks))
-            for forward, lateral, turn, walks in (numbers[13:17], numbers[17:21], numbers[21:25])
-        ]
-        return cls(before, this, commands[0], commands[1], commands[2], bool(numbers[25]))
+        command, asked, moving, *recent = (
+            Command(numbers[i], numbers[i + 1], numbers[i + 2], bool(numbers[i + 3])) for i in range(14, SIZE, 4)
+        )
+        return cls(before, this, command, asked, moving, bool(numbers[1]), tuple(recent))
 
 
-SIZE = 26
+UNSETTLED = 5
+"""Steps from a new command on until the walk follows its orbit."""
+SIZE = 2 + 2 * 6 + (3 + UNSETTLED) * 4
 """Length of `Course.numbers`."""
 NO_COURSE = (-1.0, *[0.0] * (SIZE - 1))
 """The numbers of a walk all of whose commands its scenario has."""

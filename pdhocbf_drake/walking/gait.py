@@ -13,8 +13,11 @@ from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.footsteps import Footsteps, Resumed, commanded_footsteps
+from pdhocbf_drake.walking.quantities import stance_sides
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.support import SupportRegion
+
+_SEEN = 3  # steps from a stand on, in which a swing is looked for
 
 
 class Gait:
@@ -31,6 +34,8 @@ class Gait:
             and not the config's stride and number of steps say where it goes.
         footsteps, step: the commanded footsteps; `step(j)` is `footsteps[j]`, kept for the next call.
         seen: `footsteps.seen`, likewise; what step j commands of steps j + 2, j + 3, … is found there.
+        flipped: whether in step j the other foot stands than `stance_sides` says, as after some stands; in a stand,
+            whether that holds for the next swing. Kept, too.
         period: N [ticks].
         height: CoM height, eq. (24).
         region: the support region, eq. (27).
@@ -60,6 +65,7 @@ class Gait:
         self.region = SupportRegion(config)
         self.step = lru_cache(maxsize=64)(self.footsteps.__getitem__)
         self.seen = lru_cache(maxsize=4)(self.footsteps.seen)
+        self.flipped = lru_cache(maxsize=8)(self._flipped)
         self._endings: dict[int, Gait] = {}
         self._resumed: dict[Resumed, Gait] = {}
         self._following = Kept[Gait](4)
@@ -137,6 +143,11 @@ class Gait:
         if resumed not in self._resumed:
             self._resumed[resumed] = Gait(self.config, self.footsteps.resumed_by(resumed))
         return self._resumed[resumed]
+
+    def _flipped(self, step: int) -> bool:
+        expected, seen = stance_sides(self.config), self.seen(step)
+        sides = (seen[step + i].side for i in range(_SEEN))
+        return next((side != expected[(step + i) % 2] for i, side in enumerate(sides) if side != BOTH), False)
 
     def lift_off(self, step: int) -> int:
         """Ticks from the start of step j until its foot swings: double support, or until a walk is resumed."""

@@ -44,10 +44,6 @@ def measure(work: Work) -> Outcome:
         duration=work.setting["duration"],
         commands=[{"time": 0.0, "velocity": [wanted.forward, wanted.lateral], "turn": wanted.turn}],
     )
-    if work.row == CIRCLE:  # a bound that follows an orbit is drawn from the walk at this speed
-        gait = scenario.gait
-        stride = wanted.forward * gait.ticks_per_step * gait.tick
-        scenario = scenario.model_copy(update={"gait": gait.model_copy(update={"stride": stride})})
     folder = None if work.folder is None else f"{work.folder}/{work.row.replace(' ', '_')}"
     _, metrics = walked(scenario, folder)
     checks = [*upright(work.row, metrics), *errors(work.row, wanted, metrics)]
