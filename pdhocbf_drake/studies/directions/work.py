@@ -59,7 +59,7 @@ def walked(scenario: Scenario, folder: str | None = None) -> tuple[RunLog, Metri
 
 
 def upright(row: str, metrics: Metrics) -> list[Check]:
-    """Checks of every walk: no fall, no fallback, soles apart, h ≥ 0 from `from_time` on."""
+    """Checks of every walk: no fall, no fallback, soles apart."""
     found = [most(row, "falls", float(metrics.ending != "finished"), 0.0)._replace(combine="sum")]
     if metrics.mpc is not None:
         found.append(most(row, "fallbacks", metrics.mpc.fallbacks, 0.0)._replace(combine="sum"))
