@@ -116,6 +116,13 @@ def test_a_moved_log_is_that_of_the_walk_from_there(turning: RunLog, place: tupl
     assert difference(turning["lip_state"], other["lip_state"]) > 0.1
 
 
+def test_headings_are_compared_up_to_whole_turns() -> None:
+    one = np.array([[0.0, 3.1], [1.0, 3.2]])
+    other = np.array([[0.0, 3.1], [1.0, 3.2 - 2.0 * np.pi]])
+    assert difference(one, other) > 1.0
+    assert difference(one, other, (1,)) < 1e-12
+
+
 def test_a_mirrored_log_is_that_of_the_mirrored_walk(turning: RunLog) -> None:
     commands = [{**c, "velocity": [c["velocity"][0], -c["velocity"][1]], "turn": -c["turn"]} for c in TURN]
     other = template(commands, first_stance="right")

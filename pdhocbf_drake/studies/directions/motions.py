@@ -66,7 +66,12 @@ def _joints_exchanged(table: np.ndarray) -> np.ndarray:
     return np.concatenate([(block * signs)[:, order] for block in np.split(table, count, axis=1)], axis=1)
 
 
-def difference(one: np.ndarray, other: np.ndarray) -> float:
-    """The largest difference of two tables, over the largest change of the first one along its run."""
-    size = np.ptp(one, axis=0).max()
-    return float(np.abs(one - other).max() / size) if size else float(np.abs(one - other).max())
+def difference(one: np.ndarray, other: np.ndarray, headings: tuple[int, ...] = ()) -> float:
+    """The largest difference of two tables, over the largest change of the first one along its run.
+
+    Headings [rad] are compared up to whole turns.
+    """
+    size, apart = np.ptp(one, axis=0).max(), one - other
+    columns = list(headings)
+    apart[:, columns] = np.remainder(apart[:, columns] + np.pi, 2.0 * np.pi) - np.pi
+    return float(np.abs(apart).max() / size) if size else float(np.abs(apart).max())

@@ -77,5 +77,8 @@ def _walk(work: Work, duration: float, commands: list[dict[str, Any]], start: di
 
 def _worst(name: str, limit: float, tables: dict[str, np.ndarray], log: RunLog) -> Check:
     rows = min(len(log), *(len(table) for table in tables.values()))
-    worst = max(difference(table[:rows], log[signal][:rows]) for signal, table in tables.items())
+    worst = max(
+        difference(table[:rows], log[signal][:rows], WORLD[signal].headings if signal in WORLD else ())
+        for signal, table in tables.items()
+    )
     return most(ROW, f"difference {name}", worst, limit)
