@@ -284,6 +284,39 @@ def test_the_template_stops_and_starts_as_often_as_commanded() -> None:
         assert np.abs(rows[round(100 * (4.0 * i + 3.95))].state[:, 1]).max() < 0.02
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.13, 0.4, 0.41, 0.77])
+def test_a_stop_at_any_tick_stands_after_two_more_steps_and_starts_again(offset: float) -> None:
+    stops = 3.6 + offset, 8.4 + offset
+    commands = [
+        {"time": 0.0, "velocity": [0.3, 0.05], "turn": 0.4},
+        {"time": stops[0], "stop": True},
+        {"time": 6.4, "velocity": [-0.2, 0.0], "turn": -0.4},
+        {"time": stops[1], "stop": True},
+    ]
+    walk = commanded(commands)
+    rows = template(walk, 1200)
+    assert {row.plan.reason.name for row in rows} == {"SOLVED"}
+    for stop, rest in zip(stops, (635, 1199), strict=True):
+        taken_up = math.ceil(stop / STEP - 1e-9)
+        assert walk.gait.support(taken_up + 1) != BOTH
+        assert [walk.gait.support(taken_up + i) for i in (2, 3, 4)] == [BOTH] * 3
+        assert np.abs(rows[rest].state[:, 1]).max() < 0.01
+
+
+@pytest.mark.parametrize("delay", [0.1, 0.5, 0.9, 1.3])
+def test_a_walk_that_begins_while_the_robot_steps_in_place_of_a_stand_goes_on_with_the_other_foot(delay: float) -> None:
+    data = load_scenario("walking_nobarrier").to_dict()
+    commands = [{"time": 0.0, "stop": True}, {"time": 2.0 + delay, "velocity": [0.2, 0.05], "turn": 0.3}]
+    walk = build_walk(Scenario.from_dict({**data, "commands": commands}, "resumed"))
+    kicks = np.zeros((201, 2))
+    kicks[200] = 0.5, 0.2
+    rows = list(walk_template(walk.mpc, Memory.standing(walk.mpc), 0, 700, kicks))
+    sides = [row.memory.problem(walk.mpc).gait.support(row.tick // 40) for row in rows[::40]]
+    assert rows[250].memory.resumed.tick == 200
+    assert all(one != other for one, other in pairwise(sides[5:]) if one)
+    assert np.abs(rows[-1].state[:, 1]).max() < 0.5
+
+
 # Bad input.
 
 

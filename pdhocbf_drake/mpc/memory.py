@@ -172,12 +172,19 @@ class Memory:
         return mpc.following(self.course).ended_by(self.last_step).resumed_by(self.resumed)
 
     def take_up(self, mpc: PeriodicMpc, tick: int) -> None:
-        """Takes up the last command that was given, if a step begins after tick k."""
+        """Takes up the last command that was given, if a step begins after tick k.
+
+        Without one the walk goes on as its scenario commands; where it steps in place of a stand, that depends on which
+        foot stands, so that it has a course, too.
+        """
         step, phase = mpc.gait.phase(tick + 1)
-        forward, lateral, turn, stop = self.command
-        if phase or math.isnan(forward):
+        if phase or not mpc.gait.turns:
             return
-        asked = STOP if stop > 0.5 else Command(forward, lateral, turn)
+        forward, lateral, turn, stop = self.command
+        given = not math.isnan(forward)
+        if not given and self.course is None and step > self.resumed.last:
+            return
+        asked = None if not given else STOP if stop > 0.5 else Command(forward, lateral, turn)
         self.course = mpc.gait.footsteps.course_after(step - 1, asked)
 
     def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan, following: PeriodicMpc) -> None:

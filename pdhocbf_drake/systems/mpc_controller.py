@@ -36,7 +36,7 @@ class MpcController(LeafSystem):
         barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`, of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
         resumed (3): the steps that it takes in place of a stand, as in `systems.signals`.
-        course (42): of a walk that follows commands, likewise.
+        course (47): of a walk that follows commands, likewise.
 
     Attributes:
         mpc: the compiled problem.

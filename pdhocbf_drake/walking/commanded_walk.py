@@ -49,10 +49,10 @@ class Line:
         """What step j walks under: its command, or in a stand a stop."""
         return STOP if self.stage(step, None).side == BOTH else self.command(step)
 
-    def after(self, course: Course, asked: Command | None) -> Course:
+    def after(self, course: Course, asked: Command | None, first: int) -> Course:
         """The next step's course, at which the command `asked` is taken up; None for the one that `asked` has."""
         command = self.asked(course.this.number + 1) if asked is None else asked
-        return course.after(self.walker, command, self._granted)
+        return course.after(self.walker, command, self._granted, first)
 
     def stage(self, step: int, known: int | None) -> Stage:
         """Step j; with `known`, as it is expected from the commands up to that step."""
@@ -127,14 +127,18 @@ class CommandedFootsteps(Footsteps):
         """The same for a walk that has come that far under other commands."""
         return replace(self, course=course)
 
-    def course_after(self, step: int, asked: Command | None) -> Course:
+    def course_after(self, step: int, asked: Command | None) -> Course | None:
         """The course of step j + 1, at which the command `asked` is taken up; None for the scenario's own.
 
-        A walk that is to stand after its `last` step keeps the course of that.
+        Where that step takes the place of a stand, a walk that begins after it begins with the other foot.
+        A walk that is to stand after its `last` step keeps the course of that, if it has one.
         """
         assert self.line is not None
+        if self.last is not None and step >= self.last:
+            return self.course
         course = self.course or self.line.course(step)
-        return course if self.last is not None and step >= self.last else self.line.after(course, asked)
+        in_place = self._commanded(step + 1).side == BOTH
+        return self.line.after(course, asked, -self[step + 1].side if in_place else 0)
 
     def path(self, step: int) -> tuple[float, ...]:
         """See `Gait.path`."""

@@ -87,7 +87,9 @@ class Walker:
         self._sole, self._aside = sole, aside or (lambda command: self._half)
         self._first = LEFT if config.first_stance == "left" else RIGHT
 
-    def after(self, stage: Stage, command: Command, before: Command = STOP, last: Stage | None = None) -> Stage:
+    def after(
+        self, stage: Stage, command: Command, before: Command = STOP, last: Stage | None = None, first: int = 0
+    ) -> Stage:
         """The next step.
 
         Args:
@@ -95,12 +97,13 @@ class Walker:
             command: that was taken up at its start.
             before: the last one at which the walk went on, which the first of the two steps of a stop keeps.
             last: the step before this one, from where a foot then swings.
+            first: the foot that stands first after a stand; 0 for the one that the command asks for.
         """
         number = stage.number + 1
         if stage.side == BOTH:
             if not command.walks or number < self._begin:
                 return stage._replace(number=number)
-            return stage._replace(number=number, side=self._first_stance(command))
+            return stage._replace(number=number, side=first or self._first_stance(command))
         if stage.stops and not command.walks:
             return stage._replace(number=number, side=BOTH, stops=False)
         side, way = -stage.side, command if command.walks else before
