@@ -70,10 +70,13 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
         data = system_data(config, config.certify(), time.perf_counter() - started)
         write_json(folder.path / CERTIFICATE, data)
     if data["enforceable"]:
-        areas = [phase["area"] for phase in data["phases"]]
+        areas, free = ([phase[key] for phase in data["phases"]] for key in ("area", "free"))
         verdict = f"enforceable, found in {data['sweeps']} sweeps; volume {min(areas):.4g} to {max(areas):.4g}"
+        least, states = min(map(len, free)), len(data["phases"][0]["vertices"][0])
+        verdict += f"; flat, of {least} instead of {states} dimensions" if least < states else ""
     else:
-        verdict = f"not enforceable: going backward, no state is left at phase {data['first_failing_phase']}"
+        failed = f"going backward, no set with an interior is left at phase {data['first_failing_phase']}"
+        verdict = f"not enforceable: {config.lost_state() or failed}"
     print(table([(config.name, verdict), ("certificate", place / CERTIFICATE)]))
     return 0
 
