@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 from yaml.constructor import ConstructorError
 
-from pdhocbf_drake.config import shown
+from pdhocbf_drake.config_errors import shown
 from pdhocbf_drake.errors import InputError
 
 # Numbers of YAML 1.2. PyYAML reads version 1.1, in which 1e4 is text, 010 is 8 and 1:30 is 90.

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from pdhocbf_drake.config import shown
+from pdhocbf_drake.config_errors import shown
 from pdhocbf_drake.errors import InputError, RunFolderError
 
 _KINDS: Final = {

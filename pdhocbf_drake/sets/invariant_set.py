@@ -186,7 +186,7 @@ class _Problem:
 
 
 def _excess(part: Polytope, rows: Array, bounds: Array, unit: Array) -> float:
-    """The largest distance of a vertex beyond the rows, in the unit of each state."""
+    """The largest distance of a vertex beyond a row, in the unit of each state."""
     size = np.maximum(np.linalg.norm(rows * unit, axis=1), THINNEST)  # a row of zeros holds anywhere or nowhere
     return float(((part.vertices @ rows.T - bounds) / size).max())
 

@@ -102,7 +102,7 @@ class Polytope:
             raise InputError(ROUNDED)
         if not np.isfinite(corners).all():
             raise InputError(_UNBOUNDED)
-        return cls.from_vertices(centre + scale * _unique(corners))
+        return _body(cls.from_vertices(centre + scale * _unique(corners)))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Polytope:

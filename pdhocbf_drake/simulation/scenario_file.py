@@ -11,7 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from pdhocbf_drake.config import as_name, shown
+from pdhocbf_drake.config import as_name
+from pdhocbf_drake.config_errors import shown
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot.locate import load_robot_config
 from pdhocbf_drake.simulation.scenario import DEFAULT_ROBOT, Scenario
