@@ -33,7 +33,7 @@ def sentences(kind: type[BaseModel], items: list[Any], where: str) -> Iterator[s
             # Each missing entry of a list is an item of its own; the last one has the number that is needed.
             if (*place[:-1], place[-1] + 1) not in places:
                 yield _sentence(where, place[:-1], f"must have {_entries(place[-1] + 1)}", item["input"])
-        elif item["type"] == "too_short" and any(p[:-1] == place for p in places):
+        elif item["type"] == "too_short" and any(len(p) > len(place) and p[: len(place)] == place for p in places):
             continue  # pydantic counts the valid entries; the others have items of their own
         elif item["type"] == "extra_forbidden":
             keys = ", ".join(_keys_beside(kind, place))

@@ -76,6 +76,9 @@ def test_limits_that_leave_nothing_are_refused():
         certified(states={"lower": [1.0, -1.0], "upper": [0.0, 1.0]})
     with pytest.raises(InputError, match=r"system.inputs.1: the limits leave nothing"):
         certified(inputs=[(-1.0, 1.0), (1.0, -1.0)])
+    half = {"A": [[2.0]], "B": [[1.0]], "states": {"rows": [[1.0]], "bounds": [1.0]}}
+    with pytest.raises(InputError, match=r"system.states.0: a polytope must be bounded: limit every state"):
+        LinearSystemConfig.from_dict({**half, "inputs": {"lower": [-1.0], "upper": [1.0]}}, "cart").certify()
 
 
 @pytest.mark.parametrize("loose", [1e6, 1e9, 1e12])

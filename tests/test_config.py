@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import pytest
+from pydantic import Field
 
 from pdhocbf_drake.config import Config, Length, Name, as_name, parse_config, within
 from pdhocbf_drake.config_errors import shown
@@ -74,6 +75,16 @@ def test_data_that_is_not_plain_is_refused():
     for wrong in (data, {"inner": {1, 2}}, {"name": b"a"}):
         with pytest.raises(InputError, match="f: only plain YAML values are allowed"):
             parse_config(Thing, wrong, "f")
+
+
+class Matrices(Config):
+    A: tuple[tuple[tuple[float, ...], ...], ...] = Field(min_length=1)
+
+
+def test_entries_that_are_wrong_deep_inside_are_no_missing_entries():
+    with pytest.raises(InputError) as error:
+        parse_config(Matrices, {"A": [[["a"]]]}, "f")
+    assert str(error.value) == "f.A.0.0.0: must be a number (given: 'a')"
 
 
 class Mixed(Config):

@@ -53,7 +53,10 @@ class PolytopeConfig(Config):
         if not sum(len(part) for part in A):
             raise InputError(f"{where}: give lower and upper, or rows and bounds")
         rows, bounds = np.vstack(A), np.concatenate(b)
-        found = Polytope.from_rows(rows, bounds) or flat_polytope(rows, bounds)
+        try:
+            found = Polytope.from_rows(rows, bounds) or flat_polytope(rows, bounds)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
         if found is None:
             raise InputError(f"{where}: the limits leave nothing")
         return found
