@@ -15,7 +15,7 @@ class Signal(NamedTuple):
     """A vector port. Input ports have the name and size of the output port that they are connected to.
 
     Attributes:
-        name: of the port.
+        name: of the port; blocks that are Drake's own (plant, encoders, sensors) have names of theirs.
         system: the block with that output port; the template and the oscillator's filter have some of them, too.
         size: number of elements, or a formula of what the scenario decides: the number of barriers n_b, the horizon
             H [ticks], and the number of constraints n_c that a plan may miss on an axis.
