@@ -103,7 +103,8 @@ def _trial_lines(trial: dict[str, Any]) -> list[tuple[str, str]]:
     ticks = f"{trial['inside']} starts of {trial['ticks']} ticks"
     slack = f"largest slack {trial['slack_max']:.2g} m/s"
     lost = f"{trial['unsavable']} of {trial['outside']} starts proved lost by an independent program"
+    least = f"least excess over a limit {1e3 * trial['excess_min']:.2g} mm or mm/s"
     return [
         ("trial, inside", f"{ticks}: {trial['infeasible_ticks']} infeasible ticks, {slack}"),
-        ("trial, outside", lost),
+        ("trial, outside", f"{lost}, {least}"),
     ]
