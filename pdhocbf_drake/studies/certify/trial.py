@@ -62,9 +62,9 @@ def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, report: Done
         h_min, slack = min(h_min, walked.h_min), max(slack, walked.slack)
         report(index + 1)
     excesses = _excesses(found, count, random, lambda index: report(count + index))
-    h_min = float(h_min) if np.isfinite(h_min) else None
     lost = sum(excess > SAVED for excess in excesses)
-    return Trial(count, TICKS, infeasible, h_min, slack, count, lost, min(excesses))
+    least_h = float(h_min) if np.isfinite(h_min) else None
+    return Trial(count, TICKS, infeasible, least_h, slack, count, lost, min(excesses))
 
 
 def _drawn(
