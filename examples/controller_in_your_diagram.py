@@ -3,11 +3,13 @@
 import numpy as np
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import LinearSystem, LogVectorOutput
+from pydrake.systems.primitives import LinearSystem, LogVectorOutput, TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
 
 from pdhocbf_drake import WalkController, load_scenario
 
-scenario = load_scenario("vhip", "gait: {com_height_amplitude: 0.0}")
+text = "{gait: {com_height_amplitude: 0.0}, commands: [{time: 0, stop: true}]}"
+scenario = load_scenario("vhip", text)
 controller = WalkController.of(scenario)
 
 # One's own plant: c̈ = η (c − p) and ṗ = u along x and y, in continuous time. Its state is c, v, p of x, then of y;
@@ -21,13 +23,17 @@ mpc = builder.AddNamedSystem("controller", controller.system())
 plant = builder.AddNamedSystem("plant", LinearSystem(A, B, np.eye(6), np.zeros((6, 4))))
 builder.Connect(plant.get_output_port(), mpc.GetInputPort("lip_state"))
 builder.Connect(mpc.GetOutputPort("zmp_reference"), plant.get_input_port())
+# In place of a joystick: velocity ahead and to the left [m/s], turn rate [rad/s], and 1 for a stop, each for a while.
+commands = np.array([[0.3, 0.0, 0.0, 0.0], [0.2, 0.0, 0.5, 0.0], [0.0, 0.0, 0.0, 1.0]]).T
+sender = builder.AddSystem(TrajectorySource(PiecewisePolynomial.ZeroOrderHold([0.0, 3.0, 6.0], commands)))
+builder.Connect(sender.get_output_port(), mpc.GetInputPort("command"))
 motion = LogVectorOutput(plant.get_output_port(), builder, publish_period=0.5)
 status = LogVectorOutput(mpc.GetOutputPort("solver_status"), builder, publish_period=scenario.tick)
 
 simulator = Simulator(builder.Build())
-simulator.AdvanceTo(5.0)
+simulator.AdvanceTo(8.0)
 rows = motion.FindLog(simulator.get_context())
-for time, (x, vx, _, y, *_) in zip(rows.sample_times(), rows.data().T, strict=True):
-    print(f"{time:3.1f} s: CoM at {x:5.2f} m, {y:+.3f} m, forward at {vx:.2f} m/s")
+for time, (x, vx, _, y, vy, _) in zip(rows.sample_times(), rows.data().T, strict=True):
+    print(f"{time:3.1f} s: CoM at {x:5.2f} m, {y:+.3f} m, {np.hypot(vx, vy):.2f} m/s fast")
 reasons = status.FindLog(simulator.get_context()).data()[-1]
 print(f"{len(reasons)} ticks, of which {np.count_nonzero(reasons)} were not simply solved")

@@ -10,18 +10,23 @@ import pytest
 
 from pdhocbf_drake import certify
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.commanded import CommandedSteps
+from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.terms.step_limits import step_ranges
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.checks import check_scenario
 from pdhocbf_drake.simulation.commands import limited_commands
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps, Limits
+from pdhocbf_drake.walking.command_limits import Limits
+from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
 from pdhocbf_drake.walking.commands import STOP, Command, Schedule
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH
 from pdhocbf_drake.walking.frame import inner_share, rotation
+from pdhocbf_drake.walking.gait import Gait
+from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose, sole_gap, sole_gaps
 from pdhocbf_drake.walking.waypoints import distance_to
 
@@ -145,6 +150,47 @@ def test_soles_of_any_granted_command_stay_apart(seed: int) -> None:
     assert granted.forward * command.lateral == pytest.approx(granted.lateral * command.forward)
 
 
+@pytest.mark.parametrize("seed", range(40))
+def test_soles_stay_apart_whatever_commands_follow_each_other(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    drawn = random.uniform([-0.6, -0.3, -1.5], [0.6, 0.3, 1.5], size=(20, 3)).tolist()
+    commands = [Command(*values) if random.random() < 0.8 else STOP for values in drawn]
+    walk = footsteps(*((STEP * i * (1 + seed % 4), command) for i, command in enumerate(commands)))
+    feet = [walk[step] for step in range(2, 40)]
+    for last, here, following in zip(feet, feet[1:], feet[2:], strict=False):
+        if BOTH in (last.side, here.side, following.side):
+            continue
+        start, stance, end = (Pose(*foot[1:4]) for foot in (last, here, following))
+        assert sole_gap(stance, end, SOLE) > 0.0199
+        for share in np.linspace(0.05, 0.95, 19):
+            way = Pose(*(a + share * (b - a) for a, b in zip(start, end, strict=True)))
+            assert sole_gap(way, stance, SOLE) > 0.01
+
+
+def test_sharp_turns_have_wider_steps_and_the_middle_between_the_feet_keeps_its_path() -> None:
+    walk, narrow = footsteps((0.0, Command(0.3, 0.0, 0.75))), footsteps((0.0, Command(0.3, 0.0, 0.3)))
+    assert walk.aside(10) > narrow.aside(10) == GAIT.stance_width / 2.0
+    both = CommandedFootsteps.of(GAIT, Schedule([0.0], [Command(0.3, 0.0, 0.75)]), ORIGIN, Limits())
+    np.testing.assert_allclose(walk.path(12), both.path(12), atol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_footholds_within_the_limits_of_a_step_keep_the_soles_apart(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    command = Command(*random.uniform([-0.4, -0.15, -0.75], [0.4, 0.15, 0.75]).tolist())
+    walk = footsteps((0.0, command))
+    commanded = CommandedSteps(Gait(GAIT, walk), 80, 0.0).steps(8)
+    for reach in (None, (0.45, 0.5)):
+        config = MpcConfig(step_reach=reach)
+        lower, upper = step_ranges(config, commanded)
+        assert np.all(lower <= commanded.moves + 1e-12) and np.all(commanded.moves <= upper + 1e-12)
+        here, following = commanded.steps[:2]
+        for x in np.linspace(lower[0, 0], upper[0, 0], 9):
+            for y in np.linspace(lower[1, 0], upper[1, 0], 9):
+                foot = Pose(0.0, 0.0, 0.0), Pose(x, y, following.yaw - here.yaw)
+                assert sole_gap(*foot, SOLE) > 0.0199
+
+
 def test_possible_commands_are_granted_as_they_are() -> None:
     for command in (Command(0.375, 0.0, 0.5), Command(-0.2, 0.12, 0.45), Command(0.0, 0.0, 0.5), STOP):
         assert Limits(sole=SOLE).granted(command, GAIT) == command
@@ -226,6 +272,39 @@ def test_the_template_stops_and_starts_as_often_as_commanded() -> None:
         assert np.abs(rows[round(100 * (4.0 * i + 3.95))].state[:, 1]).max() < 0.02
 
 
+@pytest.mark.parametrize("offset", [0.0, 0.13, 0.4, 0.41, 0.77])
+def test_a_stop_at_any_tick_stands_after_two_more_steps_and_starts_again(offset: float) -> None:
+    stops = 3.6 + offset, 8.4 + offset
+    commands = [
+        {"time": 0.0, "velocity": [0.3, 0.05], "turn": 0.4},
+        {"time": stops[0], "stop": True},
+        {"time": 6.4, "velocity": [-0.2, 0.0], "turn": -0.4},
+        {"time": stops[1], "stop": True},
+    ]
+    walk = commanded(commands)
+    rows = template(walk, 1200)
+    assert {row.plan.reason.name for row in rows} == {"SOLVED"}
+    for stop, rest in zip(stops, (635, 1199), strict=True):
+        taken_up = math.ceil(stop / STEP - 1e-9)
+        assert walk.gait.support(taken_up + 1) != BOTH
+        assert [walk.gait.support(taken_up + i) for i in (2, 3, 4)] == [BOTH] * 3
+        assert np.abs(rows[rest].state[:, 1]).max() < 0.01
+
+
+@pytest.mark.parametrize("delay", [0.1, 0.5, 0.9, 1.3])
+def test_a_walk_that_begins_while_the_robot_steps_in_place_of_a_stand_goes_on_with_the_other_foot(delay: float) -> None:
+    data = load_scenario("walking_nobarrier").to_dict()
+    commands = [{"time": 0.0, "stop": True}, {"time": 2.0 + delay, "velocity": [0.2, 0.05], "turn": 0.3}]
+    walk = build_walk(Scenario.from_dict({**data, "commands": commands}, "resumed"))
+    kicks = np.zeros((201, 2))
+    kicks[200] = 0.5, 0.2
+    rows = list(walk_template(walk.mpc, Memory.standing(walk.mpc), 0, 700, kicks))
+    sides = [row.memory.problem(walk.mpc).gait.support(row.tick // 40) for row in rows[::40]]
+    assert rows[250].memory.resumed.tick == 200
+    assert all(one != other for one, other in pairwise(sides[5:]) if one)
+    assert np.abs(rows[-1].state[:, 1]).max() < 0.5
+
+
 # Bad input.
 
 
@@ -246,14 +325,6 @@ def load(text: str) -> Scenario:
         ("commands: [{time: 0}]", "needs a velocity"),
         ("{commands: [{time: 0, turn: 0.1}], gait: {walk_steps: 3}}", "gait.walk_steps: must be null"),
         ("start: {position: [1e6, 0]}", "start.position"),
-        (
-            "{commands: [{time: 0, turn: 0.1}], barriers: {b: {quantity: dcm_x, bound: {kind: orbit, margin: 0.1}}}}",
-            "barriers.b.quantity: where there are commands or a path, forward_speed and lateral_speed can be bounded",
-        ),
-        (
-            "{path: [[1, 0]], barriers: {b: {quantity: lateral_speed, bound: {kind: orbit, margin: 0.1}}}}",
-            "barriers.b.mirrored: must be false where there are commands or a path",
-        ),
     ],
 )
 def test_contradictions_are_refused_with_their_key(text: str, message: str) -> None:

@@ -25,7 +25,7 @@ SAYS = {
     "barrier_on_a_pendulum": "with the barrier: h is at least 0.000 rad, 0 of 801 ticks below 0",
     "campaign_of_your_own": "of 6 pushes survived",
     "certify_a_bound": "can't be kept, no state is left at phase",
-    "controller_in_your_diagram": "501 ticks, of which 0 were not simply solved",
+    "controller_in_your_diagram": "801 ticks, of which 0 were not simply solved",
     "controller_without_simulator": "step 9, tick  0",
     "pass_a_moving_obstacle": "it stands, the start is in line: h ≥ 0.0000 m², 2.00 m from the goal, solved",
     "push_the_robot": "N s are survived",

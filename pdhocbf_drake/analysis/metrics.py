@@ -16,7 +16,6 @@ from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
-from pdhocbf_drake.simulation.commands import limited_commands
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.kernels import LEAST_LOAD
@@ -109,8 +108,17 @@ def _along_path(scenario: Scenario, log: RunLog, body: RobotLimits | None) -> di
         "yaw_drift_deg": None if yaw is None else _drift(scenario, log, np.degrees(yaw - path[:, 2])),
         "path_error_max": _finite(_path_errors(scenario, com, error).max()),
         "command_error": None if settled is None else [_finite(value) for value in settled],
-        "commands_limited": len(limited_commands(scenario)),
+        "commands_limited": _limited(log),
     }
+
+
+def _limited(log: RunLog) -> int | None:
+    """How many of the commands that were taken up were granted in part; each change counts as another command."""
+    if "command_asked" not in log:
+        return None
+    asked, granted = log["command_asked"], log["path"][:, 3:]
+    limited, changed = np.any(granted != asked, axis=1), np.any(np.diff(asked, axis=0, prepend=np.nan) != 0.0, axis=1)
+    return int(np.count_nonzero(limited & changed))
 
 
 def _path_errors(scenario: Scenario, com: Array, away: Array) -> Array:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.walking import Footstep, Gait
-from pdhocbf_drake.walking.footsteps import BOTH
 from pdhocbf_drake.walking.frame import inner_share, rotation
+from pdhocbf_drake.walking.sides import BOTH
 
 
 class Commanded(NamedTuple):
@@ -24,6 +24,8 @@ class Commanded(NamedTuple):
         repeats: whether step j and step j + n_f both lie in the walk proper, so that a gait repeats.
         yaw: heading of the stance foot, along which the axes are [rad].
         turn: heading of step j + n_f less that of step j [rad].
+        sole: as `Footsteps.sole`.
+        flipped: as `Gait.flipped`.
     """
 
     steps: tuple[Footstep, ...]
@@ -33,6 +35,8 @@ class Commanded(NamedTuple):
     repeats: bool
     yaw: float = 0.0
     turn: float = 0.0
+    sole: tuple[float, float] | None = None
+    flipped: bool = False
 
     @property
     def ways(self) -> np.ndarray:
@@ -64,4 +68,5 @@ class CommandedSteps:
                 half[:, i] *= inner_share(-half[:, i], half[:, i], yaw - s.yaw)
         x, y = centres[:, 0].tolist()
         repeats = BOTH not in (ahead[0].side, ahead[-1].side) and seen.settled(step)
-        return Commanded(tuple(ahead), np.diff(centres, axis=1), half, (x, y), repeats, yaw, turn)
+        flipped, moves = self._gait.flipped(step), np.diff(centres, axis=1)
+        return Commanded(tuple(ahead), moves, half, (x, y), repeats, yaw, turn, seen.sole, flipped)

@@ -9,6 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
@@ -25,12 +26,14 @@ from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
 from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.commanded_bound import bound_samples
+from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
-from pdhocbf_drake.walking.walk_barrier import BoundSamples
 
+_COURSES = 4  # walks under commands of a port that are kept: one a step
 Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
 
 
@@ -111,6 +114,7 @@ class PeriodicMpc:
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
         self._kept: dict[Hashable, PeriodicMpc] = {}
+        self._courses = Kept[PeriodicMpc](_COURSES)
 
     def _read(self, gait: Gait) -> None:
         """Reads commanded steps from a gait, as the problems of both axes do."""
@@ -119,7 +123,7 @@ class PeriodicMpc:
         self.commanded = CommandedSteps(gait, config.horizon, config.zmp_margin)
         self.problems = [AxisProblem(self._setting(axis), self._kinds) for axis in (0, 1)]
         barriers, count = (*self.barriers[0], *self.barriers[1]), config.horizon + 1
-        self._bounds = {barrier.name: BoundSamples(barrier, gait, count) for barrier in barriers}
+        self._bounds = {barrier.name: bound_samples(barrier, gait, count) for barrier in barriers}
 
     def _setting(self, axis: int) -> Setting:
         barriers, terminal = tuple(self.barriers[axis]), self.terminal.get(axis)
@@ -140,6 +144,12 @@ class PeriodicMpc:
         """V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,) [unit of h]."""
         return {name: samples(tick) for name, samples in self._bounds.items()}
 
+    def following(self, course: Course | None) -> PeriodicMpc:
+        """This problem for the walk as it goes on after the course of its present step, see `Gait.following`."""
+        if course is None:
+            return self
+        return self._courses.get(course, lambda: self.walking(lambda gait: gait.following(course)))
+
     def ended_by(self, last_step: float) -> PeriodicMpc:
         """This problem, or where a last step has been set (not −1), that of the walk that ends there."""
         return self if last_step < 0 else self.ending_at(round(last_step))
@@ -156,11 +166,16 @@ class PeriodicMpc:
 
     def _derived(self, key: Hashable, change: Callable[[Gait], Gait]) -> PeriodicMpc:
         if key not in self._kept:
-            other = self._kept[key] = copy(self)
-            other._kept = {}
-            other._read(change(self.gait))
-            other.recovery = None if self.recovery is None else self.recovery._derived(key, change)
+            self._kept[key] = self.walking(change)
         return self._kept[key]
+
+    def walking(self, change: Callable[[Gait], Gait]) -> PeriodicMpc:
+        """The same problem for a walk that is changed, with the same programs."""
+        other = copy(self)
+        other._kept, other._courses = {}, Kept(_COURSES)
+        other._read(change(self.gait))
+        other.recovery = None if self.recovery is None else self.recovery.walking(change)
+        return other
 
     def given(
         self, tick: int, state: np.ndarray, stance: np.ndarray, bounds: Mapping[str, np.ndarray],
@@ -213,10 +228,11 @@ class PeriodicMpc:
         same = last is not None and last.recovering == (self.config.stability == "paid")
         thetas = [problem.theta(given) for problem in self.problems]
         guesses = last.active if last is not None and same else (None, None)
-        results = solve_axes([axis[tick % len(axis)] for axis in self.solvers], thetas, guesses)
+        place = tick + self.gait.period * given.ahead.flipped  # of the programs, where steps of a gait differ
+        results = solve_axes([axis[place % len(axis)] for axis in self.solvers], thetas, guesses)
         if results[0].ok and results[1].ok:
-            return self._plan(tick, results, Reason.SOLVED)
-        rungs = [self._descend(axis, tick, thetas[axis], results[axis]) for axis in (0, 1)]
+            return self._plan(tick, results, Reason.SOLVED, place)
+        rungs = [self._descend(axis, place, thetas[axis], results[axis]) for axis in (0, 1)]
         results, reasons = (rungs[0][0], rungs[1][0]), [why for _, why in rungs]
         reason = max(reasons)
         if reason == Reason.NO_STEADY_PLAN and self.recovery is not None:
@@ -224,10 +240,10 @@ class PeriodicMpc:
         elif not reason.planned:
             plan = self._fallback(tick, state, stance, last, reason)
         else:
-            plan = self._plan(tick, results, reason)
+            plan = self._plan(tick, results, reason, place)
         if reason <= Reason.CROSS_SOLVED:
             return plan
-        return plan._replace(unmet=self._unmet(plan, thetas, reasons))
+        return plan._replace(unmet=self._unmet(plan, thetas, reasons, place))
 
     def missed_tail(self, state: np.ndarray, plan: Plan) -> float:
         """By how much a plan from `state` misses its anticipative tail, in x or in y [m]; a step makes that good."""
@@ -242,8 +258,8 @@ class PeriodicMpc:
                     missed = max(missed, abs(float(term.row(plan.tick % self.gait.period) @ known)))
         return missed
 
-    def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason) -> Plan:
-        """What the solvers of both axes found."""
+    def _plan(self, tick: int, results: Sequence[QpResult], reason: Reason, place: int) -> Plan:
+        """What the solvers of both axes found for tick k, whose programs are those of the tick `place`."""
         (x, y), (starts_x, starts_y) = results, self._slack_starts
         inputs, footholds = np.empty((2, self.config.horizon)), np.empty((2, self.footholds))
         slacks = np.empty(self._slacks)
@@ -251,20 +267,20 @@ class PeriodicMpc:
         if reason == Reason.SOLVED and largest > NOTICED:
             reason = Reason.SOFTENED
         active = (self._padded(0, x.active), self._padded(1, y.active))
-        acting, met = self._acting(tick, results, slacks), self._all_met
+        acting, met = self._acting(place, results, slacks), self._all_met
         return Plan(tick, inputs, footholds, active, slacks, x.cost + y.cost, reason, 0, unmet=met, acting=acting)
 
-    def _acting(self, tick: int, results: Sequence[QpResult], slacks: np.ndarray) -> np.ndarray:
+    def _acting(self, place: int, results: Sequence[QpResult], slacks: np.ndarray) -> np.ndarray:
         """`Plan.acting`; on a lower rung, whose rows are others, of the barriers whose slack is noticed."""
         acting = (slacks > NOTICED).astype(float)
-        place = 0
+        first = 0
         for axis, result in enumerate(results):
             if not self.barriers[axis]:
                 continue
-            own = self._barrier_rows(axis, tick)
+            own = self._barrier_rows(axis, place)
             if len(result.active) == own.shape[1]:
-                acting[place : place + len(own)] = own @ np.abs(result.active) > 0.0
-            place += len(own)
+                acting[first : first + len(own)] = own @ np.abs(result.active) > 0.0
+            first += len(own)
         return acting
 
     def _barrier_rows(self, axis: int, tick: int) -> np.ndarray:
@@ -302,7 +318,7 @@ class PeriodicMpc:
                 return result, rung.reason
         return result, Reason.INFEASIBLE if result.infeasible else Reason.NOT_OPTIMAL
 
-    def _unmet(self, plan: Plan, thetas: Sequence[np.ndarray], reasons: Sequence[Reason]) -> np.ndarray:
+    def _unmet(self, plan: Plan, thetas: Sequence[np.ndarray], reasons: Sequence[Reason], place: int) -> np.ndarray:
         """`Plan.unmet`: what each axis' own program demands and the plan misses, besides what it misses already."""
         unmet = plan.unmet.copy()
         for axis, why in enumerate(reasons):
@@ -311,7 +327,7 @@ class PeriodicMpc:
                 decisions = np.concatenate([plan.inputs[axis], plan.footholds[axis]])
             elif why != Reason.INFEASIBLE:
                 continue
-            missed = self.problems[axis].missed(self._qp(axis, plan.tick), thetas[axis], decisions)
+            missed = self.problems[axis].missed(self._qp(axis, place), thetas[axis], decisions)
             unmet[axis] = np.maximum(unmet[axis], missed)
         return unmet
 

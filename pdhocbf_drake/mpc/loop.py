@@ -29,6 +29,9 @@ class Measurement(NamedTuple):
             leaves feet where they are planned.
         zmp_offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m]; None is zero.
         bounds: V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,); None takes the barriers' own.
+        command: in place of the scenario's commands: velocity ahead and to the left [m/s], turn rate [rad/s], and 1 for
+            a stop or 0, shape (4,); where one of them is not finite, the last such command holds on. None leaves the
+            scenario's own.
     """
 
     tick: int
@@ -36,13 +39,15 @@ class Measurement(NamedTuple):
     feet: np.ndarray | None = None
     zmp_offset: np.ndarray | None = None
     bounds: Mapping[str, np.ndarray] | None = None
+    command: np.ndarray | None = None
 
 
 def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency: float = 0.0) -> tuple[Memory, Plan]:
     """One tick of the controller: from what it remembers and what is measured to its plan and its next memory.
 
     It puts a foot that lands where it is measured, rejects a measurement that can't be right, notices a disturbance,
-    plans, brings a walk that stays degraded to a stand, and moves the memory on to the next tick. It never raises for
+    plans, brings a walk that stays degraded to a stand, takes up the command of a step that begins, and moves the
+    memory on to the next tick. It never raises for
     what is measured, and changes none of its arguments.
 
     Args:
@@ -55,7 +60,10 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
         The memory for the next tick, and the plan; its reason says also what was wrong with the measurement.
     """
     memory, tick = memory.copy(), measurement.tick
-    mpc = mpc.ended_by(memory.last_step).resumed_by(memory.resumed)
+    own, mpc = mpc, memory.problem(mpc)
+    late = measurement.command is not None and not np.all(np.isfinite(measurement.command))
+    if measurement.command is not None and not late:
+        memory.command = tuple(measurement.command.tolist())
     if measurement.feet is not None:
         memory.land(mpc, tick, measurement.feet)
     bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
@@ -68,7 +76,10 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
         mpc = memory.resume(mpc, tick, resumed)
         plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, True)
     reason = _supervise(mpc, memory, plan, fault)
-    memory.advance(mpc, state, plan)
+    if late and reason == Reason.SOLVED:
+        reason = Reason.LATE_COMMAND
+    memory.take_up(memory.problem(own), tick)
+    memory.advance(mpc, state, plan, memory.problem(own))
     solved = float(plan.reason.planned)
     cost = plan.cost if solved else 0.0
     memory.solver_status = np.array([solved, 0.0, cost, plan.slack, float(plan.fallbacks), float(reason)])

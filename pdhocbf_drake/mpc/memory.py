@@ -11,9 +11,12 @@ from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
-from pdhocbf_drake.walking.footsteps import AS_COMMANDED, BOTH, LEFT, Resumed
+from pdhocbf_drake.walking.commands import STOP, Command
+from pdhocbf_drake.walking.course import NO_COURSE, Course
+from pdhocbf_drake.walking.footsteps import AS_COMMANDED, Resumed
 from pdhocbf_drake.walking.frame import rotation, turned
 from pdhocbf_drake.walking.kernels import write_foot_plan
+from pdhocbf_drake.walking.sides import BOTH, LEFT
 
 OUTPUTS = (
     "com_reference", "zmp_reference", "zmp_box", "stance_plan", "foot_plan", "solver_status", "barrier_slack",
@@ -23,6 +26,7 @@ OUTPUTS = (
 
 _ROWS = {LEFT: 0, -LEFT: 1}  # of `Memory.feet`, by the foot
 _NONE = np.zeros(0)
+_UNCOMMANDED = (math.nan,) * 4
 _NUMBERS = 12  # single numbers, from `last_step` to `plan`, with which the part behind the outputs begins
 
 
@@ -47,6 +51,9 @@ class Memory:
         stance: box centres of the last and this step per axis, shape (2, 2) [m].
         last_step: the step with the last swing, once the walk is to come to a stand; else −1.
         resumed: the steps that are taken in place of a stand.
+        course: how far the walk has come under commands that it is given as it walks; None without.
+        command: of those the last one, forward and lateral velocity, turn rate, and 1 for a stop
+            [m/s, rad/s]; NaN before the first one.
         degraded: ticks in a row that had no solution or no measurement.
         measured: c and v of both axes as measured at k [m, m/s].
         plan: the plan made at k, or None at the start.
@@ -71,6 +78,8 @@ class Memory:
     plan: Plan | None
     disturbance: Disturbance = CALM
     resumed: Resumed = AS_COMMANDED
+    course: Course | None = None
+    command: tuple[float, ...] = _UNCOMMANDED
 
     @classmethod
     def at_start(cls, mpc: PeriodicMpc, state: np.ndarray, feet: np.ndarray) -> Memory:
@@ -158,8 +167,35 @@ class Memory:
             self.plan = self.plan._replace(footholds=footholds)
         return other
 
-    def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan) -> None:
-        """Steps the template by the plan's first input and moves on to tick k + 1."""
+    def problem(self, mpc: PeriodicMpc) -> PeriodicMpc:
+        """The compiled problem `mpc` for the walk as it goes on from here."""
+        return mpc.following(self.course).ended_by(self.last_step).resumed_by(self.resumed)
+
+    def take_up(self, mpc: PeriodicMpc, tick: int) -> None:
+        """Takes up the last command that was given, if a step begins after tick k.
+
+        Without one the walk goes on as its scenario commands; where it steps in place of a stand, that depends on which
+        foot stands, so that it has a course, too.
+        """
+        step, phase = mpc.gait.phase(tick + 1)
+        if phase or not mpc.gait.turns:
+            return
+        forward, lateral, turn, stop = self.command
+        given = not math.isnan(forward)
+        if not given and self.course is None and step > self.resumed.last:
+            return
+        asked = None if not given else STOP if stop > 0.5 else Command(forward, lateral, turn)
+        self.course = mpc.gait.footsteps.course_after(step - 1, asked)
+
+    def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan, following: PeriodicMpc) -> None:
+        """Steps the template by the plan's first input and moves on to tick k + 1.
+
+        Args:
+            mpc: the problem that the plan solves.
+            state: c, v, p of both axes at tick k, shape (2, 3).
+            plan: that of tick k.
+            following: the problem at tick k + 1.
+        """
         gait, tick = mpc.gait, plan.tick
         self.plan = plan
         self.state, references = mpc.vhip.references(tick, state, plan.inputs[:, 0])
@@ -167,6 +203,7 @@ class Memory:
         footholds = plan.footholds
         boxes = mpc.recovery if plan.recovering and mpc.recovery is not None else mpc
         self.zmp_box = boxes.zmp_box(tick + 1, self.stance, footholds).ravel()
+        mpc, gait = following, following.gait
         step, phase = gait.phase(tick + 1)
         if phase == 0:
             support = gait.support(step - 1)
@@ -200,10 +237,12 @@ class MemoryLayout:
 
     def __init__(self, mpc: PeriodicMpc) -> None:
         rows, barriers = mpc.rows, sum(map(len, mpc.barriers))
+        commands = (len(NO_COURSE), len(_UNCOMMANDED)) if mpc.gait.turns else (0, 0)
         self.sizes = {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
             "barrier_slack": barriers, "barrier_active": barriers, "unmet": 2 * len(mpc.constraints), "last_step": 1,
-            "resumed": 3, "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4, "stance": 4,
+            "resumed": 3, "course": commands[0], "command": commands[1],
+            "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4, "stance": 4,
             "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
             "active_y": rows[1],
         }  # fmt: skip
@@ -212,7 +251,8 @@ class MemoryLayout:
         self.carried = slice(self.places["last_step"].start, self.size)
         start = self.carried.start
         behind = [slice(p.start - start, p.stop - start) for p in self.places.values() if p.start >= start]
-        self._arrays = [place for place in behind if place.start >= _NUMBERS]
+        self._follows, self._numbers = mpc.gait.turns, _NUMBERS + sum(commands)
+        self._arrays = [place for place in behind if place.start >= self._numbers]
         self._planned = self.size - self.places["inputs"].start
 
     def pack(self, memory: Memory) -> np.ndarray:
@@ -221,7 +261,8 @@ class MemoryLayout:
         marks = (-1.0, 0.0, 0.0) if plan is None else (plan.tick, plan.fallbacks, plan.recovering)
         numbers = np.array(
             [
-                memory.last_step, *memory.resumed, memory.degraded, *disturbance.error_sum, disturbance.active,
+                memory.last_step, *memory.resumed, *self._commands(memory), memory.degraded,
+                *disturbance.error_sum, disturbance.active,
                 disturbance.quiet, *marks,
             ]
         )  # fmt: skip
@@ -233,6 +274,12 @@ class MemoryLayout:
         ]  # fmt: skip
         return np.concatenate(parts, axis=None)
 
+    def _commands(self, memory: Memory) -> list[float]:
+        """The numbers of course and command, where the walk follows commands."""
+        if not self._follows:
+            return []
+        return [*(NO_COURSE if memory.course is None else memory.course.numbers), *memory.command]
+
     def unpack(self, vector: np.ndarray) -> Memory:
         """The inverse of `pack`, as copies."""
         memory = self.unpack_carried(vector[self.carried])
@@ -243,8 +290,8 @@ class MemoryLayout:
     def unpack_carried(self, carried: np.ndarray) -> Memory:
         """A memory from the part `carried` of the vector, as copies; its outputs are empty until the next tick."""
         own = np.array(carried)
-        numbers = own[:_NUMBERS].tolist()
-        last_step, first, side, last, degraded, x, y, disturbed, quiet, tick, fallbacks, recovering = numbers
+        last_step, first, side, last, *commands = own[: self._numbers].tolist()
+        degraded, x, y, disturbed, quiet, tick, fallbacks, recovering = commands[-8:]
         measured, state, feet, stance, inputs, footholds, active_x, active_y = [own[place] for place in self._arrays]
         plan = None
         if tick >= 0:
@@ -256,6 +303,8 @@ class MemoryLayout:
             _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE, _NONE,
             state.reshape(2, 3), feet.reshape(2, 2), stance.reshape(2, 2), last_step, degraded, measured, plan,
             Disturbance((x, y), bool(disturbed), round(quiet)), Resumed(round(first), round(side), round(last)),
+            Course.of(commands[:-12]) if self._follows else None,
+            tuple(commands[-12:-8]) if self._follows else _UNCOMMANDED,
         )  # fmt: skip
 
 

@@ -12,8 +12,11 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import TemplateTick, walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.frame import rotation
+from pdhocbf_drake.walking.sides import LEFT
 
 _RECURRENCE = 1e-9  # [m/s]
+_CLOSE = 1e-6  # likewise, of one of many walks [m/s]
 _NOISE = 1e-5  # of an interior-point solver [m/s]
 _GAITS = 500
 _PATIENCE = 20  # gaits in which the change must become less than ever before
@@ -25,13 +28,27 @@ def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     Raises:
         InputError: as `settled_gait`.
     """
-    return _from_stance(settled_gait(gait, mpc))
+    return _from_stance(gait, settled_gait(gait, mpc))
 
 
-def settled_gait(gait: Gait, mpc: PeriodicMpc) -> list[TemplateTick]:
+def commanded_orbit(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
+    """c, v, p over a step on the left and one on the right foot in the steady state of a walk under one command.
+
+    c and p are from the stance foot, all along its heading, shape (2 feet, 2 axes, N, 3).
+
+    Raises:
+        InputError: as `settled_gait`.
+    """
+    ticks = settled_gait(gait, mpc, _CLOSE)
+    steps = np.split(_from_stance(gait, ticks), 2, axis=1)
+    return np.stack(steps if gait.support(ticks[0].tick // gait.period) == LEFT else steps[::-1])
+
+
+def settled_gait(gait: Gait, mpc: PeriodicMpc, recurrence: float = _RECURRENCE) -> list[TemplateTick]:
     """The ticks of one gait of the undisturbed template in its steady state, from an even step on.
 
-    Walks the template from its standing start until a gait repeats the one before.
+    Walks the template from its standing start until a gait repeats the one before, each step seen along the heading of
+    its foot, to within `recurrence` [m/s].
 
     Raises:
         InputError: the walk has barriers or an end, or doesn't settle.
@@ -50,12 +67,12 @@ def settled_gait(gait: Gait, mpc: PeriodicMpc) -> list[TemplateTick]:
         for tick in islice(walk, cycle):
             _check_planned(mpc, tick)
             ticks.append(tick)
-        states = _from_stance(ticks)
+        states = _from_stance(gait, ticks)
         change, last = np.abs(states - before)[:, :, 1].max(), changes[-1]
         # A change that shrinks by the factor r from gait to gait leaves r/(1 − r) of itself to come. A solver that is
         # less exact comes to its own noise, from which nothing shrinks any more.
         to_come = change**2 / (last - change) if change < last < np.inf else change
-        if to_come < _RECURRENCE or last <= change < _NOISE:
+        if to_come < recurrence or last <= change < _NOISE:
             return ticks
         before = states
         changes.append(change)
@@ -82,9 +99,13 @@ def _unsettled(mpc: PeriodicMpc, changes: Sequence[float]) -> InputError:
     )
 
 
-def _from_stance(ticks: Sequence[TemplateTick]) -> np.ndarray:
-    """c, v, p of each tick, c and p from the stance foot, shape (2, T, 3)."""
-    return np.stack([tick.state - tick.before.stance[:, 1:] * [1.0, 0.0, 1.0] for tick in ticks], axis=1)
+def _from_stance(gait: Gait, ticks: Sequence[TemplateTick]) -> np.ndarray:
+    """c, v, p of each tick, c and p from the stance foot, all along its heading, shape (2, T, 3)."""
+    states = np.stack([tick.state - tick.before.stance[:, 1:] * [1.0, 0.0, 1.0] for tick in ticks], axis=1)
+    if gait.turns:
+        seen = [rotation(-gait.step(tick.tick // gait.period).yaw) for tick in ticks]
+        states = np.einsum("tij,jtk->itk", seen, states)
+    return states
 
 
 def _check_planned(mpc: PeriodicMpc, tick: TemplateTick) -> None:

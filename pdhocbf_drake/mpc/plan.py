@@ -24,6 +24,7 @@ class Reason(IntEnum):
     STOPPING = 8  # degraded for too long: the walk comes to a stand
     RECOVERING = 9  # a disturbance was noticed: planned with the footholds, box and tail of `RecoveryConfig`
     NO_STEADY_PLAN = 10  # nothing was noticed, but the steady walk's program has no solution: planned likewise
+    LATE_COMMAND = 11  # the command port has a value that is not finite: the last one that was holds on
 
     @property
     def planned(self) -> bool:

@@ -6,8 +6,9 @@ import numpy as np
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan
-from pdhocbf_drake.walking.footsteps import BOTH, LEFT, Resumed
+from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
+from pdhocbf_drake.walking.sides import BOTH, LEFT
 
 _MISSED = 2e-3  # [m]: a tail that is missed by more lets the robot fall
 _FAR = 0.75  # share of the half box of a stand: a divergent component farther out leaves too little to balance with

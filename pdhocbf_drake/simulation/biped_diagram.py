@@ -69,11 +69,12 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
-    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", "last_step", "resumed")
+    changes = "last_step", "resumed", *["course"] * walk.gait.turns
+    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
     wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
     if walk.gait.turns:
         turn_reference = wiring.add("turn_reference", TurnReference(walk.gait))
-        wiring.connect(turn_reference, "gait_phase", "last_step", "resumed")
+        wiring.connect(turn_reference, "gait_phase", *changes)
         wiring.connect(kinematics, "turn_reference")
         wiring.log("turn_reference")
     wiring.connect(detector, "com_z")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -13,6 +14,7 @@ from pdhocbf_drake.barriers import (
     Bound,
     check_in_safe_set,
     check_relative_degree,
+    constant,
     make_bound,
 )
 from pdhocbf_drake.config import parse_config
@@ -23,15 +25,19 @@ from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
+from pdhocbf_drake.simulation.command_orbits import ConstantWalks, constant_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
+from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
+from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.quantities import Quantity
 from pdhocbf_drake.walking.vhip import Vhip
-from pdhocbf_drake.walking.walk_barrier import WalkBarrier, make_walk_barrier
+from pdhocbf_drake.walking.walk_barrier import CommandOrbits, WalkBarrier, make_walk_barrier
 
+_STANDING = 2  # steps that a walk under one command stands before it begins
 _COMPLETE = "complete"  # a name among what is kept of a walk
 AT_REST = np.zeros((2, 3))  # [c, v, p] per axis from the middle between the feet
 
@@ -125,15 +131,17 @@ def complete_programs(scenario: Scenario) -> None:
 def _built(scenario: Scenario, parts: WalkParts) -> Walk:
     gait, cache = commanded_gait(scenario), parts.programs
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    barriers = []
+    barriers, walks = [], _constant_walks(scenario, gait, cache)
     for name, config in scenario.barriers.items():
-        nominal = None
-        if config.bound.follows_orbit:
+        nominal, orbits = None, None
+        if walks is not None:
+            orbits = _command_orbits(config, walks)
+        if config.bound.follows_orbit and (orbits is None or orbits.margin is None):
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
             with _naming(name):
                 gait_of(scenario, stride)
             nominal = parts.nominal_walk(scenario, stride)
-        barriers.append(_barrier(name, config, gait, vhip, nominal))
+        barriers.append(_barrier(name, config, gait, vhip, nominal, orbits))
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)
     quantities = tuple(config.bounded for config in scenario.barriers.values())
@@ -146,9 +154,44 @@ def _built(scenario: Scenario, parts: WalkParts) -> Walk:
     return Walk(gait, vhip, mpc, quantities, tuple(barriers))
 
 
-def _barrier(name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nominal: np.ndarray | None) -> WalkBarrier:
-    """One barrier; `nominal` is the nominal walk (2, 2N, 3) that its bound follows, None for other bounds."""
+def _constant_walks(scenario: Scenario, gait: Gait, cache: ProgramCache) -> ConstantWalks | None:
+    """The settled walks under each command of a scenario with barriers; None for a straight walk."""
+    footsteps = gait.footsteps
+    if not (scenario.barriers and (scenario.commands or scenario.path) and isinstance(footsteps, CommandedFootsteps)):
+        return None
+    assert footsteps.line is not None
+    config, limits = gait.config.model_copy(update={"start_steps": _STANDING}), footsteps.line.limits
+    walks = ConstantWalks(_undisturbed(scenario, constant_walk(config, Command(), limits), cache), limits)
+    if any(barrier.bound.follows_orbit and barrier.bound.stride is None for barrier in scenario.barriers.values()):
+        steps = range(math.ceil(scenario.duration / (gait.period * gait.config.tick)))
+        for command in dict.fromkeys(map(footsteps.line.command, steps)):
+            if command.walks:
+                walks.prepare(command)
+    return walks
+
+
+def _command_orbits(config: WalkBarrierConfig, walks: ConstantWalks) -> CommandOrbits:
+    bound = config.bound
+    if not bound.follows_orbit or bound.stride is not None:
+        return CommandOrbits(walks)
+    return CommandOrbits(walks, bound.margin or 0.0, bound.kind == "orbit_peak")
+
+
+def _barrier(
+    name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nominal: np.ndarray | None,
+    orbits: CommandOrbits | None,
+) -> WalkBarrier:  # fmt: skip
+    """One barrier.
+
+    Args:
+        nominal: the nominal walk (2, 2N, 3) that its bound follows; None for other bounds.
+        orbits: those of a walk that follows commands. Where the bound follows them, the barrier's own one is that of
+            a speed in a stand.
+    """
     quantity = config.bounded
+    if orbits is not None and orbits.margin is not None:
+        bound = constant(orbits.margin if config.side == "upper" else -orbits.margin)
+        return make_walk_barrier(name, config, vhip, gait, bound, True, orbits)
     with _naming(name):
         orbit = None if nominal is None else quantity.orbit(nominal, vhip, gait.config, config.side)
         bound = _bound(config, quantity.period(vhip.period), gait.config.ticks_per_gait, orbit)
@@ -156,7 +199,7 @@ def _barrier(name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nomin
         if abs(farthest) > quantity.largest:
             raise InputError(f"a bound may be {quantity.largest:g} {quantity.unit} at most, this one is {farthest:g}")
     at_rest = config.quantity is not None
-    barrier = make_walk_barrier(name, config, vhip, gait, bound, at_rest)
+    barrier = make_walk_barrier(name, config, vhip, gait, bound, at_rest, orbits)
     check_relative_degree(barrier, vhip.system)
     if not at_rest:
         try:
@@ -212,7 +255,10 @@ def nominal_walk_of(scenario: Scenario, stride: float, cache: ProgramCache | Non
 
 def _nominal_mpc(scenario: Scenario, stride: float, cache: ProgramCache | None) -> PeriodicMpc:
     """The scenario's MPC for a walk that nothing disturbs, without barriers and without an end."""
-    gait = gait_of(scenario, stride)
+    return _undisturbed(scenario, gait_of(scenario, stride), cache)
+
+
+def _undisturbed(scenario: Scenario, gait: Gait, cache: ProgramCache | None) -> PeriodicMpc:
     vhip = Vhip(gait.height.eta(), gait.config.tick)
     config = scenario.mpc.model_copy(update={"recovery": None})
     return PeriodicMpc(gait, vhip, config, ([], []), None, cache)

@@ -112,14 +112,6 @@ def _check_commands(scenario: Scenario) -> None:
     if scenario.gait.walk_steps is not None:
         allowed = "must be null where there are commands or a path, which end the walk"
         _refuse("gait.walk_steps", allowed, scenario.gait.walk_steps)
-    for name, barrier in scenario.barriers.items():
-        # A stand in the middle of a walk changes what is seen from a foot, and which steps are left ones.
-        if barrier.bounded.frame == "stance":
-            allowed = "where there are commands or a path, forward_speed and lateral_speed can be bounded"
-            _refuse(f"barriers.{name}.quantity", allowed, barrier.bounded.name)
-        if barrier.bounded.mirrored:
-            allowed = "must be false where there are commands or a path, after whose stops either foot may begin"
-            _refuse(f"barriers.{name}.mirrored", allowed, "true")
     if scenario.mpc.terminal_set is not None:
         allowed = "must be null where there are commands or a path, since it is the set of a straight walk"
         _refuse("mpc.terminal_set", allowed, scenario.mpc.terminal_set)

@@ -7,7 +7,8 @@ import math
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps, Limits
+from pdhocbf_drake.walking.command_limits import Limits
+from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
 from pdhocbf_drake.walking.commands import Command, Schedule
 from pdhocbf_drake.walking.sole_gap import Pose
 from pdhocbf_drake.walking.waypoints import commands_along

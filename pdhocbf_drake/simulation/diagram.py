@@ -56,7 +56,7 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
     """
     wiring.add("gait_reference", unbundled(GaitReference(walk.gait)))
     if walk.gait.turns:
-        wiring.add("path_reference", PathReference(walk.gait))
+        wiring.add("path_reference", unbundled(PathReference(walk.gait)))
     if walk.barriers:
         schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait, walk.mpc.config.horizon)
         wiring.add("barrier_schedule", unbundled(schedule))
@@ -67,15 +67,17 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
 def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
     """Closes the loop from `lip_state` and logs the controller's signals."""
     wiring.connect(controller, "gait_phase")
-    wiring.connect(wiring.port("gait_phase").get_system(), "last_step", "resumed")
+    changes = "last_step", "resumed", *["course"] * walk.gait.turns
+    wiring.connect(wiring.port("gait_phase").get_system(), *changes)
     wiring.connect(controller, "lip_state", measured=True)
     path = ("path",) if walk.gait.turns else ()
     if path:
-        wiring.connect(wiring.port("path").get_system(), "gait_phase", "last_step", "resumed")
+        wiring.connect(wiring.port("path").get_system(), "gait_phase", *changes)
+        wiring.builder.ExportInput(controller.GetInputPort("command"), "command")
     if walk.barriers:
         stance = ["stance_plan"] * any(barrier.from_stance for barrier in walk.barriers)
-        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *stance, *path)
+        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *changes, *stance, *path)
         wiring.connect(controller, "barrier_bound")
         wiring.log("barrier_bound", "h", "barrier_slack", "barrier_active")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
-    wiring.log("solver_status", "unmet", *path)
+    wiring.log("solver_status", "unmet", *path, *["command_asked"] * walk.gait.turns)

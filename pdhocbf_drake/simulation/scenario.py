@@ -123,8 +123,8 @@ class Scenario(Config):
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
         start: where the walk starts, and its heading.
         commands: velocity and turn rate, or a stop, each from its time on, in place of `gait.stride`. What the legs,
-            soles or programs can't do is granted in part. Barriers keep the bound of the walk at `gait.stride`, along
-            the heading.
+            soles or programs can't do is granted in part. A barrier's bound follows the orbit of each command, see
+            `CommandedBound`.
         path: waypoints to walk along, x and y, in place of `commands`; at the last one the walk comes to a stand [m].
         path_speed: speed along `path` [m/s].
         pushes: forces on the robot, or on the template's mass.

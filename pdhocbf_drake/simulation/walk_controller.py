@@ -61,6 +61,7 @@ class WalkController:
         feet: np.ndarray | None = None,
         zmp_offset: np.ndarray | None = None,
         bounds: Mapping[str, np.ndarray] | None = None,
+        command: ArrayLike | None = None,
     ) -> Plan:
         """Plans at tick k from what is measured there; `memory` then belongs to tick k + 1.
 
@@ -71,12 +72,16 @@ class WalkController:
                 None leaves feet where they are planned.
             zmp_offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m]; None is zero.
             bounds: V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,); None takes the barriers' own.
+            command: of a walk that follows commands, in place of the scenario's: velocity ahead and to the left [m/s],
+                turn rate [rad/s], and 1 for a stop or 0, shape (4,). It is taken up at the next touchdown, and limited
+                to what the robot can do; where a number is not finite, the last command holds on.
 
         Returns:
             The plan: `inputs` are the ZMP velocities of the horizon, `footholds` the coming stance centres, and
             `reason` says why it may be less than an optimum. What is measured never raises.
         """
-        measurement = Measurement(tick, np.asarray(state, dtype=float), feet, zmp_offset, bounds)
+        given = None if command is None else np.asarray(command, dtype=float)
+        measurement = Measurement(tick, np.asarray(state, dtype=float), feet, zmp_offset, bounds, given)
         self.memory, plan = control(self.mpc, self.memory, measurement, self.latency)
         return plan
 
@@ -84,7 +89,8 @@ class WalkController:
         """The controller as a Drake block that starts from `memory` at tick 0 and updates every tick.
 
         Its memory is discrete state of the context. It has the vector input port lip_state (c, v, p of x, then of y),
-        and optional ones: foot_state, zmp_offset, gait_phase, barrier_bound. Its output ports com_reference,
+        and optional ones: foot_state, zmp_offset, gait_phase, barrier_bound, and where the scenario has commands,
+        command (see `step`). Its output ports com_reference,
         zmp_reference, zmp_box, stance_plan, foot_plan, solver_status, barrier_slack, barrier_active, unmet, last_step
         and resumed are the README's signals of those names. It is a diagram around one `LeafSystem`, whose vector it
         takes apart.

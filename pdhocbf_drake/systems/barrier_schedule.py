@@ -9,13 +9,17 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
 
 from pdhocbf_drake.barriers import AffineBarrier
+from pdhocbf_drake.kept import Kept
+from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.kernels import write_h
 from pdhocbf_drake.systems.signals import places, size, sizes
 from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.commanded_bound import CommandedBound, bound_samples
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.walk_barrier import BoundSamples, WalkBarrier
 
 (_YAW,) = places("path", "yaw")
+_WALKS = 8  # whose bounds are kept: the commanded one, and those that a controller has changed
 _NOW = places("stance_plan", "x_now", "y_now")
 
 
@@ -26,6 +30,7 @@ class BarrierSchedule(LeafSystem):
         gait_phase (3), lip_state (6): as in `systems.signals`.
         path (7): likewise, of a walk that turns: h is then seen along the heading of the stance foot.
         stance_plan (8): likewise; only where a barrier bounds a quantity that is seen from the stance foot.
+        those of `ChangedGait`: the bound is that of the walk as it is really walked.
     Output parts, see `unbundled`:
         barrier_bound (n_b (H + 1)): V̄(k) … V̄(k + H), barrier after barrier [unit of the barrier].
         h (n_b): each barrier on the measured state, eq. (25) [unit of the barrier].
@@ -43,13 +48,14 @@ class BarrierSchedule(LeafSystem):
         self._n, self._count = gait.period, horizon + 1
         for barrier in barriers:
             barrier.check_fits(3)  # the kernel checks no index
-        self._samples = [BoundSamples(barrier, gait, self._count) for barrier in barriers]
+        self._barriers, self._samples = barriers, Kept[list[CommandedBound | BoundSamples]](_WALKS)
+        self._gait = ChangedGait(self, gait)
         self._signs = np.array([float(b.sign) for b in barriers])
         self._axes, cycle = np.array(axes), lcm(*(b.normal_period for b in barriers))
         self._normals = np.stack([b.normals(0, cycle) for b in barriers], axis=1)  # (cycle, n_b, 3)
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
-        prerequisites = {self._phase.ticket(), self._lip.ticket()}
+        prerequisites = {self._phase.ticket(), self._lip.ticket(), *self._gait.tickets}
         self._path = self.DeclareVectorInputPort("path", size("path")) if gait.turns else None
         if self._path is not None:
             prerequisites.add(self._path.ticket())
@@ -66,10 +72,11 @@ class BarrierSchedule(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         phase, step, _ = self._phase.Eval(context).tolist()
-        tick, count = round(step * self._n + phase), self._count
+        tick, count, gait = round(step * self._n + phase), self._count, self._gait(context)
+        bounds = self._samples.get(gait, lambda: [bound_samples(barrier, gait, count) for barrier in self._barriers])
         # The signs are overwritten with h.
-        values = np.concatenate([*(samples(tick) for samples in self._samples), self._signs])
-        normals = self._normals[tick % len(self._normals)]
+        values = np.concatenate([*(samples(tick) for samples in bounds), self._signs])
+        normals = self._normals[(tick + self._n * gait.flipped(round(step))) % len(self._normals)]
         stances, state = self._on_ground, self._lip.Eval(context)
         here = None if self._stance is None else self._stance.Eval(context)[_NOW]
         if self._path is not None:

@@ -2,18 +2,45 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.systems.signals import size, sizes
 from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.footsteps import Resumed
 
 
-def gait_after(gait: Gait, last_step: InputPort, resumed: InputPort, context: Context) -> Gait:
-    """The gait as the controller has changed it, by the values of two input ports that may be left unconnected."""
-    if last_step.HasValue(context):
-        gait = gait.ended_by(last_step.Eval(context)[0])
-    return gait.resumed_by(Resumed(*map(round, resumed.Eval(context)))) if resumed.HasValue(context) else gait
+class ChangedGait:
+    """The gait as the controller has changed it.
+
+    Its input ports, which may be left unconnected, are those of a block:
+        last_step (1): the step with the last swing, or −1.
+        resumed (3): steps in place of a stand.
+        course (47): of a walk that follows commands, how far it has come under those of an input port.
+
+    All are as in `systems.signals`.
+
+    Attributes:
+        tickets: of the ports, for the block's prerequisites.
+    """
+
+    def __init__(self, block: LeafSystem, gait: Gait) -> None:
+        self._gait = gait
+        self._last = block.DeclareVectorInputPort("last_step", size("last_step"))
+        self._resumed = block.DeclareVectorInputPort("resumed", size("resumed"))
+        self._course = block.DeclareVectorInputPort("course", size("course")) if gait.turns else None
+        self.tickets = {port.ticket() for port in (self._last, self._resumed, self._course) if port is not None}
+
+    def __call__(self, context: Context) -> Gait:
+        """The gait by the values of the ports in a context of the block."""
+        gait = self._gait
+        if self._course is not None and self._course.HasValue(context):
+            gait = gait.following(Course.of(self._course.Eval(context).tolist()))
+        if self._last.HasValue(context):
+            gait = gait.ended_by(self._last.Eval(context)[0])
+        if self._resumed.HasValue(context):
+            gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context))))
+        return gait
 
 
 class GaitReference(LeafSystem):
@@ -23,8 +50,7 @@ class GaitReference(LeafSystem):
     (k + 1)δ are those of tick k + 1, towards which the robot moves.
 
     Input ports:
-        last_step (1): the step with the last swing, or −1; may be left unconnected.
-        resumed (3): steps in place of a stand, as in `systems.signals`; may be left unconnected.
+        those of `ChangedGait`.
     Output parts, see `unbundled`:
         gait_phase (3): tick of the step, step index, support (+1 left, −1 right, 0 both).
         com_height (3): z, ż, z̈ of eq. (24) [m, m/s, m/s²].
@@ -33,19 +59,17 @@ class GaitReference(LeafSystem):
     def __init__(self, gait: Gait) -> None:
         super().__init__()
         self.parts = sizes("gait_phase", "com_height")
-        self._gait = gait
+        self._period = gait.period
         self._heights = [gait.height(tick) for tick in range(gait.period)]
-        self._last = self.DeclareVectorInputPort("last_step", size("last_step"))
-        self._resumed = self.DeclareVectorInputPort("resumed", size("resumed"))
+        self._gait = ChangedGait(self, gait)
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._advance)
-        prerequisites = {self.xd_ticket(), self._last.ticket(), self._resumed.ticket()}
+        prerequisites = {self.xd_ticket(), *self._gait.tickets}
         self.DeclareVectorOutputPort("commanded", sum(self.parts.values()), self._calc, prerequisites)
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
         values.set_value([context.get_discrete_state_vector()[0] + 1.0])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        step, tick = self._gait.phase(round(context.get_discrete_state_vector()[0]))
-        gait = gait_after(self._gait, self._last, self._resumed, context)
-        output.SetFromVector([tick, step, gait.support(step), *self._heights[tick]])
+        step, tick = divmod(round(context.get_discrete_state_vector()[0]), self._period)
+        output.SetFromVector([tick, step, self._gait(context).support(step), *self._heights[tick]])

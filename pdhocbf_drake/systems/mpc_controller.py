@@ -26,12 +26,17 @@ class MpcController(LeafSystem):
         barrier_bound (n_b (H + 1)): the bounds, where there are barriers; where it is left unconnected, the barriers'
             own.
         zmp_offset (2 H): expected real minus template ZMP, x then y; may be left unconnected.
+        command (4): of a walk that follows commands, in place of those of the scenario: velocity ahead and to the left
+            [m/s], turn rate [rad/s], and 1 for a stop or 0; may be left unconnected. It is taken up at the next
+            touchdown, and limited to what the robot can do. Where one of the numbers is not finite, as of a sender that
+            is late, the last command holds on.
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
     Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
         barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`, of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
         resumed (3): the steps that it takes in place of a stand, as in `systems.signals`.
+        course (47): of a walk that follows commands, likewise.
 
     Attributes:
         mpc: the compiled problem.
@@ -53,7 +58,8 @@ class MpcController(LeafSystem):
     ) -> None:
         super().__init__()
         self._layout, self.latency = MemoryLayout(mpc), latency
-        self.parts = {name: self._layout.sizes[name] for name in (*OUTPUTS, "last_step", "resumed")}
+        outputs = (*OUTPUTS, "last_step", "resumed", *["course"] * mpc.gait.turns)
+        self.parts = {name: self._layout.sizes[name] for name in outputs}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
         self._columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
@@ -64,6 +70,7 @@ class MpcController(LeafSystem):
             self._bounds = self.DeclareVectorInputPort("barrier_bound", size("barrier_bound", count, horizon))
         self._offset = self.DeclareVectorInputPort("zmp_offset", size("zmp_offset", horizon=horizon))
         self._feet = self.DeclareVectorInputPort("foot_state", size("foot_state"))
+        self._command = self.DeclareVectorInputPort("command", 4) if mpc.gait.turns else None
         start = self._layout.pack(Memory.at_start(mpc, initial, feet))
         self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(start))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
@@ -81,7 +88,10 @@ class MpcController(LeafSystem):
             samples = self._bounds.Eval(context).reshape(len(self._names), -1)
             bounds = dict(zip(self._names, samples, strict=True))
         state = self._lip.Eval(context).reshape(2, 3)
-        return Measurement(self._tick(context), state, feet, offset, bounds)
+        command = None
+        if self._command is not None and self._command.HasValue(context):
+            command = self._command.Eval(context)
+        return Measurement(self._tick(context), state, feet, offset, bounds, command)
 
     def _tick(self, context: Context) -> int:
         gait = self.mpc.gait

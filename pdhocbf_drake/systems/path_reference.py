@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from pydrake.systems.framework import BasicVector, Context, LeafSystem
 
-from pdhocbf_drake.systems.gait_reference import gait_after
-from pdhocbf_drake.systems.signals import places, size
+from pdhocbf_drake.systems.gait_reference import ChangedGait
+from pdhocbf_drake.systems.signals import places, size, sizes
 from pdhocbf_drake.walking import Gait
 
 (_STEP,) = places("gait_phase", "step")
 
 
 class PathReference(LeafSystem):
-    """Outputs the middle between the feet, the heading and the granted command of the present step.
+    """Outputs the middle between the feet, the heading, and the command of the present step, granted and asked.
 
     Input ports:
-        gait_phase (3).
-        last_step (1), resumed (3): as in `systems.signals`; may be left unconnected.
-    Output ports:
-        path (7): as in `systems.signals`.
+        gait_phase (3), and those of `ChangedGait`.
+    Output parts, see `unbundled`:
+        path (7), command_asked (4): as in `systems.signals`.
     """
 
     def __init__(self, gait: Gait) -> None:
         super().__init__()
-        self._gait = gait
-        ports = [self.DeclareVectorInputPort(name, size(name)) for name in ("gait_phase", "last_step", "resumed")]
-        self._phase, self._last, self._resumed = ports
-        self.DeclareVectorOutputPort("path", size("path"), self._calc, {port.ticket() for port in ports})
+        self.parts = sizes("path", "command_asked")
+        self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
+        self._gait = ChangedGait(self, gait)
+        prerequisites = {self._phase.ticket(), *self._gait.tickets}
+        self.DeclareVectorOutputPort("path_and_command", sum(self.parts.values()), self._calc, prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        gait = gait_after(self._gait, self._last, self._resumed, context)
-        output.SetFromVector(gait.path(round(self._phase.Eval(context)[_STEP])))
+        gait, step = self._gait(context), round(self._phase.Eval(context)[_STEP])
+        output.SetFromVector([*gait.path(step), *gait.asked(step)])

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from pdhocbf_drake.robot.config import ROLES, SIDES
+from pdhocbf_drake.walking.course import SIZE
 
 
 class Signal(NamedTuple):
@@ -63,6 +64,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("path", "path_reference", "x y yaw forward lateral turn walks", "m, rad, m/s, rad/s, 1",
             "of a walk that follows commands: middle between the feet and heading of this step as commanded, the "
             "velocity ahead and aside and the turn rate that were granted to it, 1 or for a stand 0"),
+    _signal("command_asked", "path_reference", "forward lateral turn walks", "m/s, rad/s, 1",
+            "of a walk that follows commands: that of this step before its limits, 1 or for a stand 0"),
     _signal("zmp_box", "mpc_controller", "x_min x_max y_min y_max", "m",
             "the box (27) that held for this tick's planned ZMP; in a walk that turns along the heading of the tick "
             "before, from the world's origin"),
@@ -82,6 +85,9 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("resumed", "mpc_controller", "tick side last", "1",
             "steps in place of a stand: the tick from which on a foot swings, the stance foot of that step (+1 left, "
             "-1 right), the last such step; -1, 0, -1 without", logged=False),
+    _signal("course", "mpc_controller", SIZE, "m, rad, m/s, rad/s, 1",
+            "of a walk that follows commands: how far it has come under those of an input port, else -1 and zeros",
+            logged=False),
     _signal("solver_status", "mpc_controller", "status time cost slack fallbacks reason", "1, s, 1, as h, 1, 1",
             "status (1 solved), wall time, cost, barrier slack, fallbacks in a row, reason code (mpc.plan.Reason)"),
     _signal("barrier_slack", "mpc_controller", "n_b", "as h", "largest slack of each barrier that the plan paid for"),

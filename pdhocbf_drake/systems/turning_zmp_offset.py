@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
-from pdhocbf_drake.systems.gait_reference import gait_after
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
 from pdhocbf_drake.systems.zmp_offset import LARGEST_SWING, STANCE_AFTER, ZmpOffset
 from pdhocbf_drake.walking import Gait
@@ -27,7 +26,7 @@ class TurningZmpOffset(ZmpOffset):
         tick, step, support = self._phase.Eval(context).tolist()
         tables = context.get_discrete_state_vector().value().copy()
         if support:
-            seen = rotation(-gait_after(self._gait, self._last, self._resumed, context).step(round(step)).yaw)
+            seen = rotation(-self._gait(context).step(round(step)).yaw)
             feet = self._foot_reference.Eval(context).reshape(2, 3, 3).copy()
             feet[..., :2] = feet[..., :2] @ seen.T
             planned = np.zeros(4)
@@ -38,7 +37,7 @@ class TurningZmpOffset(ZmpOffset):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, step, _ = self._phase.Eval(context).tolist()
-        gait = gait_after(self._gait, self._last, self._resumed, context)
+        gait = self._gait(context)
         here = slice(round(tick) + 1, round(tick) + 1 + self._horizon)
         side, yaws = self._sides(round(step), gait)[here], self._yaws(round(step), gait)
         left, right = context.get_discrete_state_vector().value().reshape(2, -1)

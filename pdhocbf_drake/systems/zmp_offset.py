@@ -7,16 +7,13 @@ from functools import lru_cache
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.systems.gait_reference import gait_after
+from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
 from pdhocbf_drake.systems.signals import places, size
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.swing import Swing
 
-_INPUTS = (
-    "gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "foot_plan", "stance_plan", "last_step",
-    "resumed",
-)  # fmt: skip
+_INPUTS = "gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "foot_plan", "stance_plan"
 STANCE_AFTER = places("stance_plan", "x_after", "y_after")
 _AT_REST = np.zeros(size("foot_reference"))
 LARGEST_SWING = 0.12  # [m]: limit of the offset that a swing foot is expected to cause
@@ -35,8 +32,7 @@ class ZmpOffset(LeafSystem):
     Input ports:
         gait_phase (3), whole_body_zmp (2), zmp_reference (4), foot_reference (18), foot_plan (8), stance_plan (8): as
             in `systems.signals`; the last three are needed with a lever only.
-        last_step (1): the step with the last swing, or −1; may be left unconnected.
-        resumed (3): steps in place of a stand, as in `systems.signals`; may be left unconnected.
+        those of `ChangedGait`.
     Output ports:
         zmp_offset (2 H): expected whole-body minus template ZMP at the next H ticks, x then y [m].
 
@@ -52,7 +48,7 @@ class ZmpOffset(LeafSystem):
 
     def __init__(self, gait: Gait, horizon: int, lever: np.ndarray | None = None) -> None:
         super().__init__()
-        self._gait, self._period, self._horizon = gait, gait.period, horizon
+        self._period, self._horizon = gait.period, horizon
         self._swing = Swing(gait)
         x, y = (0.0, 0.0) if lever is None else np.asarray(lever, dtype=float).tolist()
         self._lever = (x, y)
@@ -60,10 +56,12 @@ class ZmpOffset(LeafSystem):
         self._sides = lru_cache(maxsize=4)(self._sides_from)
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         self._phase, self._whole_body_zmp, self._planned_zmp = ports[:3]
-        self._foot_reference, self._foot_plan, self._stance_plan, self._last, self._resumed = ports[3:]
+        self._foot_reference, self._foot_plan, self._stance_plan = ports[3:]
+        self._gait = ChangedGait(self, gait)
         self.DeclareDiscreteState(2 * self._period * self.tables)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), self._phase.ticket(), *(port.ticket() for port in ports[3:])}
+        prerequisites |= self._gait.tickets
         self.DeclareVectorOutputPort("zmp_offset", size("zmp_offset", horizon=horizon), self._calc, prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
@@ -77,7 +75,7 @@ class ZmpOffset(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, step, _ = self._phase.Eval(context).tolist()
-        gait = gait_after(self._gait, self._last, self._resumed, context)
+        gait = self._gait(context)
         here = slice(round(tick) + 1, round(tick) + 1 + self._horizon)
         side, expected = self._sides(round(step), gait)[here], np.empty((2, self._horizon))
         write_table_offset(round(tick), side, context.get_discrete_state_vector().value(), expected)

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.config import GaitConfig
-
-LEFT, BOTH, RIGHT = 1, 0, -1
+from pdhocbf_drake.walking.course import Course
+from pdhocbf_drake.walking.sides import BOTH, LEFT, RIGHT
 
 
 class Footstep(NamedTuple):
@@ -78,14 +79,14 @@ class Footsteps:
         if this.side != BOTH or not (self.resumed.tick >= 0 and first <= step <= self.resumed.last):
             return this
         side = self.resumed.side * (-1) ** (step - first)
-        aside = side * self.width / 2.0
+        aside = side * self.aside(step)
         return this._replace(side=side, x=this.x - aside * math.sin(this.yaw), y=this.y + aside * math.cos(this.yaw))
 
     def _commanded(self, step: int) -> Footstep:
         if self.last is None or step <= self.last:
             return self._before_the_end(step)
         end = self._before_the_end(self.last)
-        across = end.side * self.width / 2.0  # from the middle between both feet to the stance foot
+        across = end.side * self.aside(self.last)  # from the middle between both feet to the stance foot
         return end._replace(
             side=BOTH,
             x=end.x + across * math.sin(end.yaw),
@@ -110,6 +111,15 @@ class Footsteps:
         """The same, as they are expected at step j; without commands to come all is known."""
         return self
 
+    def aside(self, step: int) -> float:
+        """Distance of the feet from the middle between them in step j [m]."""
+        return self.width / 2.0
+
+    @property
+    def sole(self) -> tuple[float, float] | None:
+        """Half length and half width of the soles, where footholds are to keep them apart; None elsewhere [m]."""
+        return None
+
     @property
     def turns(self) -> bool:
         """Whether a footstep may have another heading than 0."""
@@ -118,6 +128,18 @@ class Footsteps:
     def path(self, step: int) -> tuple[float, ...]:
         """See `Gait.path`."""
         return ()
+
+    def asked(self, step: int) -> tuple[float, ...]:
+        """See `Gait.asked`."""
+        return ()
+
+    def following(self, course: Course | None) -> Footsteps:
+        """The same: no command changes it."""
+        return self
+
+    def course_after(self, step: int, asked: Command | None) -> Course | None:
+        """None: no command changes the walk."""
+        return None
 
     def settled(self, step: int) -> bool:
         """Whether the walk goes on in step j as it was commanded in the step before."""

@@ -8,10 +8,16 @@ from functools import lru_cache
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH, Footsteps, Resumed, commanded_footsteps
+from pdhocbf_drake.walking.course import Course
+from pdhocbf_drake.walking.footsteps import Footsteps, Resumed, commanded_footsteps
+from pdhocbf_drake.walking.quantities import stance_sides
+from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.support import SupportRegion
+
+_SEEN = 3  # steps from a stand on, in which a swing is looked for
 
 
 class Gait:
@@ -20,14 +26,16 @@ class Gait:
     Step j holds ticks jN … jN + N − 1. In single support one foot stands while the other one swings to the next
     foothold; during the first D ticks both are on the ground. Where a walk begins and ends, both feet stand.
 
-    Other walks are derived from this one (`ending_at`, `resumed_by`, `with_box`, `with_stride`), so that its footsteps
-    are kept.
+    Other walks are derived from this one (`following`, `ending_at`, `resumed_by`, `with_box`, `with_stride`), so that
+    its footsteps are kept.
 
     Attributes:
         config: the `gait` keys that the walk was first made from; where it was derived from another walk, `footsteps`
             and not the config's stride and number of steps say where it goes.
         footsteps, step: the commanded footsteps; `step(j)` is `footsteps[j]`, kept for the next call.
         seen: `footsteps.seen`, likewise; what step j commands of steps j + 2, j + 3, … is found there.
+        flipped: whether in step j the other foot stands than `stance_sides` says, as after some stands; in a stand,
+            whether that holds for the next swing. Kept, too.
         period: N [ticks].
         height: CoM height, eq. (24).
         region: the support region, eq. (27).
@@ -57,8 +65,10 @@ class Gait:
         self.region = SupportRegion(config)
         self.step = lru_cache(maxsize=64)(self.footsteps.__getitem__)
         self.seen = lru_cache(maxsize=4)(self.footsteps.seen)
+        self.flipped = lru_cache(maxsize=8)(self._flipped)
         self._endings: dict[int, Gait] = {}
         self._resumed: dict[Resumed, Gait] = {}
+        self._following = Kept[Gait](4)
 
     @property
     def turns(self) -> bool:
@@ -72,6 +82,16 @@ class Gait:
         follows no commands has none.
         """
         return self.footsteps.path(step)
+
+    def asked(self, step: int) -> tuple[float, ...]:
+        """The command of step j before its limits, as the last four numbers of `path`; without commands none."""
+        return self.footsteps.asked(step)
+
+    def following(self, course: Course | None) -> Gait:
+        """This walk as it goes on after the course of its present step, where commands become known as it walks."""
+        if course is None:
+            return self
+        return self._following.get(course, lambda: Gait(self.config, self.footsteps.following(course)))
 
     def foot_yaws(self, step: int) -> tuple[float, float, float, float]:
         """Headings of the left foot at the start and at the end of step j, then of the right one [rad]."""
@@ -123,6 +143,11 @@ class Gait:
         if resumed not in self._resumed:
             self._resumed[resumed] = Gait(self.config, self.footsteps.resumed_by(resumed))
         return self._resumed[resumed]
+
+    def _flipped(self, step: int) -> bool:
+        expected, seen = stance_sides(self.config), self.seen(step)
+        sides = (seen[step + i].side for i in range(_SEEN))
+        return next((side != expected[(step + i) % 2] for i, side in enumerate(sides) if side != BOTH), False)
 
     def lift_off(self, step: int) -> int:
         """Ticks from the start of step j until its foot swings: double support, or until a walk is resumed."""

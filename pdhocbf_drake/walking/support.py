@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH, Footstep
+from pdhocbf_drake.walking.footsteps import Footstep
 from pdhocbf_drake.walking.kernels import write_box
+from pdhocbf_drake.walking.sides import BOTH
 
 
 class SupportRegion:

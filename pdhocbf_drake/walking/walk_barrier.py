@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.barriers import AffineBarrier, Bound, ClassK
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
+from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.gait import Gait
 from pdhocbf_drake.walking.quantities import Quantity, stance_sides
 from pdhocbf_drake.walking.vhip import Vhip
@@ -21,6 +23,21 @@ ENDING_STEPS = 2
 """Last swings of a walk, in which it leaves its orbit."""
 
 
+class CommandOrbits(NamedTuple):
+    """The orbits from which V̄ of a walk that follows commands is made.
+
+    Attributes:
+        of: the walk under a constant command, settled: s = [c, v, p] from the stance foot and along its heading, of
+            steps on the left and on the right foot, shape (2 feet, 2 axes, N, 3); None where there is none.
+        margin: of a bound that follows the orbit, its distance from that [unit of h]; None for one that does not.
+        peak: whether the bound follows the orbit's extreme value instead.
+    """
+
+    of: Callable[[Command], Array | None]
+    margin: float | None = None
+    peak: bool = False
+
+
 class WalkBarrier(AffineBarrier):
     """h(k, s) = ±(V̄(k) − σ_j n_k·s) for s = [c, v, p] of one axis as the quantity sees it, see `Quantity`.
 
@@ -30,6 +47,7 @@ class WalkBarrier(AffineBarrier):
     Attributes:
         quantity: the bounded quantity.
         at_rest: whether V̄ is widened to hold at rest while the walk starts and ends, see `BoundSamples`.
+        orbits: of a walk that follows commands, see `CommandedBound`; None elsewhere.
     """
 
     def __init__(
@@ -43,9 +61,10 @@ class WalkBarrier(AffineBarrier):
         unit: str = "",
         relative_degree: int | None = None,
         at_rest: bool = False,
+        orbits: CommandOrbits | None = None,
     ) -> None:
         super().__init__(name, normals, bound, sign, class_k, unit or quantity.unit, relative_degree)
-        self.quantity, self.at_rest = quantity, at_rest
+        self.quantity, self.at_rest, self.orbits = quantity, at_rest, orbits
 
     @property
     def from_stance(self) -> bool:
@@ -69,10 +88,13 @@ class BoundSamples:
     foot: σ_j n_k·(0 − f) with the foot f at ± half the distance between the feet. That holds until `STARTING_STEPS`
     after the first swing, and from the last `ENDING_STEPS` swings on. In the stands themselves q is counted from the
     middle between both feet, and so is the bound: the envelope less q°. All other barriers have V̄ throughout.
+
+    Steps in place of a stand count as swings. Where the feet stand the other way round than in earlier steps of the
+    same parity (`Gait.flipped`), V̄ is that of the other parity.
     """
 
     def __init__(self, barrier: AffineBarrier, gait: Gait, count: int) -> None:
-        self.period, self._count = barrier.bound.period, count
+        self.period, self._count, self._gait = barrier.bound.period, count, gait
         self._settled = barrier.bound.samples(0, self.period + count)
         self._first, self._end = -np.inf, np.inf
         if not isinstance(barrier, WalkBarrier) or not barrier.at_rest:
@@ -93,22 +115,33 @@ class BoundSamples:
 
     def __call__(self, tick: int) -> Array:
         """V̄(k) … V̄(k+n−1), shape (n,)."""
-        place = tick % self.period
+        shift = self._gait.period * self._gait.flipped(tick // self._gait.period)
+        place = (tick + shift) % self.period
         settled = self._settled[place : place + self._count]
         if self._first <= tick and tick + self._count <= self._end:
             return settled
-        ticks, (begin, end) = np.arange(tick, tick + self._count), self._swings
-        in_gait = ticks % len(self._widened)
-        swings = np.where((ticks >= begin) & (ticks < end), self._widened[in_gait], self._standing[in_gait])
+        ticks, (begin, end), resumed = np.arange(tick, tick + self._count), self._swings, self._gait.footsteps.resumed
+        in_gait = (ticks + shift) % len(self._widened)
+        swinging = (ticks >= begin) & (ticks < end)
+        if resumed.tick >= 0:
+            swinging |= (ticks >= resumed.tick) & (ticks < (resumed.last + 1) * self._gait.period)
+        swings = np.where(swinging, self._widened[in_gait], self._standing[in_gait])
         return np.where((ticks >= self._first) & (ticks < self._end), settled, swings)
 
 
 def make_walk_barrier(
-    name: str, config: WalkBarrierConfig, vhip: Vhip, gait: Gait, bound: Bound, at_rest: bool = False
+    name: str,
+    config: WalkBarrierConfig,
+    vhip: Vhip,
+    gait: Gait,
+    bound: Bound,
+    at_rest: bool = False,
+    orbits: CommandOrbits | None = None,
 ) -> WalkBarrier:
     """The barrier of a configuration with the given bound V̄(k)."""
     quantity, sign = config.bounded, 1 if config.side == "upper" else -1
     normals = quantity.normals_of(vhip, gait.config)
     return WalkBarrier(
-        name, quantity, normals, bound, sign, config.make_class_k(), config.unit, config.relative_degree, at_rest
-    )
+        name, quantity, normals, bound, sign, config.make_class_k(), config.unit, config.relative_degree, at_rest,
+        orbits,
+    )  # fmt: skip

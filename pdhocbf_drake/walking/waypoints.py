@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.walking.commanded_walk import Limits, Stage, Walker
+from pdhocbf_drake.walking.command_limits import Limits
 from pdhocbf_drake.walking.commands import STOP, Command
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose
+from pdhocbf_drake.walking.walker import Walker
 
 Array = NDArray[np.float64]
 
@@ -34,8 +34,8 @@ def commands_along(
         points: waypoints in the world [m].
         speed: along the path [m/s].
     """
-    walker, stage = Walker(config), Stage(-1, BOTH, start)
-    stage = walker.after(stage, STOP)
+    walker = Walker(config)
+    stage = walker.after(walker.standing(start), STOP)
     commands: list[Command] = []
     for line in _stretches([(start.x, start.y), *points]):
         done = 0.0

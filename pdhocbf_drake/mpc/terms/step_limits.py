@@ -12,19 +12,19 @@ from pdhocbf_drake.mpc.commanded import Commanded
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Term, Tick
-from pdhocbf_drake.walking.footsteps import BOTH
 from pdhocbf_drake.walking.frame import inner_share, rotation
-
-_REACH_OF_TOES = 0.1  # [m]: of half a sole, by which a turned foot comes closer to the other one
+from pdhocbf_drake.walking.sides import BOTH
+from pdhocbf_drake.walking.walker import GAP
 
 
 class StepLimits(Term):
     """lower_j ≤ f_j − f_{j−1} ≤ upper_j for each coming step.
 
     A step lies within `mpc.step_tolerance` of the commanded one, or within `mpc.step_reach` of the stance foot, and
-    the new stance foot stays on its own side of the old one, at least `mpc.stance_width_min` away. The next step is
-    held where it is planned from `mpc.freeze_ticks` before its touchdown on; before that, `mpc.swing_acceleration`
-    limits how far it may still be moved.
+    the new stance foot stays on its own side of the old one, at least `mpc.stance_width_min` away, and in a walk that
+    follows commands so far that the soles stay apart. The next step is held where it is planned from
+    `mpc.freeze_ticks` before its touchdown on; before that, `mpc.swing_acceleration` limits how far it may still be
+    moved.
 
     Parameters: step_lower, step_upper (n_f,) each [m].
     """
@@ -78,7 +78,7 @@ def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.nda
             continue  # a stand begins or ends where the feet are
         turn = before.yaw - ahead.yaw
         move = rotation(-turn) @ ahead.moves[:, i] if turn else ahead.moves[:, i]
-        low, high = _range(config, move, after.side, after.yaw - before.yaw)
+        low, high = _range(config, move, after.side, after.yaw - before.yaw, ahead.sole)
         if turn:
             share = inner_share(low - move, high - move, -turn)
             low, high = (ahead.moves[:, i] + share * (limit - move) for limit in (low, high))
@@ -86,23 +86,56 @@ def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.nda
     return lower, upper
 
 
-def _range(config: MpcConfig, move: np.ndarray, side: int, turn: float) -> tuple[np.ndarray, np.ndarray]:
+def _range(
+    config: MpcConfig, move: np.ndarray, side: int, turn: float, sole: tuple[float, float] | None
+) -> tuple[np.ndarray, np.ndarray]:
     """Least and greatest move of one step along the axes of the foot that it is made from, shapes (2,) [m].
 
     Args:
         move: as commanded (2,) [m].
         side: of the coming stance foot.
         turn: its heading from that of this foot [rad].
+        sole: half length and half width of the soles, which stay apart; None where there are none [m].
     """
     if config.step_reach is None:
         low, high = move - config.step_tolerance, move + config.step_tolerance
     else:
         low, high = np.negative(config.step_reach), np.array(config.step_reach)
-    least = config.stance_width_min
-    if turn:  # the toe or heel of a turned foot is nearer, and what a turn commands is allowed
-        least = min(least + _REACH_OF_TOES * abs(math.sin(turn)), side * float(move[1]))
+    least, aside = config.stance_width_min, side * float(move[1])
+    if sole is not None:
+        least = max(least, _keep_apart(low, high, float(move[0]), aside, side * turn, sole))
+    if turn:
+        least = min(least, aside)  # what a turn commands is allowed
     if side > 0:
         low[1] = max(low[1], least)
     else:
         high[1] = min(high[1], -least)
     return low, high
+
+
+def _keep_apart(
+    low: np.ndarray, high: np.ndarray, ahead: float, aside: float, outward: float, sole: tuple[float, float]
+) -> float:
+    """How far aside a foot has to land for the soles to be `GAP` apart [m]; reduces the range of x where it must.
+
+    Of two rectangles with half sides a, b, one turned by θ, the edges along the length of one of them separate them by
+    y − r or by y cos θ − x sin θ − r, with r = b (1 + cos θ) + a |sin θ|: x ahead, y to the foot's own side, θ > 0 with
+    the toes outward. The first holds for any x. Where the commanded foothold needs the second one, no foothold is
+    closer aside than that, and x keeps to where it holds.
+
+    Args:
+        low, high: the ranges of the move, shapes (2,) [m].
+        ahead, aside: the commanded move, the latter to the foot's own side [m].
+        outward: θ [rad].
+        sole: a and b [m].
+    """
+    c, s = math.cos(outward), math.sin(outward)
+    needed = sole[1] * (1.0 + c) + sole[0] * abs(s) + GAP
+    if needed <= aside or not s:
+        return needed
+    farthest = (aside * c - needed) / s  # x at which the second one is `GAP`
+    if s > 0.0:
+        high[0] = min(high[0], max(farthest, ahead))
+    else:
+        low[0] = max(low[0], min(farthest, ahead))
+    return needed

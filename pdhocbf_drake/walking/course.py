@@ -1,0 +1,82 @@
+"""How far a walk has come whose commands become known while it walks, and how its next steps follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from pdhocbf_drake.walking.commands import STOP, Command
+from pdhocbf_drake.walking.sides import BOTH
+from pdhocbf_drake.walking.sole_gap import Pose
+from pdhocbf_drake.walking.walker import Stage, Walker
+
+
+class Course(NamedTuple):
+    """What decides the coming steps, as long as the command of this step holds.
+
+    Attributes:
+        before, this: the last step and this one, j.
+        command: as it is granted to step j.
+        asked: the same before its limits.
+        moving: the last command before it at which the walk went on.
+        settled: whether the command of step j is that of the step before.
+        recent: what the last steps walked under, the latest first, as `CommandedFootsteps.under`.
+        first: where step j is one in place of a stand: the foot that stands next; 0 elsewhere.
+    """
+
+    before: Stage
+    this: Stage
+    command: Command
+    asked: Command
+    moving: Command
+    settled: bool
+    recent: tuple[Command, ...]
+    first: int = 0
+
+    def after(self, walker: Walker, asked: Command, granted: Callable[[Command], Command], first: int) -> Course:
+        """The course of step j + 1, at which the command `asked` is taken up."""
+        moving, command = self.command if self.command.walks else self.moving, granted(asked)
+        this = self.stage(walker, self.this.number + 1)
+        under = STOP if self.this.side == BOTH else self.command
+        recent = under, *self.recent[:-1]
+        return Course(self.this, this, command, asked, moving, command == self.command, recent, first)
+
+    def stage(self, walker: Walker, step: int) -> Stage:
+        """Any step from j − 1 on, of which those after j + 1 are an expectation."""
+        if step < self.this.number:
+            return self.before._replace(number=step)
+        before, stage = self.before, self.this
+        while stage.number < step:
+            first = self.first if stage is self.this else 0
+            before, stage = stage, walker.after(stage, self.command, self.moving, before, first)
+        return stage
+
+    @property
+    def numbers(self) -> list[float]:
+        """The same as numbers, `SIZE` of them: j, then the rest in its order."""
+        stages = [number for s in (self.before, self.this) for number in (s.side, *s.path, s.aside, s.stops)]
+        commands = [number for command in (self.command, self.asked, self.moving, *self.recent) for number in command]
+        return [*map(float, (self.this.number, self.settled, self.first, *stages, *commands))]
+
+    @classmethod
+    def of(cls, numbers: Sequence[float]) -> Course | None:
+        """The inverse of `numbers`; None for those of a walk that has no course, of which the first is −1."""
+        step = round(numbers[0])
+        if step < 0:
+            return None
+        before, this = (
+            Stage(step - 1 + i, round(side), Pose(x, y, yaw), aside, bool(stops))
+            for i, (side, x, y, yaw, aside, stops) in enumerate((numbers[3:9], numbers[9:15]))
+        )
+        command, asked, moving, *recent = (
+            Command(numbers[i], numbers[i + 1], numbers[i + 2], bool(numbers[i + 3])) for i in range(15, SIZE, 4)
+        )
+        return cls(before, this, command, asked, moving, bool(numbers[1]), tuple(recent), round(numbers[2]))
+
+
+UNSETTLED = 5
+"""Steps from a new command on until the walk follows its orbit."""
+SIZE = 3 + 2 * 6 + (3 + UNSETTLED) * 4
+"""Length of `Course.numbers`."""
+NO_COURSE = (-1.0, *[0.0] * (SIZE - 1))
+"""The numbers of a walk all of whose commands its scenario has."""
