@@ -111,7 +111,7 @@ def oscillator_scene(stage: Stage, run: Run) -> Draw:
     return draw
 
 
-def rows_of(log: RunLog, frames_per_second: int) -> list[tuple[int, float]]:
+def rows_of(log: RunLog, frames_per_second: float) -> list[tuple[int, float]]:
     """(row, time of the recording) of each frame."""
     tick = log.time[1] - log.time[0]
     count = int((log.time[-1] - log.time[0]) * frames_per_second + 1e-9) + 1
