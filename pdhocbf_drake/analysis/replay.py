@@ -49,11 +49,9 @@ def _page(run: Run, rate: float) -> str:
 
 
 def _affordable_frames(run: Run, largest: float) -> float:
-    """The frames of a page of this size [bytes], by two pages of the run's start."""
-    sizes = []
-    for frames in (_TRIAL, 2 * _TRIAL):
-        start = run._replace(log=run.log.before(float(run.log.time[0]) + frames / FRAMES_PER_SECOND))
-        sizes.append(len(_page(start, FRAMES_PER_SECOND)))
+    """The frames of a page of this size [bytes], by two pages of few frames."""
+    seconds = float(run.log.time[-1] - run.log.time[0])
+    sizes = [len(_page(run, frames / seconds)) for frames in (_TRIAL, 2 * _TRIAL)]
     return max(_TRIAL, 0.95 * (largest - sizes[0]) * _TRIAL / max(1, sizes[1] - sizes[0]))
 
 
