@@ -21,7 +21,7 @@ from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unused_settings
-from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, Run
+from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, ROWS, Run, begin_run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -59,9 +59,11 @@ def run(options: argparse.Namespace) -> int:
 
         for sentence in limited_commands(scenario):
             say(f"pdhocbf: {sentence}")
-    with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES) as folder:
+    with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES, keep=ROWS) as folder:
+        for saved in folder.saved:
+            say(f"pdhocbf: a run was killed as it was written to {place}; what it recorded is now in {saved}")
         with stop_requests() as stop:  # the log is written before such a request takes effect
-            recorded = _recorded(scenario, options.meshcat, options.verbose)
+            recorded = _recorded(scenario, options.meshcat, options.verbose, folder.path)
             # Here and below, for a quick start.
             with quick_imports():
                 from pdhocbf_drake.analysis.degraded import degraded_rows
@@ -109,7 +111,8 @@ def _exit_code(ending: str, place: Path) -> int:
     return _ENDED_EARLY
 
 
-def _recorded(scenario: Scenario, live: bool, verbose: bool) -> Run:
+def _recorded(scenario: Scenario, live: bool, verbose: bool, folder: Path) -> Run:
+    """Simulates, and writes meanwhile to the folder what is recorded."""
     with quick_imports():
         from pdhocbf_drake.simulation.kept_walk import is_kept, walk_file
         from pdhocbf_drake.simulation.simulate import simulate
@@ -132,7 +135,7 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool) -> Run:
 
             meshcat = Meshcat()
             say(f"live at {meshcat.web_url()}")
-        log = simulate(scenario, report, meshcat)
+        log = simulate(scenario, report, meshcat, begin_run(scenario, folder))
     return Run.of(scenario, log, time.perf_counter() - started)
 
 
