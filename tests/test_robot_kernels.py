@@ -23,15 +23,17 @@ def write_shared_wrench(random: np.random.Generator) -> tuple[Values, Values]:
         random.normal(size=3),
         random.normal(size=39),
     )
-    jacobian, share, both = random.normal(size=(18, 18)), random.uniform(), np.empty(12)
+    jacobian, share, out, joints = random.normal(size=(18, 18)), random.uniform(), np.empty(24), random.permutation(18)
+    q, joints, places = random.normal(size=19), joints[:12], random.permutation(19)[:3]
+    q[places] = origin
     left, right = poses[15:27].reshape(3, 4)[:, 3], poses[27:39].reshape(3, 4)[:, 3]
     moment, force = needed[base[:3]], needed[base[3:]]
     lever = share * left + (1.0 - share) * right - origin
     wrench = np.concatenate([force, moment - np.cross(lever, force)])
     expected = np.concatenate([share * wrench, (1.0 - share) * wrench])
     torque = needed - expected @ jacobian[LEFT.start :]
-    kernels.write_shared_wrench(needed, base, origin, poses, share, jacobian, both)
-    return (needed, both), (torque, expected)
+    kernels.write_shared_wrench(needed, base, joints, q, places, poses, share, jacobian, out)
+    return (out,), (np.concatenate([torque[joints], expected]),)
 
 
 def left_share_of_zmp(random: np.random.Generator) -> tuple[Values, Values]:

@@ -55,10 +55,15 @@ def write_step(random: np.random.Generator) -> tuple[Values, Values]:
     return (step,), (tick * v + tick**2 / 2 * vdot + tick**3 / 6 * (vdot - before) / tick,)
 
 
-def write_targets(random: np.random.Generator) -> tuple[Values, Values]:
-    (q, last), joints, out = random.normal(size=(2, 9)), random.permutation(9)[:4], np.empty(8)
-    kernels.write_targets(q, last, joints, 0.01, out)
-    return (out,), (np.concatenate([q[joints], (q - last)[joints] / 0.01]),)
+def write_motion(random: np.random.Generator) -> tuple[Values, Values]:
+    (q, last_q), (v, vdot, last_v, last_vdot, before) = random.normal(size=(2, 9)), random.normal(size=(5, 8))
+    joints, tau, zmp, out = random.permutation(9)[:4], random.normal(size=4), (0.1, -0.2), np.empty(50)
+    met = bool(random.random() < 0.7)
+    last = np.concatenate([last_q, last_v, last_vdot, before])
+    kernels.write_motion(q, v, vdot, last, joints, 0.01, tau, zmp, (met, 0.3, 5), out)
+    targets = np.concatenate([q[joints], (q - last_q)[joints] / 0.01])
+    following = np.concatenate([q, met * v, met * vdot, met * last_vdot])
+    return (out,), (np.concatenate([targets, tau, zmp, [met, 0.3, 5], following]),)
 
 
 def write_wanted(random: np.random.Generator) -> tuple[Values, Values]:
@@ -99,7 +104,7 @@ def update_table(random: np.random.Generator) -> tuple[Values, Values]:
 CASES: dict[str, Case] = {
     case.__name__: case
     for case in (
-        write_h, write_estimate, write_step, write_targets, write_wanted, write_table_offset, update_table,
+        write_h, write_estimate, write_step, write_motion, write_wanted, write_table_offset, update_table,
     )
 }  # fmt: skip
 

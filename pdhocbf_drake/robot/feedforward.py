@@ -33,7 +33,7 @@ class InverseDynamics:
     def __init__(self, biped: Biped, task_space: TaskSpace | None = None) -> None:
         """Shares the kinematics of a `WholeBodyIk` when given its task space."""
         self._base, self._joints = biped.base_v_index, biped.v_index
-        self._base_position = biped.base_q_index[4:]
+        self._origin = biped.base_q_index[4:]
         self._task_space = task_space or task_space_of(biped)
 
     def __call__(self, q: np.ndarray, v: np.ndarray, vdot: np.ndarray, left_share: float) -> Feedforward:
@@ -41,9 +41,9 @@ class InverseDynamics:
         task = self._task_space
         task.set_state(q, v)
         needed = task.forces(vdot)
-        both, origin = np.empty(12), q[self._base_position]
-        write_shared_wrench(needed, self._base, origin, task.poses(), left_share, task.jacobian(), both)
-        return Feedforward(needed[self._joints], both[:6], both[6:])
+        jacobian, out = task.jacobian(), np.empty(24)
+        write_shared_wrench(needed, self._base, self._joints, q, self._origin, task.poses(), left_share, jacobian, out)
+        return Feedforward(out[:12], out[12:18], out[18:])
 
 
 def swing_lever(biped: Biped, q: np.ndarray) -> np.ndarray:

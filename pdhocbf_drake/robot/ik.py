@@ -117,9 +117,9 @@ class WholeBodyIk:
     def _solve(self, goal: TargetPoses, seed: np.ndarray, loose: Side | None, yaw: float) -> IkResult:
         if not largest(goal.offset) < _FARTHEST:
             return self._refused(seed, _REFUSED)
-        q = self._start(seed)
-        q = q.copy() if self.task_space.within(q) else self._biped.clipped(q)
-        q, steps, worst = self.task_space.approach(goal, q)
+        task = self.task_space
+        good = task.within(seed) and largest(seed) < _FARTHEST
+        q, steps, worst = task.approach(goal, seed if good else self._biped.clipped(self._start(seed)))
         return IkResult(q, True, steps, worst, "") if worst < TOLERANCE else self._damped(goal, q, steps, loose, yaw)
 
     def _velocity(self, wanted: np.ndarray, weights: np.ndarray | None) -> np.ndarray:

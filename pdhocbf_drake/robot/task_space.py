@@ -111,7 +111,7 @@ class TaskSpace(ABC):
         Returns:
             The last q within the limits, steps taken, and the largest entry of its task error, infinite if it gave up.
         """
-        return self._approach(goal, q, 0)
+        return self._approach(goal, q.copy(), 0)
 
     def _approach(self, goal: TargetPoses, q: np.ndarray, first: int) -> tuple[np.ndarray, int, float]:
         """The same after the first steps have been taken."""

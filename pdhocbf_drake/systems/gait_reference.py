@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem
 
 from pdhocbf_drake.systems.signals import size, sizes
@@ -13,7 +14,7 @@ def gait_after(gait: Gait, last_step: InputPort, resumed: InputPort, context: Co
     """The gait as the controller has changed it, by the values of two input ports that may be left unconnected."""
     if last_step.HasValue(context):
         gait = gait.ended_by(last_step.Eval(context)[0])
-    return gait.resumed_by(Resumed(*map(round, resumed.Eval(context)))) if resumed.HasValue(context) else gait
+    return gait.resumed_by(Resumed(*map(round, resumed.Eval(context).tolist()))) if resumed.HasValue(context) else gait
 
 
 class GaitReference(LeafSystem):
@@ -34,7 +35,7 @@ class GaitReference(LeafSystem):
         super().__init__()
         self.parts = sizes("gait_phase", "com_height")
         self._gait = gait
-        self._heights = [gait.height(tick) for tick in range(gait.period)]
+        self._commanded = np.array([[tick, 0.0, 0.0, *gait.height(tick)] for tick in range(gait.period)])
         self._last = self.DeclareVectorInputPort("last_step", size("last_step"))
         self._resumed = self.DeclareVectorInputPort("resumed", size("resumed"))
         self.DeclareDiscreteState(1)
@@ -43,9 +44,11 @@ class GaitReference(LeafSystem):
         self.DeclareVectorOutputPort("commanded", sum(self.parts.values()), self._calc, prerequisites)
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value([context.get_discrete_state_vector()[0] + 1.0])
+        values.set_value(context.get_discrete_state_vector().value() + 1.0)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         step, tick = self._gait.phase(round(context.get_discrete_state_vector()[0]))
         gait = gait_after(self._gait, self._last, self._resumed, context)
-        output.SetFromVector([tick, step, gait.support(step), *self._heights[tick]])
+        commanded = self._commanded[tick].copy()
+        commanded[1], commanded[2] = step, gait.support(step)
+        output.SetFromVector(commanded)

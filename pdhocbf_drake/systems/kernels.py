@@ -98,12 +98,35 @@ def write_step(motion: np.ndarray, tick: float, step: np.ndarray) -> None:
 
 
 @compiled
-def write_targets(q: np.ndarray, last: np.ndarray, joints: np.ndarray, tick: float, out: np.ndarray) -> None:
-    """desired_state: the joints' angles in q, then the constant rates that lead there from those in `last`."""
-    count = len(joints)
+def write_motion(
+    q: np.ndarray, v: np.ndarray, vdot: np.ndarray, last: np.ndarray, joints: np.ndarray, tick: float, tau: np.ndarray,
+    zmp: tuple[float, float], status: tuple[bool, float, int], out: np.ndarray,
+) -> None:  # fmt: skip
+    """desired_state, feedforward, whole_body_zmp and ik_status, then the state of `InverseKinematics` to come.
+
+    The joints' targets are their angles in q, their rates the constant ones that lead there from the last tick's. The
+    state is q, v, v̇ and the last v̇; where the target is not met, q and zeros.
+
+    Args:
+        last: the present state. joints: places of the joints in q (n,). tick: δ [s]. tau: torques (n,).
+        status: met, greatest error, iterations.
+    """
+    count, positions, n = len(joints), len(q), len(v)
     for i in range(count):
         out[i] = q[joints[i]]
         out[count + i] = (q[joints[i]] - last[joints[i]]) / tick
+        out[2 * count + i] = tau[i]
+    start = 3 * count
+    out[start], out[start + 1] = zmp
+    out[start + 2], out[start + 3], out[start + 4] = status[0], status[1], status[2]
+    start += 5
+    for i in range(positions):
+        out[start + i] = q[i]
+    start += positions
+    for i in range(n):
+        out[start + i], out[start + n + i], out[start + 2 * n + i] = 0.0, 0.0, 0.0
+        if status[0]:
+            out[start + i], out[start + n + i], out[start + 2 * n + i] = v[i], vdot[i], last[positions + n + i]
 
 
 @compiled

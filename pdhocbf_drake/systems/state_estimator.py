@@ -8,9 +8,9 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.tree_task_space import task_space_of
 from pdhocbf_drake.systems.kernels import write_estimate
-from pdhocbf_drake.systems.signals import places, size, sizes
+from pdhocbf_drake.systems.signals import size, sizes, stretch
 
-_ZMP = places("lip_state", "x_zmp", "y_zmp")
+_ZMP = stretch("lip_state", "x_zmp", "y_zmp")
 
 
 class StateEstimator(LeafSystem):
