@@ -6,12 +6,13 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from biped_cases import biped
+from biped_cases import biped, standing
 from numba.core.registry import CPUDispatcher
 
+from pdhocbf_drake.robot.damped import nearest_posture, row_weights
 from pdhocbf_drake.robot.drake_task_space import DrakeTaskSpace
 from pdhocbf_drake.robot.multibody import kernels
-from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
+from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN, TargetPoses
 
 Values = tuple[object, ...]
 Case = Callable[[np.random.Generator], tuple[Values, Values]]
@@ -213,10 +214,57 @@ def largest(random: np.random.Generator) -> tuple[Values, Values]:
 
 def write_error(random: np.random.Generator) -> tuple[Values, Values]:
     rows, offset, poses = random.normal(size=(21, 39)), random.normal(size=18), random.normal(size=39)
+    rows[:18], largest = 0.0, random.choice([0.05, 1.0, 3.1])
+    angles, axes = largest * random.uniform(0.9, 1.0, 3), random.normal(size=(3, 3))
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    rows[18:] *= ((1.0 + 2.0 * np.cos(angles)) / (rows[18:] @ poses))[:, None]
+    expected = offset.copy()
+    for turn, axis, angle in zip((TORSO_TURN, LEFT_TURN, RIGHT_TURN), axes, angles, strict=True):
+        offset[turn] = np.sin(angle) * axis
+        expected[turn] = (np.sin(angle) if largest < 0.1 else angle) * axis
     out = np.empty(18)
-    rows[18:] += random.uniform(0.0, 1.0) * np.sign(poses)
-    small = kernels.write_error(rows, offset, poses, out)
-    return (out, small), (offset + rows[:18] @ poses, (rows[18:] @ poses >= 2.99).all())
+    told = kernels.write_error(rows, offset, poses, out)
+    offset[LEFT_TURN] = 0.0  # the second trace says half a revolution
+    rows[19] *= -1.0 / (rows[19] @ poses)
+    return (told, out, kernels.write_error(rows, offset, poses, np.empty(18))), (True, expected, False)
+
+
+def write_product(random: np.random.Generator) -> tuple[Values, Values]:
+    a, b, out = random.normal(size=(4, 4)), random.normal(size=(4, 4)), np.full((4, 4), np.nan)
+    a[random.random((4, 4)) < 0.3] = 0.0
+    kernels.write_product(a, b, out)
+    return (out,), (a @ b,)
+
+
+def weigh(random: np.random.Generator) -> tuple[Values, Values]:
+    weights, error, weighted = random.normal(size=(18, 18)), random.normal(size=18), np.full(18, np.nan)
+    square = kernels.weigh(weights, error, weighted)
+    return (weighted, square), (weights @ error, np.linalg.norm(weights @ error) ** 2)
+
+
+def clip_joints(random: np.random.Generator) -> tuple[Values, Values]:
+    q, joints, bounds = random.normal(size=9), random.permutation(9)[:4], np.sort(random.normal(size=(2, 4)), axis=0)
+    expected = q.copy()
+    expected[joints] = np.clip(q[joints], *bounds)
+    kernels.clip_joints(q, joints, *bounds)
+    return (q,), (expected,)
+
+
+def descend(random: np.random.Generator) -> tuple[Values, Values]:
+    """The nearest posture is that of the steps in numpy, from Drake's kinematics."""
+    posture = standing(random.uniform(0.5, 0.72))
+    posture.com[:2] += random.uniform(-0.05, 0.05, 2)
+    goal, weights = TargetPoses.of(posture), row_weights(None if random.random() < 0.5 else "left")
+    expected, error, steps = nearest_posture(biped(), DrakeTaskSpace(biped()), goal, biped().bent_knee, weights)
+    robot, q = Robot(random), np.array(biped().bent_knee)
+    room = (
+        np.empty(39), np.empty((5, 18)), np.empty(19), np.empty((3, 18, 18)), np.empty(18, dtype=np.int64),
+    )  # fmt: skip
+    done, _, all_of_them = kernels.descend(
+        q, goal.map, goal.offset, weights, 1e-8, 40, biped().q_index, biped().v_index,
+        *np.ascontiguousarray(biped().position_limits.T), robot.links, robot.numbers, robot.work, *room,
+    )  # fmt: skip
+    return (all_of_them, abs(done - steps) <= 5, 1e-2 * q, room[1][0]), (True, True, 1e-2 * expected, error)
 
 
 def approach(random: np.random.Generator) -> tuple[Values, Values]:
@@ -268,7 +316,7 @@ CASES: dict[str, Case] = {
     for case in (
         vector, store, store_column, plus, times, cross, turned, turned_back, times_inertia, axis, place, write_poses,
         write_jacobian, accelerate, write_bias, write_forces, write_com_velocity, move, factorize, substitute,
-        within_limits, limit, largest, write_error, approach, follow,
+        within_limits, limit, largest, write_error, write_product, weigh, clip_joints, descend, approach, follow,
     )
 }  # fmt: skip
 

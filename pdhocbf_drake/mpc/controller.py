@@ -13,7 +13,7 @@ from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.digest import digest
-from pdhocbf_drake.mpc.kernels import write_plan
+from pdhocbf_drake.mpc.kernels import mark_acting, write_plan
 from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
 from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
@@ -263,7 +263,7 @@ class PeriodicMpc:
                 continue
             own = self._barrier_rows(axis, tick)
             if len(result.active) == own.shape[1]:
-                acting[place : place + len(own)] = own @ np.abs(result.active) > 0.0
+                mark_acting(own, result.active, place, acting)
             place += len(own)
         return acting
 

@@ -137,7 +137,7 @@ class WholeBodyIk:
         return np.linalg.solve(jacobian.T @ jacobian + 1e-3 * np.eye(len(wanted)), jacobian.T @ wanted)
 
     def _damped(self, goal: TargetPoses, q: np.ndarray, iterations: int, loose: Side | None, yaw: float) -> IkResult:
-        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, TOLERANCE, row_weights(loose, yaw))
+        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, row_weights(loose, yaw))
         worst = float(abs(error).max())
         reason = "" if worst < TOLERANCE else self._reason(q, error)
         return IkResult(q, not reason, iterations + more, worst, reason)

@@ -14,6 +14,7 @@ from pdhocbf_drake.robot.posture import TURNS, TargetPoses
 TOLERANCE = 1e-8  # greatest entry of the task error [m, rad]
 NEWTON_STEPS = 12
 LARGEST_STEP = 0.5  # [rad]: a larger joint step means that the Jacobian is near singular
+FIRST_DAMPING = 1e-3  # of `damped.nearest_posture`
 LARGEST_RATE = 1e3  # [rad/s, rad/s²]: a larger joint speed or acceleration is none to follow
 
 
@@ -129,6 +130,16 @@ class TaskSpace(ABC):
                 return q, done, np.inf
             q = moved
         return q, NEWTON_STEPS, np.inf
+
+    def descend(
+        self, goal: TargetPoses, q: np.ndarray, weights: np.ndarray, steps: int
+    ) -> tuple[np.ndarray, int, float, bool]:
+        """The first steps of `damped.nearest_posture`, as far as there is a faster way to take them: here none.
+
+        Returns:
+            q (19,), the steps taken, the damping λ, and whether it is done.
+        """
+        return q, 0, FIRST_DAMPING, False
 
     def follow(
         self, q: np.ndarray, rates: np.ndarray, accelerations: np.ndarray

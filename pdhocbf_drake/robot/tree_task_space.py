@@ -64,7 +64,7 @@ class TreeTaskSpace(TaskSpace):
         return forces
 
     def approach(self, goal: TargetPoses, q: np.ndarray) -> tuple[np.ndarray, int, float]:
-        """Newton's method in one call; where that gives up, as that of `TaskSpace`, which takes large turns."""
+        """Newton's method in one call; where that gives up, as that of `TaskSpace`, which takes half a revolution."""
         q = q.copy()
         steps = kernels.approach(
             q, goal.map, goal.offset, TOLERANCE, NEWTON_STEPS, LARGEST_STEP, self._q_index, self._lower, self._upper,
@@ -76,6 +76,19 @@ class TreeTaskSpace(TaskSpace):
             return self._approach(goal, q, -1 - steps)
         self._key = q.tobytes()
         return q, steps, kernels.largest(self._error)
+
+    def descend(
+        self, goal: TargetPoses, q: np.ndarray, weights: np.ndarray, steps: int
+    ) -> tuple[np.ndarray, int, float, bool]:
+        """Levenberg-Marquardt in one call, up to a turn near half a revolution."""
+        q = q.copy()
+        done = kernels.descend(
+            q, goal.map, goal.offset, weights, TOLERANCE, steps, self._q_index, self._joints, self._lower, self._upper,
+            self._links, self._numbers, self._work, self._poses, np.empty((5, 18)), self._moved,
+            np.empty((3, 18, 18)), self._pivots,
+        )  # fmt: skip
+        self._key, self._factorized = b"", None
+        return q, *done
 
     def follow(
         self, q: np.ndarray, rates: np.ndarray, accelerations: np.ndarray

@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control
 from pdhocbf_drake.mpc.memory import OUTPUTS, Memory, MemoryLayout
+from pdhocbf_drake.systems.optional_input import value_of
 from pdhocbf_drake.systems.signals import size
 
 
@@ -56,7 +57,8 @@ class MpcController(LeafSystem):
         self.parts = {name: self._layout.sizes[name] for name in (*OUTPUTS, "last_step", "resumed")}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
-        self._columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
+        columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
+        self._columns = slice(None) if np.array_equal(columns, np.arange(len(columns))) else columns
         count, horizon = len(barriers), mpc.config.horizon
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
@@ -64,30 +66,37 @@ class MpcController(LeafSystem):
             self._bounds = self.DeclareVectorInputPort("barrier_bound", size("barrier_bound", count, horizon))
         self._offset = self.DeclareVectorInputPort("zmp_offset", size("zmp_offset", horizon=horizon))
         self._feet = self.DeclareVectorInputPort("foot_state", size("foot_state"))
-        start = self._layout.pack(Memory.at_start(mpc, initial, feet))
+        memory = Memory.at_start(mpc, initial, feet)
+        start = self._layout.pack(memory)
+        # The last memory with its bytes: where the state holds these, it need not be taken apart.
+        self._packed = start[self._layout.carried].tobytes(), memory
         self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(start))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
     def memory(self, context: Context) -> Memory:
         """What the controller remembers before its update, in a context of this block."""
-        return self._layout.unpack_carried(context.get_discrete_state_vector().value()[self._layout.carried])
+        carried = context.get_discrete_state_vector().value()[self._layout.carried]
+        packed, memory = self._packed
+        return memory if carried.tobytes() == packed else self._layout.unpack_carried(carried)
 
     def measurement(self, context: Context) -> Measurement:
         """What the controller is given at the tick of a context of this block."""
-        feet = self._feet.Eval(context).reshape(2, 6)[:, :2] if self._feet.HasValue(context) else None
-        offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
+        feet, offset = value_of(self._feet, context), value_of(self._offset, context)
+        feet = None if feet is None else feet.reshape(2, 6)[:, :2]
+        offset = None if offset is None else offset.reshape(2, -1)
         bounds = None
-        if self._names and self._bounds.HasValue(context):
-            samples = self._bounds.Eval(context).reshape(len(self._names), -1)
-            bounds = dict(zip(self._names, samples, strict=True))
+        samples = value_of(self._bounds, context) if self._names else None
+        if samples is not None:
+            bounds = dict(zip(self._names, samples.reshape(len(self._names), -1), strict=True))
         state = self._lip.Eval(context).reshape(2, 3)
         return Measurement(self._tick(context), state, feet, offset, bounds)
 
     def _tick(self, context: Context) -> int:
         gait = self.mpc.gait
-        if not self._phase.HasValue(context):
+        seen = value_of(self._phase, context)
+        if seen is None:
             return round(context.get_time() / gait.config.tick)
-        phase, step, _ = self._phase.Eval(context).tolist()
+        phase, step, _ = seen.tolist()
         return round(step * gait.period + phase)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
@@ -95,4 +104,6 @@ class MpcController(LeafSystem):
         memory, plan = control(self.mpc, self.memory(context), self.measurement(context), self.latency)
         memory.barrier_slack, memory.barrier_active = plan.slacks[self._columns], plan.acting[self._columns]
         memory.solver_status[1] = time.perf_counter() - started
-        values.set_value(self._layout.pack(memory))
+        vector = self._layout.pack(memory)
+        values.set_value(vector)
+        self._packed = vector[self._layout.carried].tobytes(), memory

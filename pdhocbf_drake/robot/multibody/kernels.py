@@ -35,6 +35,7 @@ origin; then the number of columns."""
 
 TASKS, FRAMES = 18, 3
 _TURN, _SOLE = 3, 6  # in task coordinates: the first turn and the first sole; the next ones are 6 behind
+_HALF_TURN = 1e-3  # sine of an angle near half a revolution
 _SMALL_TURN = 2.99  # trace of a rotation matrix, 1 + 2 cos: above it the sine of the angle stands for the angle
 
 
@@ -391,11 +392,12 @@ def largest(vector: np.ndarray) -> float:
 
 @compiled
 def write_error(rows: np.ndarray, offset: np.ndarray, poses: np.ndarray, out: np.ndarray) -> bool:
-    """The task error (18,) = offset + the first 18 of the rows (21, 39) · poses; whether all three turns are small.
+    """The task error (18,) = offset + the first 18 of the rows (21, 39) · poses; false near half a revolution.
 
-    The last three rows give the traces of the turns that remain, see `posture.TargetPoses`.
+    The last three rows give the traces of the turns that remain, see `posture.TargetPoses`. Unless all of them are
+    small, each axis times sine becomes axis times angle; half a revolution has neither sine nor axis.
     """
-    small = True
+    cosines, small = (0.0, 0.0, 0.0), True
     for i in range(len(rows)):
         total = offset[i] if i < TASKS else 0.0
         for j in range(len(poses)):
@@ -404,7 +406,18 @@ def write_error(rows: np.ndarray, offset: np.ndarray, poses: np.ndarray, out: np
             out[i] = total
         else:
             small = small and total >= _SMALL_TURN
-    return small
+            cosines = (cosines[1], cosines[2], 0.5 * (total - 1.0))
+    if small:
+        return True
+    for frame in range(FRAMES):
+        at, cosine = _TURN + 6 * frame, cosines[frame]
+        sine = math.sqrt(out[at] ** 2 + out[at + 1] ** 2 + out[at + 2] ** 2)
+        if cosine < 0.0 and sine < _HALF_TURN:
+            return False
+        if sine > 0.0:
+            for r in range(3):
+                out[at + r] *= math.atan2(sine, cosine) / sine
+    return True
 
 
 @compiled
@@ -415,8 +428,9 @@ def approach(
 ) -> int:  # fmt: skip
     """Newton's method q ← q ⊕ J(q)⁻¹ e(q) on q (n_q,) in place: the number of steps after which the error e is small.
 
-    It gives up, and returns −1 − the steps taken, where a turn of the error is not small, J is singular, an entry of a
-    step is larger than `longest`, or q would leave its limits. After a success `work` and `poses` are those of q.
+    It gives up, and returns −1 − the steps taken, where a turn of the error is near half a revolution, J is singular,
+    an entry of a step is larger than `longest`, or q would leave its limits. After a success `work` and `poses` are
+    those of q.
 
     Args:
         rows, offset: of the target, see `write_error`.
@@ -468,3 +482,103 @@ def follow(
         bias[i] = accelerations[i] - bias[i]
     substitute(factors, pivots, bias, vdot)
     return largest(vdot) < most
+
+
+@compiled
+def write_product(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
+    """a b of two square matrices (n, n); zeros in a cost nothing."""
+    n = len(a)
+    out[:] = 0.0
+    for i in range(n):
+        for k in range(n):
+            if a[i, k] != 0.0:
+                for j in range(n):
+                    out[i, j] += a[i, k] * b[k, j]
+
+
+@compiled
+def weigh(weights: np.ndarray, error: np.ndarray, weighted: np.ndarray) -> float:
+    """Writes W e (18,); its square."""
+    total = 0.0
+    for i in range(TASKS):
+        weighted[i] = 0.0
+        for j in range(TASKS):
+            weighted[i] += weights[i, j] * error[j]
+        total += weighted[i] * weighted[i]
+    return total
+
+
+@compiled
+def clip_joints(q: np.ndarray, joints: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
+    """Clips the joints, at their places in q, to their limits, shape of the places."""
+    for i in range(len(joints)):
+        q[joints[i]] = min(max(q[joints[i]], lower[i]), upper[i])
+
+
+@compiled
+def descend(
+    q: np.ndarray, rows: np.ndarray, offset: np.ndarray, weights: np.ndarray, tolerance: float, steps: int,
+    joints: np.ndarray, rates: np.ndarray, lower: np.ndarray, upper: np.ndarray, links: np.ndarray,
+    numbers: np.ndarray, work: np.ndarray, poses: np.ndarray, vectors: np.ndarray, moved: np.ndarray,
+    matrices: np.ndarray, pivots: np.ndarray,
+) -> tuple[int, float, bool]:  # fmt: skip
+    """Levenberg-Marquardt on q (n_q,) in place, as in `damped.nearest_posture`: steps, damping, and whether it is done.
+
+    It is not where a turn of the error is near half a revolution: q is then the last one before.
+
+    Args:
+        rows, offset: of the target. weights: W (18, 18). tolerance: of the largest error. steps: the most.
+        joints, rates: places of the joints in q and v. lower, upper: their limits.
+        vectors: room (5, 18). moved: the next q (n_q,). matrices: room (3, 18, 18). pivots: room (18,).
+    """
+    error, trial_error, weighted, gradient, step = vectors[0], vectors[1], vectors[2], vectors[3], vectors[4]
+    jacobian, tilted, normal = matrices[0], matrices[1], matrices[2]
+    damping, done = 1e-3, 0
+    write_poses(q, links, numbers, work, poses)
+    if not write_error(rows, offset, poses, error):
+        return done, damping, False
+    while done < steps and damping < 1e6 and largest(error) >= tolerance:
+        write_poses(q, links, numbers, work, poses)
+        write_jacobian(links, numbers, work, jacobian)
+        write_product(weights, jacobian, tilted)
+        square = weigh(weights, error, weighted)
+        for j in range(TASKS):
+            gradient[j] = 0.0
+            for i in range(TASKS):
+                gradient[j] += tilted[i, j] * weighted[i]
+        for i in range(TASKS):
+            for j in range(TASKS):
+                normal[i, j] = 0.0
+        for k in range(TASKS):
+            for i in range(TASKS):
+                if tilted[k, i] != 0.0:
+                    for j in range(TASKS):
+                        normal[i, j] += tilted[k, i] * tilted[k, j]
+        for i in range(TASKS):
+            normal[i, i] += damping
+        for i in range(len(joints)):
+            at, angle, outward = rates[i], q[joints[i]], gradient[rates[i]]
+            if (angle <= lower[i] and outward < 0.0) or (angle >= upper[i] and outward > 0.0):
+                for j in range(TASKS):
+                    normal[at, j] = normal[j, at] = 0.0
+                normal[at, at], gradient[at] = 1.0, 0.0
+        factorize(normal, pivots)
+        substitute(normal, pivots, gradient, step)
+        move(q, step, links, moved)
+        clip_joints(moved, joints, lower, upper)
+        write_poses(moved, links, numbers, work, poses)
+        if not write_error(rows, offset, poses, trial_error):
+            return done, damping, False
+        done += 1
+        if weigh(weights, trial_error, weighted) < square:
+            change = 0.0
+            for i in range(len(q)):
+                change = max(change, abs(moved[i] - q[i]))
+                q[i] = moved[i]
+            error[:] = trial_error
+            damping = max(damping / 5.0, 1e-12)
+            if change < 1e-9:
+                break
+        else:
+            damping *= 10.0
+    return done, damping, True
