@@ -166,7 +166,9 @@ def write_jacobian(links: np.ndarray, numbers: np.ndarray, work: np.ndarray, jac
     m are the CoM and the mass of what the joint carries.
     """
     frames, first, total = len(links) - FRAMES, links[0, V], numbers[0, CARRIED]
-    jacobian[:] = 0.0
+    for i in range(TASKS):
+        for j in range(TASKS):
+            jacobian[i, j] = 0.0
     for part in range(FRAMES):  # CoM, left and right sole
         end = vector(work, frames + part, ORIGIN) if part > 0 else times(1.0 / total, vector(work, 0, ALL_FIRST))
         x, y, z = plus(end, times(-1.0, vector(work, 0, ORIGIN)))
@@ -364,8 +366,8 @@ def within_limits(q: np.ndarray, joints: np.ndarray, lower: np.ndarray, upper: n
         if not (q[joints[i]] >= lower[i] and q[joints[i]] <= upper[i]):
             return False
     square = 0.0
-    for value in q[quaternion : quaternion + 4]:
-        square += value * value
+    for i in range(quaternion, quaternion + 4):
+        square += q[i] * q[i]
     return abs(square - 1.0) < 1e-12
 
 
@@ -411,7 +413,7 @@ def write_error(rows: np.ndarray, offset: np.ndarray, poses: np.ndarray, out: np
         return True
     for frame in range(FRAMES):
         at, cosine = _TURN + 6 * frame, cosines[frame]
-        sine = math.sqrt(out[at] ** 2 + out[at + 1] ** 2 + out[at + 2] ** 2)
+        sine = math.sqrt(out[at] * out[at] + out[at + 1] * out[at + 1] + out[at + 2] * out[at + 2])
         if cosine < 0.0 and sine < _HALF_TURN:
             return False
         if sine > 0.0:
@@ -453,7 +455,8 @@ def approach(
         move(q, step, links, moved)
         if not within_limits(moved, joints, lower, upper, links[0, Q]):
             return -1 - done
-        q[:] = moved
+        for i in range(len(q)):
+            q[i] = moved[i]
     return -1 - steps
 
 
@@ -469,14 +472,16 @@ def follow(
     clipped to their limits.
     """
     write_jacobian(links, numbers, work, jacobian)
-    factors[:] = jacobian
+    for i in range(TASKS):
+        vdot[i] = 0.0
+        for j in range(TASKS):
+            factors[i, j] = jacobian[i, j]
     if not factorize(factors, pivots):
         return False
     substitute(factors, pivots, rates, v)
     if not largest(v) < most:
         return False
     limit(v, joints, speeds)
-    vdot[:] = 0.0
     write_bias(v, vdot, links, numbers, work, bias)
     for i in range(TASKS):
         bias[i] = accelerations[i] - bias[i]
@@ -488,8 +493,9 @@ def follow(
 def write_product(a: np.ndarray, b: np.ndarray, out: np.ndarray) -> None:
     """a b of two square matrices (n, n); zeros in a cost nothing."""
     n = len(a)
-    out[:] = 0.0
     for i in range(n):
+        for j in range(n):
+            out[i, j] = 0.0
         for k in range(n):
             if a[i, k] != 0.0:
                 for j in range(n):
@@ -575,7 +581,8 @@ def descend(
             for i in range(len(q)):
                 change = max(change, abs(moved[i] - q[i]))
                 q[i] = moved[i]
-            error[:] = trial_error
+            for i in range(TASKS):
+                error[i] = trial_error[i]
             damping = max(damping / 5.0, 1e-12)
             if change < 1e-9:
                 break
