@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.systems.optional_input import value_of
 from pdhocbf_drake.systems.signals import size
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.footsteps import Resumed
@@ -43,9 +42,9 @@ class FootReference(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, step, support = self._phase.Eval(context).tolist()
-        gait, steps = self._gait, value_of(self._resumed, context)
-        if steps is not None:
-            gait = gait.resumed_by(Resumed(*map(round, steps.tolist())))
+        gait = self._gait
+        if self._resumed.HasValue(context):
+            gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context).tolist())))
         before = context.get_discrete_state_vector().value()
         output.SetFromVector(
             self._swing.feet(round(tick), support, self._plan.Eval(context), before, gait.lift_off(round(step)))

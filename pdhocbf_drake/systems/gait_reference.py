@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, InputPort, LeafSystem
 
-from pdhocbf_drake.systems.optional_input import value_of
 from pdhocbf_drake.systems.signals import size, sizes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.footsteps import Resumed
@@ -13,10 +12,9 @@ from pdhocbf_drake.walking.footsteps import Resumed
 
 def gait_after(gait: Gait, last_step: InputPort, resumed: InputPort, context: Context) -> Gait:
     """The gait as the controller has changed it, by the values of two input ports that may be left unconnected."""
-    last, steps = value_of(last_step, context), value_of(resumed, context)
-    if last is not None:
-        gait = gait.ended_by(last[0])
-    return gait if steps is None else gait.resumed_by(Resumed(*map(round, steps.tolist())))
+    if last_step.HasValue(context):
+        gait = gait.ended_by(last_step.Eval(context)[0])
+    return gait.resumed_by(Resumed(*map(round, resumed.Eval(context).tolist()))) if resumed.HasValue(context) else gait
 
 
 class GaitReference(LeafSystem):

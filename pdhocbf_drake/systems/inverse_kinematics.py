@@ -16,7 +16,6 @@ from pdhocbf_drake.robot import (
 from pdhocbf_drake.robot.ik import LEVEL
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
-from pdhocbf_drake.systems.optional_input import value_of
 from pdhocbf_drake.systems.signals import places, size, sizes
 
 _INPUTS = ("gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
@@ -77,8 +76,9 @@ class InverseKinematics(LeafSystem):
 
     def _swing_foot(self, context: Context) -> Side | None:
         """The foot that swings in this step; None where both stand or gait_phase is unconnected."""
-        phase = value_of(self._phase, context)
-        return None if phase is None else _SWING_FOOT.get(phase[_SUPPORT])
+        if not self._phase.HasValue(context):
+            return None
+        return _SWING_FOOT.get(self._phase.Eval(context)[_SUPPORT])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state_vector().value()

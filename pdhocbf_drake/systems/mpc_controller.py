@@ -11,7 +11,6 @@ from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control
 from pdhocbf_drake.mpc.memory import OUTPUTS, Memory, MemoryLayout
-from pdhocbf_drake.systems.optional_input import value_of
 from pdhocbf_drake.systems.signals import size
 
 
@@ -81,22 +80,20 @@ class MpcController(LeafSystem):
 
     def measurement(self, context: Context) -> Measurement:
         """What the controller is given at the tick of a context of this block."""
-        feet, offset = value_of(self._feet, context), value_of(self._offset, context)
-        feet = None if feet is None else feet.reshape(2, 6)[:, :2]
-        offset = None if offset is None else offset.reshape(2, -1)
+        feet = self._feet.Eval(context).reshape(2, 6)[:, :2] if self._feet.HasValue(context) else None
+        offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
         bounds = None
-        samples = value_of(self._bounds, context) if self._names else None
-        if samples is not None:
-            bounds = dict(zip(self._names, samples.reshape(len(self._names), -1), strict=True))
+        if self._names and self._bounds.HasValue(context):
+            samples = self._bounds.Eval(context).reshape(len(self._names), -1)
+            bounds = dict(zip(self._names, samples, strict=True))
         state = self._lip.Eval(context).reshape(2, 3)
         return Measurement(self._tick(context), state, feet, offset, bounds)
 
     def _tick(self, context: Context) -> int:
         gait = self.mpc.gait
-        seen = value_of(self._phase, context)
-        if seen is None:
+        if not self._phase.HasValue(context):
             return round(context.get_time() / gait.config.tick)
-        phase, step, _ = seen.tolist()
+        phase, step, _ = self._phase.Eval(context).tolist()
         return round(step * gait.period + phase)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
