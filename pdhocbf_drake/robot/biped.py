@@ -12,6 +12,7 @@ from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.config import SIDES, RobotConfig
 from pdhocbf_drake.robot.locate import load_robot_config
 from pdhocbf_drake.robot.model import add_model, find_frame, find_joint, per_joint, sole_frame_name
+from pdhocbf_drake.robot.multibody.tree import tree_of
 
 
 class Sole(NamedTuple):
@@ -38,6 +39,8 @@ class Biped:
         kp, kd: gains (12,) [N m/rad, N m s/rad].
         soles: frame and half size of each sole.
         torso_frame: the frame that is kept upright.
+        tree: links, joints and the frames of torso, left and right sole for the kernels; None where they don't model
+            all of the robot.
         bent_knee: q (19,) from which inverse kinematics starts.
     """
 
@@ -72,6 +75,7 @@ class Biped:
             for side in SIDES
         }
         self.torso_frame = find_frame(plant, instance, config.torso_link or config.base_link, name)
+        self.tree = tree_of(plant, [self.torso_frame, *(self.soles[side].frame for side in SIDES)])
         self.mass = float(plant.CalcTotalMass(plant.CreateDefaultContext()))
         self.bent_knee = self._bent_knee()
         self._check_sides()

@@ -16,8 +16,8 @@ from pdhocbf_drake.jit import compiled
 AXES = 3
 FOOT, ACCELERATION = 9, 6  # of foot_reference: a sole's elements, and where its acceleration starts among them
 COM, LEFT, RIGHT = 0, 6, 12  # of task coordinates
-COM_Z, LEFT_POSE, RIGHT_POSE, ANGLES = 6, 8, 14, 3  # of the state estimate: lip_state (6), com_z (2), foot_state (12),
-LOAD = 20  # ground_load (1)
+COM_Z, FEET, LOAD = 6, 8, 20  # of the state estimate: lip_state (6), com_z (2), foot_state (12), ground_load (1)
+LEFT_POSE, RIGHT_POSE = 15, 27  # of poses
 LEAST_LOAD = 1.0  # [N]: with less vertical force no foot carries the robot, and there is no ZMP
 LEARNING_RATE = 0.5  # weight of a new sample in the table of ZMP offsets [1]
 LARGEST_OFFSET = 0.08  # [m]: a larger difference of the ZMP is a fall, not a swinging leg
@@ -47,14 +47,17 @@ def write_h(
 
 
 @compiled
-def write_lip_state(
-    com: np.ndarray, velocity: np.ndarray, q: np.ndarray, origin: np.ndarray, force: np.ndarray, base: np.ndarray,
+def write_estimate(
+    poses: np.ndarray, velocity: np.ndarray, q: np.ndarray, origin: np.ndarray, force: np.ndarray, base: np.ndarray,
     held: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """lip_state, com_z and ground_load of the state estimate, see `StateEstimator`.
+    """The state estimate, see `StateEstimator`: lip_state, com_z, foot_state and ground_load.
+
+    A sole's rotation matrix is R_z(yaw) R_y(pitch) R_x(roll), as in Drake's `RollPitchYaw`, which takes four calls.
 
     Args:
-        com, velocity: of the CoM (3,) [m, m/s].
+        poses: CoM (3), then rotation and origin (3, 4) of torso, left and right sole, see `robot.task_space` (39,).
+        velocity: of the CoM (3,) [m/s].
         q: positions. origin: places of the base's origin in q (3,).
         force: generalized contact forces (18,). base: places of the base's moment and force among them (6,).
         held: the last ZMP (2,) [m]; NaN where there has been none.
@@ -66,25 +69,18 @@ def write_lip_state(
     if fz > LEAST_LOAD:
         zmp_x, zmp_y = x - (my + z * fx) / fz, y + (mx - z * fy) / fz
     elif math.isnan(zmp_x):
-        zmp_x, zmp_y = com[0], com[1]
-    out[0], out[1], out[2] = com[0], velocity[0], zmp_x
-    out[3], out[4], out[5] = com[1], velocity[1], zmp_y
+        zmp_x, zmp_y = poses[0], poses[1]
+    out[0], out[1], out[2] = poses[0], velocity[0], zmp_x
+    out[3], out[4], out[5] = poses[1], velocity[1], zmp_y
     out[LOAD] = fz
-    out[COM_Z], out[COM_Z + 1] = com[2], velocity[2]
-
-
-@compiled
-def write_foot_state(left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
-    """foot_state of the state estimate from two poses (3, 4): xyz, then roll, pitch and yaw.
-
-    The rotation matrix is R_z(yaw) R_y(pitch) R_x(roll), as in Drake's `RollPitchYaw`, which takes four calls a sole.
-    """
-    for start, pose in ((LEFT_POSE, left), (RIGHT_POSE, right)):
+    out[COM_Z], out[COM_Z + 1] = poses[2], velocity[2]
+    for start, pose in ((FEET, LEFT_POSE), (FEET + 6, RIGHT_POSE)):
         for i in range(3):
-            out[start + i] = pose[i, 3]
-        out[start + ANGLES] = math.atan2(pose[2, 1], pose[2, 2])
-        out[start + ANGLES + 1] = math.atan2(-pose[2, 0], math.hypot(pose[2, 1], pose[2, 2]))
-        out[start + ANGLES + 2] = math.atan2(pose[1, 0], pose[0, 0])
+            out[start + i] = poses[pose + 4 * i + 3]
+        down, across, up = poses[pose + 8], poses[pose + 9], poses[pose + 10]  # the last row of the rotation
+        out[start + 3] = math.atan2(across, up)
+        out[start + 4] = math.atan2(-down, math.hypot(across, up))
+        out[start + 5] = math.atan2(poses[pose + 4], poses[pose])
 
 
 @compiled
@@ -102,12 +98,35 @@ def write_step(motion: np.ndarray, tick: float, step: np.ndarray) -> None:
 
 
 @compiled
-def write_targets(q: np.ndarray, last: np.ndarray, joints: np.ndarray, tick: float, out: np.ndarray) -> None:
-    """desired_state: the joints' angles in q, then the constant rates that lead there from those in `last`."""
-    count = len(joints)
+def write_motion(
+    q: np.ndarray, v: np.ndarray, vdot: np.ndarray, last: np.ndarray, joints: np.ndarray, tick: float, tau: np.ndarray,
+    zmp: tuple[float, float], status: tuple[bool, float, int], out: np.ndarray,
+) -> None:  # fmt: skip
+    """desired_state, feedforward, whole_body_zmp and ik_status, then the state of `InverseKinematics` to come.
+
+    The joints' targets are their angles in q, their rates the constant ones that lead there from the last tick's. The
+    state is q, v, v̇ and the last v̇; where the target is not met, q and zeros.
+
+    Args:
+        last: the present state. joints: places of the joints in q (n,). tick: δ [s]. tau: torques (n,).
+        status: met, greatest error, iterations.
+    """
+    count, positions, n = len(joints), len(q), len(v)
     for i in range(count):
         out[i] = q[joints[i]]
         out[count + i] = (q[joints[i]] - last[joints[i]]) / tick
+        out[2 * count + i] = tau[i]
+    start = 3 * count
+    out[start], out[start + 1] = zmp
+    out[start + 2], out[start + 3], out[start + 4] = status[0], status[1], status[2]
+    start += 5
+    for i in range(positions):
+        out[start + i] = q[i]
+    start += positions
+    for i in range(n):
+        out[start + i], out[start + n + i], out[start + 2 * n + i] = 0.0, 0.0, 0.0
+        if status[0]:
+            out[start + i], out[start + n + i], out[start + 2 * n + i] = v[i], vdot[i], last[positions + n + i]
 
 
 @compiled

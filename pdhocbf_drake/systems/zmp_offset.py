@@ -9,12 +9,12 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
-from pdhocbf_drake.systems.signals import places, size
+from pdhocbf_drake.systems.signals import size, stretch
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.swing import Swing
 
 _INPUTS = "gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "foot_plan", "stance_plan"
-STANCE_AFTER = places("stance_plan", "x_after", "y_after")
+STANCE_AFTER = stretch("stance_plan", "x_after", "y_after")
 _AT_REST = np.zeros(size("foot_reference"))
 LARGEST_SWING = 0.12  # [m]: limit of the offset that a swing foot is expected to cause
 
