@@ -18,7 +18,7 @@ SLOW = {
     "test_output", "test_products", "test_push_robot", "test_push_worth", "test_replay_page", "test_reproduce",
     "test_simulate", "test_stand_robot", "test_stepping", "test_studies_shared", "test_van_der_pol",
     "test_walk_barriers", "test_walk_controller", "test_commands", "test_commands_robot", "test_command_port",
-    "test_commanded_bounds",
+    "test_commanded_bounds", "test_directions",
 }  # fmt: skip
 """Files of tests that together take most of the time; `make quick` leaves them out."""
 

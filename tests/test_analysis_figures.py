@@ -14,8 +14,12 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.figures import make_figures, rendered, write_pictures
+from pdhocbf_drake.analysis.figures_walk import footsteps, quantities
 from pdhocbf_drake.analysis.report import metrics_of, write_report
 from pdhocbf_drake.analysis.robot_limits import robot_limits
+from pdhocbf_drake.simulation.run_folder import Run
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import simulate
 
 EXPECTED = {
     "biped": [
@@ -146,3 +150,15 @@ def test_the_safety_colour_runs_from_red_to_green():
     red, green = zip(*(palette.safety_colour(h, 0.1)[:2] for h in np.linspace(0.0, 0.1, 9)), strict=True)
     assert list(red) == sorted(red, reverse=True)
     assert list(green) == sorted(green)
+
+
+def test_a_walk_on_command_is_drawn_along_its_heading_and_on_the_ground_that_it_needs() -> None:
+    def drawn(commands: str) -> Run:
+        scenario = load_scenario("vhip", f"{{duration: 4.0{commands}}}")
+        return Run.of(scenario, simulate(scenario))
+
+    straight, turning = drawn(""), drawn(", commands: [{time: 0, velocity: [0.3, 0], turn: 0.75}]")
+    assert quantities(straight).axes[0].get_ylabel() == "CoM velocity in x [m/s]"
+    assert quantities(turning).axes[0].get_ylabel() == "CoM velocity along the heading [m/s]"
+    low, high = (footsteps(run, None).get_size_inches()[1] for run in (straight, turning))
+    assert low < high

@@ -94,7 +94,14 @@ def test_set_field_replaces_one_field_and_leaves_the_original() -> None:
 
 
 @pytest.mark.parametrize("name", campaign_names())
-def test_packaged_campaigns_compare_three_barriers(name: str) -> None:
+def test_every_packaged_campaign_can_be_planned(name: str) -> None:
+    packaged, path = load_campaign(name, runs=3)
+    assert len(plan_runs(packaged, path.parent)) == 3
+    assert packaged.description
+
+
+@pytest.mark.parametrize("name", ["vhip_pushes", "walking_pushes"])
+def test_packaged_campaigns_of_pushes_compare_three_barriers(name: str) -> None:
     packaged, path = load_campaign(name)
     planned = plan_runs(packaged, path.parent)
     assert list(packaged.barriers) == ["none", "DCBF", "P-DHOCBF"]
@@ -162,7 +169,9 @@ def test_a_campaign_that_cannot_be_built_is_refused_before_it_runs(tmp_path) -> 
 
 
 def test_a_campaign_that_does_not_exist_is_refused() -> None:
-    with pytest.raises(InputError, match="unknown campaign 'pushes'; there are vhip_pushes, walking_pushes"):
+    with pytest.raises(
+        InputError, match="unknown campaign 'pushes'; there are vhip_pushes, walking_commands, walking_pushes"
+    ):
         load_campaign("pushes")
 
 

@@ -183,12 +183,24 @@ def test_footholds_within_the_limits_of_a_step_keep_the_soles_apart(seed: int) -
     for reach in (None, (0.45, 0.5)):
         config = MpcConfig(step_reach=reach)
         lower, upper = step_ranges(config, commanded)
-        assert np.all(lower <= commanded.moves + 1e-12) and np.all(commanded.moves <= upper + 1e-12)
+        # Within a reach each foothold is as far aside as one anywhere needs to be, more than some are commanded.
+        wider, gap = (0.0, 0.0199) if reach is None else (0.02, 0.0119)
+        assert np.all(lower <= commanded.moves + wider + 1e-12) and np.all(commanded.moves <= upper + wider + 1e-12)
+        assert np.all(lower <= upper)
         here, following = commanded.steps[:2]
         for x in np.linspace(lower[0, 0], upper[0, 0], 9):
             for y in np.linspace(lower[1, 0], upper[1, 0], 9):
                 foot = Pose(0.0, 0.0, 0.0), Pose(x, y, following.yaw - here.yaw)
-                assert sole_gap(*foot, SOLE) > 0.0199
+                assert sole_gap(*foot, SOLE) > gap
+
+
+@pytest.mark.parametrize("turn", [0.1, 0.4, -0.75])
+def test_a_disturbed_walk_that_turns_may_step_as_far_back_and_ahead_as_one_that_does_not(turn: float) -> None:
+    reach = (0.45, 0.5)
+    commanded = CommandedSteps(Gait(GAIT, footsteps((0.0, Command(0.3, 0.0, turn)))), 80, 0.0)
+    for step in (8, 9):
+        lower, upper = step_ranges(MpcConfig(step_reach=reach), commanded.steps(step))
+        assert (lower[0, 0], upper[0, 0]) == (-reach[0], reach[0])
 
 
 def test_possible_commands_are_granted_as_they_are() -> None:

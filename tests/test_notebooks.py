@@ -18,6 +18,7 @@ NAMES = [
     "04_conservatism_and_unsafe_events",
     "05_your_own_periodic_system",
     "06_an_obstacle_that_moves",
+    "07_a_walk_that_turns",
 ]
 
 

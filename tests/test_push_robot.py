@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from logs import differences
 
+from pdhocbf_drake.analysis.heading import along
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk, sole_pose, swing_lever, upright_posture
@@ -87,6 +88,25 @@ def test_scenarios_that_cannot_be_pushed_are_refused_in_one_sentence() -> None:
         PushedWalk(load_scenario("walking", "gait: {walk_steps: 4}"), [0])
     with pytest.raises(InputError, match="van_der_pol"):
         PushedWalk(load_scenario("van_der_pol", ""), [0])
+    with pytest.raises(InputError, match=r"commands: .* one command, from 0 s on \(given: 2 commands\)"):
+        PushedWalk(load_scenario("vhip", "commands: [{time: 0, turn: 0.1}, {time: 1, turn: 0.2}]"), [0])
+    with pytest.raises(InputError, match=r"commands: .* \(given: one from 1 s on\)"):
+        PushedWalk(load_scenario("vhip", "commands: [{time: 1, turn: 0.1}]"), [0])
+    with pytest.raises(InputError, match="path: must be empty"):
+        PushedWalk(load_scenario("vhip", "path: [[1, 0]]"), [0])
+
+
+@pytest.mark.parametrize("phase", [10, 70])
+def test_a_push_is_along_the_heading_of_a_walk_that_turns(phase: int) -> None:
+    def pushed(yaw: float) -> np.ndarray:
+        text = f"{{start: {{yaw: {yaw}}}, commands: [{{time: 0, velocity: [0.3, 0], turn: 0.5}}]}}"
+        log = PushedWalk(load_scenario("vhip_nobarrier", text), [phase]).trial(phase, np.array([40.0, 10.0, 0.0])).log
+        assert np.hypot(*log["push"][1, :2]) == pytest.approx(np.hypot(40.0, 10.0))
+        turned = np.arctan2(*log["push"][1, 1::-1]) - log.element("path", "yaw")[1]
+        assert np.remainder(turned, 2.0 * np.pi) == pytest.approx(np.arctan2(10.0, 40.0))
+        return along(log["lip_state"][:, [1, 4]], log.element("path", "yaw"))
+
+    np.testing.assert_allclose(pushed(0.0), pushed(2.0), atol=1e-9)
 
 
 def test_the_verb_writes_its_documented_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

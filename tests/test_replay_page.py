@@ -17,9 +17,17 @@ from pdhocbf_drake.analysis.report import report_html, reported
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import simulate
 
 SEEK = "t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.set_dirty(); }"
 NODE = "path => { const o = viewer.scene_tree.find(['drake', 'world', ...path]).object; return [o.position, o.scale]; }"
+SEEN = """path => {
+    const world = viewer.scene_tree.find(['drake', 'world']).object, q = world.quaternion;
+    const place = viewer.scene_tree.find(['drake', 'world', ...path]).object.position.clone();
+    world.updateMatrix();
+    return [place.applyMatrix4(world.matrix), 2 * Math.atan2(q.z, q.w)];
+}"""
 COLOUR = "path => viewer.scene_tree.find(['drake', 'world', ...path, '<object>']).object.material.color.toArray()"
 
 
@@ -97,6 +105,22 @@ def test_markers_are_where_the_log_has_them(opened):
     }.get(opened.system, ("CoM measured", "lip_state", [0, 3]))
     place, _ = opened.page.evaluate(NODE, [name])
     assert [place["x"], place["y"]] == pytest.approx(run.log[signal][200, columns], abs=1e-6)
+
+
+def test_the_view_follows_and_turns_with_a_walk(browser, tmp_path):
+    text = "{duration: 5.0, commands: [{time: 0, velocity: [0.3, 0.0], turn: 0.6}]}"
+    scenario = load_scenario("vhip_nobarrier", text)
+    run = Run.of(scenario, simulate(scenario))
+    path = tmp_path / "replay.html"
+    path.write_text(replay_html(run), encoding="utf-8")
+    shown = Opened(browser, path)
+    for time in (2.0, 4.5):
+        shown.seek(time)
+        row, (place, turn) = round(100 * time), shown.page.evaluate(SEEN, ["CoM measured"])
+        heading = run.log.element("path", "yaw")[row]
+        assert abs(np.remainder(turn + heading + np.pi, 2.0 * np.pi) - np.pi) < 0.25  # less than a step turns
+        assert np.hypot(place["x"], place["y"]) < 0.1
+    assert heading > 1.5
 
 
 def test_the_marker_is_green_while_safe_and_red_at_the_limit(opened):

@@ -21,6 +21,7 @@ from pdhocbf_drake.analysis.feet import sole_corners, step_starts, touchdown_row
 from pdhocbf_drake.analysis.heading import commanded_path, seen_from_path
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
+from pdhocbf_drake.walking.quantities import Quantity
 
 
 def com_and_zmp(run: Run) -> Figure:
@@ -65,8 +66,17 @@ def quantities(run: Run) -> Figure:
             if use.quantity == quantity:
                 colour = palette.barrier_colour(use.column)
                 axis.plot(log.time, bound_along(log, scenario, use), color=colour, label=f"bound of {barrier}")
-        label(axis, quantity.label, quantity.unit)
+        label(axis, _name(run, quantity), quantity.unit)
     return over_time(figure)
+
+
+def _name(run: Run, quantity: Quantity) -> str:
+    """The quantity's name; in a walk that follows commands x is along the heading, and y across it."""
+    if "path" not in run.log:
+        return quantity.label
+    return (
+        f"{quantity.label.removesuffix(' in ' + 'xy'[quantity.axis])} {('along', 'across')[quantity.axis]} the heading"
+    )
 
 
 def barriers(run: Run) -> Figure:
@@ -99,8 +109,10 @@ def _with_space(values: np.ndarray) -> tuple[float, float]:
 def footsteps(run: Run, limits: RobotLimits | None) -> Figure:
     """The ground from above: planned and taken footholds, the paths of CoM and ZMP."""
     log = run.log
-    figure, (axis,) = panels(1, height=3.2)
     x, _, x_zmp, y, _, y_zmp = log["lip_state"].T
+    # As high as the ground that is walked on needs, and as its figure's width allows [inches].
+    length, width = (float(np.ptp(np.nan_to_num(places, posinf=0.0, neginf=0.0))) + 0.5 for places in (x, y))
+    figure, (axis,) = panels(1, height=min(max(3.2, 8.0 * width / length), 7.0))
     axis.plot(x_zmp, y_zmp, color=palette.MEASURED_ZMP, lw=0.6, label="ZMP")
     axis.plot(x, y, color=palette.MEASURED_COM, label="CoM")
     if "path" in log:
@@ -111,7 +123,8 @@ def footsteps(run: Run, limits: RobotLimits | None) -> Figure:
         for index, (side, colour) in enumerate((("left", palette.LEFT), ("right", palette.RIGHT))):
             corners = sole_corners(log, side, limits.sole_half[index])[:, :, :2]
             for count, row in enumerate(touchdown_rows(log, side)):
-                patch = Polygon(corners[row], closed=True, fc=colour, ec=colour, alpha=0.3)
+                later = row / len(log)  # is drawn over what was before
+                patch = Polygon(corners[row], closed=True, fc=colour, ec=colour, alpha=0.3, zorder=1.0 + later)
                 patch.set_label(f"{side} foot, taken" if count == 0 else "_")
                 axis.add_patch(patch)
     axis.plot(

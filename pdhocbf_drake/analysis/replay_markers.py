@@ -11,6 +11,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.heading import box_frame
 from pdhocbf_drake.analysis.replay_stage import Stage
+from pdhocbf_drake.analysis.replay_view import view_of
 from pdhocbf_drake.simulation.run_folder import Run
 
 # Heights above the ground that keep flat things from flickering through each other [m].
@@ -67,11 +68,7 @@ class Markers:
         aside = (float(y.min()), float(y.max())) if "path" in run.log else (0.0, 0.0)
         stage.ground(float(x.min()), float(x.max()), *aside)
         stage.aim([0.05, 0.0, 0.45], [0.85, -1.3, 0.4])
-        reach = run.scenario.gait.ticks_per_gait // 2
-        window = np.full(2 * reach + 1, 1.0 / (2 * reach + 1))
-        # The mean of x, and in a walk under commands of y, over a gait.
-        places = (x, y if "path" in run.log else np.zeros_like(x))
-        self._view = [np.convolve(np.pad(place, reach, mode="edge"), window, mode="valid") for place in places]
+        self._view = view_of(run)
 
     def draw(self, row: int) -> None:
         """Places the markers as at that row of the log; rows must not decrease from call to call."""
@@ -99,7 +96,8 @@ class Markers:
         while self._hidden and self._hidden[-1][0] <= row:
             stage.show(_taken_path(self._hidden.pop()[1]), True)
         colour_by_safety(stage, "CoM measured", self._safety, row)
-        stage.follow([self._view[0][row], self._view[1][row], 0.0])
+        x_seen, y_seen, yaw = self._view[row]
+        stage.follow([x_seen, y_seen, 0.0], yaw)
 
 
 def _lying(place: list[float], yaw: float) -> RigidTransform:

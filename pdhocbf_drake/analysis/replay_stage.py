@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 import numpy as np
 from pydrake.geometry import Meshcat, MeshcatParams, Rgba, Shape
-from pydrake.math import RigidTransform
+from pydrake.math import RigidTransform, RotationMatrix
 
 from pdhocbf_drake.analysis.palette import Rgb, rgb
 
@@ -93,9 +93,13 @@ class Stage:
         """Aims the camera at a target from a distance away [m]; the viewer can still turn and zoom it."""
         self.meshcat.SetCameraPose(np.add(target, distance), np.asarray(target, dtype=float))
 
-    def follow(self, position: Sequence[float]) -> None:
-        """Moves the world so that this position [m] appears at the origin's place."""
-        self.meshcat.SetTransform(self.world, RigidTransform(-np.asarray(position, dtype=float)), self._time)
+    def follow(self, position: Sequence[float], yaw: float = 0.0) -> None:
+        """Moves and turns the world so that this position [m] appears at the origin's place, and this heading along x.
+
+        It turns about the vertical; `yaw` is in rad.
+        """
+        pose = RigidTransform(RotationMatrix.MakeZRotation(yaw), np.asarray(position, dtype=float))
+        self.meshcat.SetTransform(self.world, pose.inverse(), self._time)
 
     def ground(self, start: float, end: float, right: float = 0.0, left: float = 0.0) -> None:
         """Lays a tiled floor under the walk from x = start to end, y = right to left [m], its top just below z = 0."""

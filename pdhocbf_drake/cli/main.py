@@ -44,6 +44,10 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     ),
     "worth": ("benefit of a barrier after a disturbance or a change of command", "studies.worth.command"),
     "push": ("the largest push that the robot survives, by direction, phase and barrier", "studies.push.command"),
+    "directions": (
+        "walks that turn, go sideways, stop and start, beside what they must reach",
+        "studies.directions.command",
+    ),
     "reproduce": ("every figure and number of the paper beside ours", "studies.reproduce.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "studies.campaign.command"),
 }

@@ -16,13 +16,16 @@ from pdhocbf_drake.walking.frame import inner_share, rotation
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.walker import GAP
 
+_LEAST_GAP = 0.012  # between the soles of a disturbed walk that turns, which comes 2 mm closer [m]
+
 
 class StepLimits(Term):
     """lower_j ≤ f_j − f_{j−1} ≤ upper_j for each coming step.
 
     A step lies within `mpc.step_tolerance` of the commanded one, or within `mpc.step_reach` of the stance foot, and
     the new stance foot stays on its own side of the old one, at least `mpc.stance_width_min` away, and in a walk that
-    follows commands so far that the soles stay apart. The next step is held where it is planned from
+    follows commands so far that the soles stay apart. Within `step_reach` a foot may land anywhere for that, and so
+    lands as far aside as it needs to anywhere. The next step is held where it is planned from
     `mpc.freeze_ticks` before its touchdown on; before that, `mpc.swing_acceleration` limits how far it may still be
     moved.
 
@@ -70,7 +73,7 @@ def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.nda
     """Least and greatest move to each coming foothold as the walk is commanded, shapes (2, n_f) [m].
 
     The limits of a step hold along the axes of the foot that it is made from. Where these are turned, what a foothold
-    may deviate from the commanded one is the largest similar rectangle inside.
+    may deviate from the commanded one, or from the allowed one next to it, is the largest similar rectangle inside.
     """
     lower, upper = ahead.moves.copy(), ahead.moves.copy()
     for i, (before, after) in enumerate(pairwise(ahead.steps)):
@@ -80,8 +83,9 @@ def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.nda
         move = rotation(-turn) @ ahead.moves[:, i] if turn else ahead.moves[:, i]
         low, high = _range(config, move, after.side, after.yaw - before.yaw, ahead.sole)
         if turn:
-            share = inner_share(low - move, high - move, -turn)
-            low, high = (ahead.moves[:, i] + share * (limit - move) for limit in (low, high))
+            allowed = np.clip(move, low, high)
+            share, centre = inner_share(low - allowed, high - allowed, -turn), rotation(turn) @ allowed
+            low, high = (centre + share * (limit - allowed) for limit in (low, high))
         lower[:, i], upper[:, i] = low, high
     return lower, upper
 
@@ -102,10 +106,13 @@ def _range(
     else:
         low, high = np.negative(config.step_reach), np.array(config.step_reach)
     least, aside = config.stance_width_min, side * float(move[1])
-    if sole is not None:
-        least = max(least, _keep_apart(low, high, float(move[0]), aside, side * turn, sole))
-    if turn:
-        least = min(least, aside)  # what a turn commands is allowed
+    if sole is not None and config.step_reach is not None and turn:  # anywhere, if need be wider than commanded
+        least = max(least, _apart(turn, sole) + _LEAST_GAP)
+    else:
+        if sole is not None:
+            least = max(least, _keep_apart(low, high, float(move[0]), aside, side * turn, sole))
+        if turn:
+            least = min(least, aside)  # what a turn commands is allowed
     if side > 0:
         low[1] = max(low[1], least)
     else:
@@ -130,7 +137,7 @@ def _keep_apart(
         sole: a and b [m].
     """
     c, s = math.cos(outward), math.sin(outward)
-    needed = sole[1] * (1.0 + c) + sole[0] * abs(s) + GAP
+    needed = _apart(outward, sole) + GAP
     if needed <= aside or not s:
         return needed
     farthest = (aside * c - needed) / s  # x at which the second one is `GAP`
@@ -139,3 +146,8 @@ def _keep_apart(
     else:
         low[0] = max(low[0], min(farthest, ahead))
     return needed
+
+
+def _apart(turn: float, sole: tuple[float, float]) -> float:
+    """r of `_keep_apart`: how far aside a foot touches the other one, wherever it is ahead [m]."""
+    return sole[1] * (1.0 + math.cos(turn)) + sole[0] * abs(math.sin(turn))

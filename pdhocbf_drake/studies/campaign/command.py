@@ -17,6 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A campaign, its folder, and the workers."""
     parser.add_argument("campaign", metavar="FILE", help="a YAML file, or a campaign that comes with the package")
     parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/campaign-NAME")
+    parser.add_argument("--seed", type=int, metavar="N", help="another sample than the file's, in a folder of its own")
+    parser.add_argument("--runs", type=int, metavar="N", help="another number of runs than the file's")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="a Dask scheduler to use, such as tcp://host:8786")
     parser.add_argument("--workers", type=int, metavar="N", help="workers on this machine; otherwise one a core")
     parser.add_argument("--retry-failed", action="store_true", help="run those again that failed before")
@@ -45,8 +47,8 @@ def run(options: argparse.Namespace) -> int:
                 shown(done, words)
 
         result = campaign(
-            options.campaign, out=options.out, workers=options.workers, scheduler=options.scheduler,
-            retry_failed=options.retry_failed, progress=progress, checked=checked,
+            options.campaign, out=options.out, seed=options.seed, runs=options.runs, workers=options.workers,
+            scheduler=options.scheduler, retry_failed=options.retry_failed, progress=progress, checked=checked,
         )  # fmt: skip
     _print(result.summary, result.folder)
     if result.stopped:

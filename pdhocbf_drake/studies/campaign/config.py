@@ -11,12 +11,13 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pdhocbf_drake.config import Config
+from pdhocbf_drake.studies.shared.command_sequences import CommandSequence, drawing
 
 MOST_RUNS: Final = 100_000  # all of them are checked, and held in memory, before the first one starts
 
 
 class FactorConfig(Config):
-    """How one field of the scenario varies: over given values, or between two ends.
+    """How one field of the scenario varies: over given values, between two ends, or as commands drawn in a row.
 
     Attributes:
         values: values of the field, in its unit; any YAML that a scenario accepts there.
@@ -24,6 +25,7 @@ class FactorConfig(Config):
         points: on a grid, the number of values from low to high.
         integer: whole numbers only.
         scale: "log" spaces (or draws) evenly in the logarithm.
+        sequence: for the field `commands` of a random sample: how each command is drawn.
         unit: written on the axes of the report.
     """
 
@@ -33,16 +35,17 @@ class FactorConfig(Config):
     points: int | None = Field(None, ge=2)
     integer: bool = False
     scale: Literal["linear", "log"] = "linear"
+    sequence: CommandSequence | None = None
     unit: str = "1"
 
     @model_validator(mode="after")
     def _one_kind(self) -> FactorConfig:
         ends = (self.low is not None, self.high is not None)
-        if (self.values is not None) == all(ends) or ends[0] != ends[1]:
-            raise ValueError("a factor has either values, or low and high")
+        if [self.values is not None, all(ends), self.sequence is not None].count(True) != 1 or ends[0] != ends[1]:
+            raise ValueError("a factor has either values, or low and high, or a sequence")
         if self.low is None or self.high is None:
             if self.points is not None or self.integer or self.scale != "linear":
-                raise ValueError("points, integer and scale belong to low and high, not to values")
+                raise ValueError("points, integer and scale belong to low and high, not to values or a sequence")
             return self
         if self.low >= self.high:
             raise ValueError(f"low must be below high, given {self.low:g} and {self.high:g}")
@@ -54,6 +57,8 @@ class FactorConfig(Config):
 
     def drawn(self, generator: np.random.Generator) -> Any:
         """A random value."""
+        if self.sequence is not None:
+            return self.sequence.drawn(generator)
         if self.values is not None:
             return self.values[int(generator.integers(len(self.values)))]
         low, high = self._ends()
@@ -152,8 +157,7 @@ class CampaignConfig(Config):
         """The sample's points in order: a grid, or draws that do not depend on their number, so a sample can grow."""
         if self.sample == "random":
             for draw in range(math.ceil((self.runs or 0) / len(self.barriers))):
-                generator = np.random.default_rng([self.seed, draw])
-                seed = int(generator.integers(2**31))
+                generator, seed = drawing(self.seed, draw)
                 yield Point({path: factor.drawn(generator) for path, factor in self.factors.items()}, seed)
             return
         axes = [factor.spaced() for factor in self.factors.values()]

@@ -13,10 +13,10 @@ from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
+from pdhocbf_drake.studies.shared.command_sequences import CAMPAIGNS
 from pdhocbf_drake.yaml_text import merge, read_yaml
 
 _OFTEN = 500  # runs checked between two reports
-_PACKAGED = Path(__file__).resolve().parents[2] / "campaigns"
 
 
 class PlannedRun(NamedTuple):
@@ -49,25 +49,30 @@ class PlannedRun(NamedTuple):
 
 def campaign_names() -> list[str]:
     """The campaigns that come with the package."""
-    return sorted(path.stem for path in _PACKAGED.glob("*.yaml"))
+    return sorted(path.stem for path in CAMPAIGNS.glob("*.yaml"))
 
 
-def load_campaign(campaign: str) -> tuple[CampaignConfig, Path]:
+def load_campaign(campaign: str, **changes: int | None) -> tuple[CampaignConfig, Path]:
     """A campaign that comes with the package, or one from a YAML file, and the file.
+
+    Args:
+        campaign: its name or file.
+        changes: other values of its keys; None keeps that of the file.
 
     Raises:
         InputError: it does not exist, is not YAML, or holds a wrong key or value.
     """
     path = Path(campaign)
     if "/" not in campaign and path.suffix not in (".yaml", ".yml"):
-        path = _PACKAGED / f"{campaign}.yaml"
+        path = CAMPAIGNS / f"{campaign}.yaml"
         if not path.is_file():
             names = ", ".join(campaign_names())
             raise InputError(f"unknown campaign '{campaign}'; there are {names}, or give a YAML file")
     data = read_yaml(path)
     if not isinstance(data, dict):
         raise InputError(f"{path} must be a YAML map with scenario and factors, given {data!r}")
-    return parse_config(CampaignConfig, data, path.name), path
+    given = {name: value for name, value in changes.items() if value is not None}
+    return parse_config(CampaignConfig, {**data, **given}, path.name), path
 
 
 def plan_runs(

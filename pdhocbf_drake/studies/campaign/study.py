@@ -43,6 +43,8 @@ def campaign(
     file: str | Path,
     *,
     out: str | Path | None = None,
+    seed: int | None = None,
+    runs: int | None = None,
     workers: int | None = None,
     scheduler: str | None = None,
     retry_failed: bool = False,
@@ -54,7 +56,9 @@ def campaign(
 
     Args:
         file: a YAML file, or the name of a campaign that comes with the package.
-        out: the folder; by default ./runs/campaign-NAME. Runs whose results it holds are not run again.
+        out: the folder; by default ./runs/campaign-NAME, with a seed ./runs/campaign-NAME-seed-SEED. Runs whose results
+            it holds are not run again.
+        seed, runs: replace those of the file.
         workers: processes on this machine; by default one a core.
         scheduler: address of a Dask scheduler whose workers are used instead, such as tcp://host:8786.
         retry_failed: run those again that failed before.
@@ -70,7 +74,7 @@ def campaign(
         raise InputError(f"workers must be 1 to {MOST_WORKERS}, given {workers}")
     if workers is not None and scheduler is not None:
         raise InputError("workers are for this machine; a scheduler has its own")
-    config, path = load_campaign(str(file))
+    config, path = load_campaign(str(file), seed=seed, runs=runs)
     planned = plan_runs(config, path.resolve().parent, checked)
     try:  # an optional extra, loaded once all that is given has been checked
         from pdhocbf_drake.studies.campaign.store import CAMPAIGN, FAILED, CampaignStore, locked
@@ -79,7 +83,8 @@ def campaign(
         raise InputError(
             f"a campaign needs the package '{error.name}'; install them all with pip install 'pdhocbf-drake[campaign]'"
         ) from None
-    folder = Path("runs") / f"campaign-{path.stem}" if out is None else Path(out)
+    name = path.stem if seed is None else f"{path.stem}-seed-{seed}"
+    folder = Path("runs") / f"campaign-{name}" if out is None else Path(out)
     with locked(folder):
         store = CampaignStore(folder, planned)
         if retry_failed:

@@ -21,6 +21,7 @@ from pdhocbf_drake.studies.shared.cases import NONE, in_case
 from pdhocbf_drake.studies.shared.measures import Record, WithoutBarriers
 from pdhocbf_drake.systems.signals import places
 from pdhocbf_drake.systems.unbundled import leaf_of
+from pdhocbf_drake.walking.frame import turned
 
 _SETTLING_GAITS = 3  # from the standing start to steady walking
 _GROUND = 0  # index of the world's body, which is the ground
@@ -64,8 +65,8 @@ class PushedWalk:
         controller: the block of its controller.
 
     Raises:
-        InputError: the scenario is no walk without an end, a phase is no tick of the gait, or the robot falls before
-            any push.
+        InputError: the scenario is no walk without an end at one command, a phase is no tick of the gait, or the robot
+            falls before any push.
     """
 
     def __init__(self, scenario: Scenario, phases: Iterable[int], with_action: bool = False) -> None:
@@ -74,6 +75,7 @@ class PushedWalk:
             raise InputError("scenario.system: only what walks can be pushed, 'biped' or 'vhip' (given: 'van_der_pol')")
         if scenario.gait.walk_steps is not None:
             raise InputError("gait.walk_steps: pushes are tried on a walk without an end (null)")
+        _check_one_command(scenario)
         self.phases = sorted(set(phases))
         gait = scenario.gait
         if not self.phases or self.phases[0] < 0 or self.phases[-1] >= gait.ticks_per_gait:
@@ -106,10 +108,15 @@ class PushedWalk:
         return saved
 
     def trial(self, phase: int, force: np.ndarray, duration: float = 0.1, watch: float = 3.2) -> Trial:
-        """Pushes the torso with `force` (3,) [N] for `duration` [s] and simulates `watch` seconds from the push on."""
+        """Pushes the torso for `duration` [s] and simulates `watch` seconds from the push on.
+
+        `force` (3,) [N] is along the heading of the stance foot at the push's first tick.
+        """
         tick = self.scenario.gait.tick
         context = self._saved[phase].Clone()
         first = self._first + phase
+        gait = self.controller.mpc.gait
+        force = np.array([*turned((force[0], force[1]), gait.step(first // gait.period).yaw), force[2]])
         self._schedule.push(
             self._schedule.GetMyMutableContextFromRoot(context), 0, force, first, first + max(1, round(duration / tick))
         )
@@ -145,6 +152,18 @@ class PushedWalk:
         memory, measurement = block.memory(own), block.measurement(own)
         _, plan = control(block.mpc, memory, measurement, block.latency)
         return free.action(memory, measurement, plan, block.latency)
+
+
+def _check_one_command(scenario: Scenario) -> None:
+    """Raises `InputError` for commands under which no gait repeats."""
+    if scenario.path:
+        raise InputError("path: must be empty where pushes are tried, which needs a walk that repeats")
+    commands = scenario.commands
+    if len(commands) > 1 or any(command.stop or command.time for command in commands):
+        given = f"{len(commands)} commands"
+        if len(commands) == 1:
+            given = "a stop" if commands[0].stop else f"one from {commands[0].time:g} s on"
+        raise InputError(f"commands: pushes are tried on a walk at one command, from 0 s on (given: {given})")
 
 
 class LegContact:

@@ -1,0 +1,30 @@
+"""The table "what it must reach": `directions.json` and `directions.txt`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from pdhocbf_drake import terminal
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.studies.directions.checks import Check
+
+
+def table(checks: Sequence[Check], notes: Sequence[str] = ()) -> str:
+    """One line for each check, then a line for each note."""
+    rows = [
+        (check.row, check.what, check.value, f"{check.relation} {check.limit:g}", check.unit, _answer(check))
+        for check in checks
+    ]
+    lines = terminal.table(rows, ("walk", "measured", "value", "limit", "unit", "holds"))
+    return "\n".join([lines, *(["", *notes] if notes else [])])
+
+
+def document(scenario: Scenario, checks: Sequence[Check], notes: Sequence[str]) -> dict[str, Any]:
+    """The contents of `directions.json`."""
+    found = [{**check._asdict(), "holds": check.holds} for check in checks]
+    return {"scenario": scenario.name, "holds": all(check.holds for check in checks), "checks": found, "notes": notes}
+
+
+def _answer(check: Check) -> str:
+    return "yes" if check.holds else "NO"
