@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,9 @@ from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.config import SIDES, RobotConfig
 from pdhocbf_drake.robot.locate import load_robot_config
 from pdhocbf_drake.robot.model import add_model, find_frame, find_joint, per_joint, sole_frame_name
+
+_STIFFNESS = 3.64  # of a joint, over m g z [1/rad]
+_TIME = 0.137  # kd over kp, over √(z/g) [1]
 
 
 class Sole(NamedTuple):
@@ -66,13 +70,13 @@ class Biped:
         self.effort_limits = np.array([actuators[joint].effort_limit() for joint in self.joint_names])
         self.velocity_limits = np.array([joint.velocity_upper_limit() for joint in joints])
         self.position_limits = np.array([[j.position_lower_limit(), j.position_upper_limit()] for j in joints])
-        self.kp, self.kd = per_joint(config.kp), per_joint(config.kd)
         self.soles = {
             side: Sole(plant.GetFrameByName(sole_frame_name(side)), np.array(config.leg(side).sole.half_size))
             for side in SIDES
         }
         self.torso_frame = find_frame(plant, instance, config.torso_link or config.base_link, name)
         self.mass = float(plant.CalcTotalMass(plant.CreateDefaultContext()))
+        self.kp, self.kd = _gains(config, self.mass, float(np.linalg.norm(plant.gravity_field().gravity_vector())))
         self.bent_knee = self._bent_knee()
         self._check_sides()
 
@@ -118,6 +122,13 @@ class Biped:
         angles = [list(self.config.leg(side).bent_knee.model_dump().values()) for side in SIDES]
         q[self.q_index] = np.ravel(angles)
         return self.clipped(q)
+
+
+def _gains(config: RobotConfig, mass: float, gravity: float) -> tuple[np.ndarray, np.ndarray]:
+    """kp and kd (12,); where they are not given, a stiffness and a time constant that fit the robot's weight."""
+    kp = per_joint(_STIFFNESS * mass * gravity * config.com_height if config.kp is None else config.kp)
+    time = _TIME * math.sqrt(config.com_height / gravity)
+    return kp, time * kp if config.kd is None else per_joint(config.kd)
 
 
 def _floating_base(plant: MultibodyPlant, config: RobotConfig) -> RigidBody:

@@ -106,8 +106,8 @@ class RobotConfig(Config):
         fixed_joints: further joints of the model (arms, neck), welded at these angles [rad].
         com_height: CoM height above the soles at which the robot stands and walks [m].
         stance_width: lateral distance between the soles' centres [m].
-        kp: proportional gains of the joints [N m/rad].
-        kd: derivative gains of the joints [N m s/rad].
+        kp: proportional gains of the joints; null takes 3.64 m g z, z the CoM height [N m/rad].
+        kd: derivative gains of the joints; null takes kp times 0.137 √(z/g) [N m s/rad].
         effort_limits: greatest joint torques [N m]; null takes the model's. Where the model has no actuators,
             they are added with these limits.
         reflected_inertia: rotor inertia reflected to the joint [kg m²]; null takes the model's.
@@ -123,8 +123,8 @@ class RobotConfig(Config):
     fixed_joints: dict[str, float] = Field(default_factory=dict)
     com_height: Length
     stance_width: Length
-    kp: Annotated[_PerRole, _one_or_six(0.0, 1e6, "N m/rad", above=True)] = 600.0
-    kd: Annotated[_PerRole, _one_or_six(0.0, 1e5, "N m s/rad")] = 20.0
+    kp: Annotated[_PerRole | None, _one_or_six(0.0, 1e6, "N m/rad", above=True)] = None
+    kd: Annotated[_PerRole | None, _one_or_six(0.0, 1e5, "N m s/rad")] = None
     effort_limits: Annotated[_PerRole | None, _one_or_six(0.0, 1e6, "N m", above=True)] = None
     reflected_inertia: Annotated[_PerRole | None, _one_or_six(0.0, 1e3, "kg m²")] = None
 
