@@ -34,7 +34,7 @@ class Biped:
     Attributes:
         config: the robot file.
         plant: the controller's copy of the model, continuous-time, without geometry and with nothing but the robot.
-        mass: total mass [kg].
+        mass: total mass [kg]. weight: its weight [N].
         joint_names: the model's names of the twelve joints.
         q_index, v_index, u_index: places of the twelve joints in q (19,), v (18,) and actuation (12,).
         base_q_index, base_v_index: places of the floating base in q (7,) and v (6,).
@@ -76,7 +76,8 @@ class Biped:
         }
         self.torso_frame = find_frame(plant, instance, config.torso_link or config.base_link, name)
         self.mass = float(plant.CalcTotalMass(plant.CreateDefaultContext()))
-        self.kp, self.kd = _gains(config, self.mass, float(np.linalg.norm(plant.gravity_field().gravity_vector())))
+        self.weight = self.mass * float(np.linalg.norm(plant.gravity_field().gravity_vector()))
+        self.kp, self.kd = _gains(config, self.mass, self.weight)
         self.bent_knee = self._bent_knee()
         self._check_sides()
 
@@ -124,10 +125,10 @@ class Biped:
         return self.clipped(q)
 
 
-def _gains(config: RobotConfig, mass: float, gravity: float) -> tuple[np.ndarray, np.ndarray]:
+def _gains(config: RobotConfig, mass: float, weight: float) -> tuple[np.ndarray, np.ndarray]:
     """kp and kd (12,); where they are not given, a stiffness and a time constant that fit the robot's weight."""
-    kp = per_joint(_STIFFNESS * mass * gravity * config.com_height if config.kp is None else config.kp)
-    time = _TIME * math.sqrt(config.com_height / gravity)
+    kp = per_joint(_STIFFNESS * weight * config.com_height if config.kp is None else config.kp)
+    time = _TIME * math.sqrt(config.com_height * mass / weight)
     return kp, time * kp if config.kd is None else per_joint(config.kd)
 
 
