@@ -11,6 +11,7 @@ from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex, Rig
 
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.config import SIDES, RobotConfig
+from pdhocbf_drake.robot.faults import faults_of
 from pdhocbf_drake.robot.locate import load_robot_config
 from pdhocbf_drake.robot.model import add_model, find_frame, find_joint, per_joint, sole_frame_name
 
@@ -45,12 +46,16 @@ class Biped:
         bent_knee: q (19,) from which inverse kinematics starts.
     """
 
-    def __init__(self, config: RobotConfig) -> None:
+    def __init__(self, config: RobotConfig, checked: bool = True) -> None:
         """Loads the model.
+
+        Args:
+            config: the robot file.
+            checked: whether sides, roles, bent knees and soles are checked against the model's geometry.
 
         Raises:
             ModelError: the model lacks a link, frame, joint or actuator (the message lists those it has), has moving
-                joints beyond those of the legs, or left and right are swapped.
+                joints beyond those of the legs, or contradicts the robot file, see `robot.faults`.
         """
         self.config = config
         self.plant = plant = MultibodyPlant(0.0)
@@ -79,7 +84,8 @@ class Biped:
         self.weight = self.mass * float(np.linalg.norm(plant.gravity_field().gravity_vector()))
         self.kp, self.kd = _gains(config, self.mass, self.weight)
         self.bent_knee = self._bent_knee()
-        self._check_sides()
+        if checked and (faults := [fault for fault in faults_of(self) if fault.fatal]):
+            raise ModelError(f"robot {name!r}: {'; '.join(map(str, faults))}")
 
     @classmethod
     def load(cls, robot: str) -> Biped:
@@ -100,17 +106,6 @@ class Biped:
         quaternion = self.base_q_index[:4]
         clipped[quaternion] /= max(float(np.linalg.norm(clipped[quaternion])), 1e-12)
         return clipped
-
-    def _check_sides(self) -> None:
-        """Forward is x and up is z, so the left sole is where y is greater."""
-        context = self.plant.CreateDefaultContext()
-        self.plant.SetPositions(context, self.bent_knee)
-        left, right = (self.soles[side].frame.CalcPoseInWorld(context).translation()[1] for side in SIDES)
-        if left <= right:
-            raise ModelError(
-                f"robot {self.config.name!r}: left and right are swapped: with the knees bent the left sole is at "
-                f"y = {left:.3g} m and the right one at {right:.3g} m, but left is where y is greater (x is forward)"
-            )
 
     def _actuators(self) -> dict[str, JointActuator]:
         actuators = (self.plant.get_joint_actuator(index) for index in self.plant.GetJointActuatorIndices())
