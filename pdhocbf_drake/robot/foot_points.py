@@ -8,6 +8,7 @@ from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, RigidBody, WeldJoint
 
+_LAYER = 0.02  # thickness of the lowest layer, which touches the ground, as a share of the foot's length
 _AROUND = np.linspace(0.0, 2.0 * np.pi, 16, endpoint=False)
 
 
@@ -30,6 +31,12 @@ def foot_points(plant: MultibodyPlant, scene_graph: SceneGraph, frame: Frame) ->
         if points:
             return np.vstack(points), what
     return np.empty((0, 3)), "no geometry"
+
+
+def ground_layer(points: np.ndarray) -> np.ndarray:
+    """Those of the points (n, 3), z up, that are lowest: they touch flat ground, or nearly so."""
+    length = np.ptp(points[:, :2], axis=0).max()
+    return points[points[:, 2] <= points[:, 2].min() + _LAYER * length]
 
 
 def surface_points(shape: Shape, pose: RigidTransform) -> np.ndarray:

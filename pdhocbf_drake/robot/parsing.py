@@ -37,13 +37,8 @@ def parse_model(plant: MultibodyPlant, config: RobotConfig) -> ModelInstanceInde
         if not Path(folder).is_dir():
             raise ModelError(f"robot {config.name!r}: packages.{name}: there is no folder {folder}")
         parser.package_map().Add(name, folder)
-    try:
-        with warnings_once():
-            instances = parser.AddModels(path)
-    except RuntimeError as error:
-        raise ModelError(f"robot {config.name!r}: {path} can't be read: {_refused(str(error))}") from None
-    except SystemExit as error:  # some of Drake's checks end the process
-        raise ModelError(f"robot {config.name!r}: {path} can't be read: {_ended(path, str(error))}") from None
+    with refusals(f"robot {config.name!r}: {path}", path), warnings_once():
+        instances = parser.AddModels(path)
     if len(instances) != 1:
         raise ModelError(f"robot {config.name!r}: {path} holds {len(instances)} models, one is allowed")
     return instances[0]
@@ -52,6 +47,17 @@ def parse_model(plant: MultibodyPlant, config: RobotConfig) -> ModelInstanceInde
 def listed(names: Iterable[str]) -> str:
     """Names for a message, sorted."""
     return ", ".join(sorted(name for name in names if name))
+
+
+@contextmanager
+def refusals(what: str, path: Path) -> Iterator[None]:
+    """Raises a `ModelError` of one sentence, `what` being its subject, for what Drake refuses inside."""
+    try:
+        yield
+    except RuntimeError as error:
+        raise ModelError(f"{what} can't be read: {_refused(str(error))}") from None
+    except SystemExit as error:  # some of Drake's checks end the process
+        raise ModelError(f"{what} can't be read: {_ended(path, str(error))}") from None
 
 
 @contextmanager

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-_LAYER = 0.04  # thickness of the lowest layer, which touches the ground, as a share of the foot's length
+from pdhocbf_drake.robot.foot_points import ground_layer
+
 _TOLERANCE = 0.15  # of a declared sole, as a share of its shorter half side
 _DIRECTIONS = np.deg2rad(np.arange(0.0, 360.0, 3.0))
 _AROUND = np.column_stack([np.cos(_DIRECTIONS), np.sin(_DIRECTIONS)])
 _CORNERS = np.array([[x, y] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-
-
-def ground_layer(points: np.ndarray) -> np.ndarray:
-    """Those of the points (n, 3), z up, that are lowest: they touch flat ground, or nearly so."""
-    length = np.ptp(points[:, :2], axis=0).max()
-    return points[points[:, 2] <= points[:, 2].min() + _LAYER * length]
 
 
 def sole_fault(points: np.ndarray, half_size: np.ndarray) -> str:

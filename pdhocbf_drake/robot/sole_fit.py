@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import linprog, minimize_scalar
 from scipy.spatial import ConvexHull, QhullError
 
-from pdhocbf_drake.robot.sole_check import ground_layer
+from pdhocbf_drake.robot.foot_points import ground_layer
 
 
 class Rectangle(NamedTuple):
