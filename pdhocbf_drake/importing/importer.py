@@ -120,7 +120,7 @@ def read_legs(model: ParsedModel, given: Given) -> tuple[Legs, list[Inferred]]:
     facts = [
         Inferred("base", model.base.name(), "--base" if given.base else "the one floating link"),
         Inferred("mass", f"{model.mass:.4g} kg", "the model"),
-        Inferred("feet", f"{left.limb.name}, {right.limb.name}", "the ends of the limbs that reach lowest"),
+        Inferred("feet", f"{soles[0].link.name()}, {soles[1].link.name()}", "the ends of the limbs that reach lowest"),
         faces.fact,
         Inferred("leg", f"{found.length:.3g} m", "from hip pitch over knee to ankle"),
     ]
@@ -186,9 +186,9 @@ def _config(
     facts += more
     guessed = {**entries, "com_height": round(1.5 * found.length, 3)}
     biped = _biped(guessed, folder)
-    height, fact = com_height(biped, found.length, entries["stance_width"])
-    shorter, reach = stride(biped, found.length, entries["stance_width"], height)
-    facts += [fact, reach]
+    height, longest, heights = com_height(biped, found.length, entries["stance_width"])
+    shorter = stride(longest, found.length)
+    facts += heights
     values = gains(model.mass, height)
     text = f"kp {values['kp']:g} N m/rad, kd {values['kd']:g} N m s/rad"
     facts.append(Inferred("gains", text, "kp = 3.64 m g h, as the packaged biped's", "likely"))

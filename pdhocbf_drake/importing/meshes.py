@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -17,7 +18,12 @@ MISSING: Final = (
 FOLDER: Final = "meshes"
 _MOST_FACES = 60_000  # of all visual meshes together: 3 to 5 MB in a replay
 _FEWEST_FACES = 200  # of a mesh that is simplified
+_AGGRESSION = 3  # of the simplification, from 0 to 10; low is slow and exact
 _PLAIN = {".stl", ".ply", ".off"}  # formats without materials
+
+_UP = re.compile(r"<up_axis>\s*([XYZ])_UP")
+_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+_X_UP = np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]])
 
 Report = Callable[[str], None]
 
@@ -98,15 +104,28 @@ def _parts(source: Path) -> list[Any]:
         raise InputError(f"mesh {source} can't be read: {reason(error)}") from None
     factor = str(scene.units or "").partition(" *")[0]
     scale = float(factor) if " *" in str(scene.units or "") else 1.0  # "0.001 * meters" in COLLADA
-    parts = []
+    upright, parts = _upright(source), []
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph[node]
         geometry = scene.geometry[name]
         if isinstance(geometry, trimesh.Trimesh) and len(geometry.faces):
-            parts.append(geometry.copy().apply_transform(transform).apply_scale(scale))
+            parts.append(geometry.copy().apply_transform(upright @ transform).apply_scale(scale))
     if not parts:
         raise InputError(f"mesh {source} can't be read: it has no triangles")
     return parts
+
+
+def _upright(source: Path) -> np.ndarray:
+    """The transform (4, 4) of a file's axes to those with z up: glTF's y is up, and COLLADA's where it says so."""
+    suffix = source.suffix.lower()
+    if suffix in (".gltf", ".glb"):
+        return _Y_UP
+    if suffix == ".dae":
+        with source.open(encoding="utf-8", errors="replace") as file:
+            found = _UP.search(file.read(100_000))
+        if found:
+            return {"Y": _Y_UP, "X": _X_UP, "Z": np.eye(4)}[found[1]]
+    return np.eye(4)
 
 
 def _simplified(part: Any, share: float) -> Any:
@@ -115,7 +134,7 @@ def _simplified(part: Any, share: float) -> Any:
         return part
     smaller = part.copy()
     smaller.merge_vertices(merge_tex=True, merge_norm=True)
-    smaller = smaller.simplify_quadric_decimation(face_count=wanted)
+    smaller = smaller.simplify_quadric_decimation(face_count=wanted, aggression=_AGGRESSION)
     smaller.metadata["colour"] = _colour(part)
     return smaller
 
@@ -149,7 +168,7 @@ def _write_visual(parts: list[Any], path: Path) -> None:
         material = trimesh.visual.material.PBRMaterial(
             baseColorFactor=(255.0 * _colour(part)).astype(np.uint8), metallicFactor=0.1, roughnessFactor=0.6
         )
-        plain = trimesh.Trimesh(part.vertices, part.faces, process=False)
+        plain = trimesh.Trimesh(part.vertices, part.faces, process=False).apply_transform(_Y_UP.T)
         plain.visual = trimesh.visual.TextureVisuals(material=material)
         scene.add_geometry(plain)
     files = trimesh.exchange.gltf.export_gltf(scene, embed_buffers=True)

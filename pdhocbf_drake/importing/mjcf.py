@@ -27,17 +27,18 @@ def copy_mjcf(root: ET.Element, copying: Copying) -> None:
         if body.get("name") == copying.base and not _floats(body):
             body.insert(0, ET.Element("freejoint"))
             copying.changes.append(f"{copying.base} floats")
-    folders = {}
+    folders = dict[str, str]()
     for compiler in root.findall("compiler"):
         folders |= {key: compiler.attrib.pop(key) for key in ("meshdir", "assetdir") if key in compiler.attrib}
         compiler.attrib.pop("texturedir", None)
-    folder = folders.get("meshdir", folders.get("assetdir", ""))
+    folder = folders.get("meshdir") or folders.get("assetdir") or ""
     for asset in root.findall("asset"):
         asset[:] = [element for element in asset if element.tag in ("mesh", "material")]
         for material in asset.findall("material"):
             material.attrib.pop("texture", None)
     _copy_meshes(root, folder, copying)
     _lift_inertias(root, copying)
+    _move_efforts(root)
 
 
 def _floats(body: ET.Element) -> bool:
@@ -58,20 +59,49 @@ def _include(root: ET.Element, folder: Path, source: Path, depth: int = 0) -> No
 
 
 def _copy_meshes(root: ET.Element, folder: str, copying: Copying) -> None:
-    """Contact and visual geometry share a mesh here, so all are visual ones; Drake takes their convex hulls."""
-    missing = set()
+    """Meshes of contact geometry become convex hulls, as assets of their own."""
+    missing, hulls = set(), {geom.get("mesh") for geom in root.iter("geom") if not _is_visual(geom)}
     for asset in root.findall("asset"):
         for mesh in asset.findall("mesh"):
-            file = mesh.get("file", "")
-            mesh.set("name", mesh.get("name") or Path(file).stem)
-            name = copying.mesh(str(Path(folder) / file), False)
-            if name is None:
-                missing.add(mesh.get("name"))
+            file = str(Path(folder) / mesh.get("file", ""))
+            name = mesh.get("name") or Path(file).stem
+            mesh.set("name", name)
+            copied = copying.mesh(file, False)
+            if copied is None:
+                missing.add(name)
                 asset.remove(mesh)
-            else:
-                mesh.set("file", name)
+                continue
+            if name in hulls:
+                hull = copying.mesh(file, True) or ""
+                ET.SubElement(asset, "mesh", {**mesh.attrib, "name": f"{name}_contact", "file": hull})
+            mesh.set("file", copied)
     for body in root.iter("body"):
         body[:] = [child for child in body if not (child.tag == "geom" and child.get("mesh") in missing)]
+        for geom in body.findall("geom"):
+            if "mesh" in geom.attrib and not _is_visual(geom):
+                geom.set("mesh", f"{geom.get('mesh')}_contact")
+
+
+def _is_visual(geom: ET.Element) -> bool:
+    """Whether a geometry says that it touches nothing, itself or by the name of its class."""
+    return geom.get("contype") == geom.get("conaffinity") == "0" or "visual" in geom.get("class", "")
+
+
+def _move_efforts(root: ET.Element) -> None:
+    """Writes the joints' greatest torques to their motors, where Drake reads them; adds motors that are missing."""
+    motors = {motor.get("joint"): motor for actuator in root.findall("actuator") for motor in actuator}
+    for joint in root.iter("joint"):
+        joint.attrib.pop("actuatorfrclimited", None)
+        span = joint.attrib.pop("actuatorfrcrange", None)
+        if span is None or joint.get("name") is None:
+            continue
+        motor = motors.get(joint.get("name"))
+        if motor is None:
+            actuator = root.find("actuator")
+            actuator = ET.SubElement(root, "actuator") if actuator is None else actuator
+            motor = ET.SubElement(actuator, "motor", name=f"{joint.get('name')}_motor", joint=joint.get("name", ""))
+        if "forcerange" not in motor.attrib:
+            motor.attrib |= {"forcelimited": "true", "forcerange": span}
 
 
 def _lift_inertias(root: ET.Element, copying: Copying) -> None:

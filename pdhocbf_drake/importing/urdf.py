@@ -9,13 +9,14 @@ from pdhocbf_drake.importing.inertia import lift_entries
 from pdhocbf_drake.importing.model_copy import Copying
 from pdhocbf_drake.robot.model_text import drake_tag, number
 
-_KEPT = {"link", "joint", "transmission", "material", drake_tag("collision_filter_group")}
+_KEPT = {"link", "joint", "transmission", drake_tag("collision_filter_group")}
 
 
 def copy_urdf(root: ET.Element, copying: Copying) -> None:
     """Rewrites the tree in place; raises `InputError` for a xacro file."""
     if any("xacro" in element.tag for element in root.iter()):
         raise InputError(f"{copying.source} is a xacro file; make a URDF of it with `xacro FILE > robot.urdf`")
+    _inline_colours(root)
     for element in list(root):
         if element.tag not in _KEPT or (element.tag == "transmission" and not _is_simple(element)):
             root.remove(element)
@@ -36,6 +37,23 @@ def copy_urdf(root: ET.Element, copying: Copying) -> None:
                     link.remove(shape)
                 else:
                     mesh.set("filename", name)
+
+
+def _inline_colours(root: ET.Element) -> None:
+    """Gives each visual its colour: names may be defined twice, which Drake refuses, or not at all."""
+    named: dict[str, str] = {}
+    for material in root.iter("material"):
+        colour = material.find("color")
+        if colour is not None:
+            named.setdefault(material.get("name", ""), colour.get("rgba", ""))
+    for visual in root.iter("visual"):
+        for material in visual.findall("material"):
+            own = material.find("color")
+            rgba = named.get(material.get("name", "")) if own is None else own.get("rgba")
+            visual.remove(material)
+            if rgba:
+                coloured = ET.SubElement(visual, "material", name=f"rgba {rgba}")
+                ET.SubElement(coloured, "color", rgba=rgba)
 
 
 def _is_simple(transmission: ET.Element) -> bool:
