@@ -23,6 +23,7 @@ LIMITS = RobotLimits(
     effort=np.full(12, 40.0),
     position=np.tile([-0.5, 0.4], (12, 1)),
     speed=np.full(12, 5.0),
+    weight=284.0,
 )
 
 PROMISED = {

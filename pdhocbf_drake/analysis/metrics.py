@@ -47,13 +47,13 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         simulated_seconds=simulated,
         wall_seconds=wall_seconds,
         real_time_factor=simulated / wall_seconds if wall_seconds > 0 else None,
-        steps_taken=steps_taken(log) if walks else None,
+        steps_taken=steps_taken(log, scenario.gait.swing_height) if walks else None,
         **(_along_path(scenario, log, body) if walks else _NOWHERE),
         stance_width=stance_width(log.after(scenario.from_time)) if walks else None,
         stance_width_commanded=scenario.gait.stance_width if walks else None,
         com_rms_error=_com_rms_error(log) if walks else None,
         zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,
-        unloaded_ticks=_unloaded_ticks(log) if body else None,
+        unloaded_ticks=_unloaded_ticks(log, body.weight) if body else None,
         zmp_outside_fraction=_zmp_outside(log) if walks else None,
         slip_max=_finite(slip_max(log)) if body else None,
         sole_gap_min=_finite(gap_min(log, body.sole_half)) if body else None,
@@ -124,7 +124,7 @@ def _path_errors(scenario: Scenario, com: Array, away: Array) -> Array:
 
 def _drift(scenario: Scenario, log: RunLog, values: Array) -> float | None:
     """Distance of the mean over the last gait, which removes the gait's sway, from the start; None without a gait."""
-    if steps_taken(log) < 2:
+    if steps_taken(log, scenario.gait.swing_height) < 2:
         return None
     return _finite(abs(values[-scenario.gait.ticks_per_gait :].mean() - values[0]))
 
@@ -152,9 +152,9 @@ def _zmp_outside(log: RunLog) -> float:
     return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp_seen(log), _ROUNDING).mean())
 
 
-def _unloaded_ticks(log: RunLog) -> int | None:
+def _unloaded_ticks(log: RunLog, weight: float) -> int | None:
     """The start is no such tick: contact is found from the first step of the plant on; None in older logs."""
-    return int((log["ground_load"][1:] <= LEAST_LOAD).sum()) if "ground_load" in log else None
+    return int((log["ground_load"][1:] <= LEAST_LOAD * weight).sum()) if "ground_load" in log else None
 
 
 def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:

@@ -1,4 +1,4 @@
-"""Which bodies of a model ignore each other: a leg's own and the rest of the body, and what overlaps while it stands."""
+"""Which bodies of a model ignore each other: a leg's own and the rest of the body, and what overlaps at zero."""
 
 from __future__ import annotations
 

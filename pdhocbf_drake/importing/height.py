@@ -27,7 +27,7 @@ def com_height(biped: Biped, leg: float, width: float) -> tuple[float, float, li
         ModelError: the robot can't stand at any height.
     """
     grid = leg / 60.0
-    band = reachable_heights(biped, width, grid)
+    band = reachable_heights(biped, width)
     if len(band) == 0:
         raise ModelError("the robot can't stand on both feet at any height; is a joint's role or limit wrong?")
     low, high = (_end(biped, width, float(inside), step) for inside, step in ((band[0], -grid), (band[-1], grid)))
@@ -40,10 +40,14 @@ def com_height(biped: Biped, leg: float, width: float) -> tuple[float, float, li
             longest, height = max(steps), float(tried[int(np.argmax(steps))])
     height = float(np.round(height, 3))
     text = f"in reach with level feet are {low:.3g} to {high:.3g} m"
-    return height, longest, [
-        Inferred("CoM height", f"{height:g} m", text, "likely"),
-        Inferred("longest step in reach", f"{longest:.3g} m", f"both feet on the ground, CoM at {height:g} m"),
-    ]
+    return (
+        height,
+        longest,
+        [
+            Inferred("CoM height", f"{height:g} m", text, "likely"),
+            Inferred("longest step in reach", f"{longest:.3g} m", f"both feet on the ground, CoM at {height:g} m"),
+        ],
+    )
 
 
 def stride(longest: float, leg: float) -> float | None:

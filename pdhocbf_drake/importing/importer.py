@@ -15,13 +15,12 @@ from pdhocbf_drake.importing.contacts import ignore, ignoring_groups, overlaps
 from pdhocbf_drake.importing.directions import NAMES, facing, side_to_side
 from pdhocbf_drake.importing.feet import check_geometry, find_feet
 from pdhocbf_drake.importing.height import com_height, stride
-from pdhocbf_drake.importing.inferred import Inferred
+from pdhocbf_drake.importing.inferred import Inferred, Sure
 from pdhocbf_drake.importing.model_copy import ModelCopy, Report, copy_model
 from pdhocbf_drake.importing.motors import motor_entries
 from pdhocbf_drake.importing.parsed import ParsedModel
 from pdhocbf_drake.importing.robot_file import (
     Legs,
-    gains,
     leg_length,
     reflected_inertia,
     robot_entries,
@@ -128,7 +127,7 @@ def read_legs(model: ParsedModel, given: Given) -> tuple[Legs, list[Inferred]]:
         facts.append(Inferred("waist", listed(j.name() for j in feet.waist), "both legs hang from it; it is fixed"))
     for side, leg, sole in zip(SIDES, found.legs, soles, strict=True):
         roles = ", ".join(f"{role} {joint.name()}" for role, joint in leg.joints.items())
-        sure = "certain" if leg.alignment > 0.95 else "likely"
+        sure: Sure = "certain" if leg.alignment > 0.95 else "likely"
         source = (
             "--left-joints, --right-joints" if names[0] else f"axes, which are {leg.alignment:.2f} along their roles'"
         )
@@ -189,13 +188,9 @@ def _config(
     height, longest, heights = com_height(biped, found.length, entries["stance_width"])
     shorter = stride(longest, found.length)
     facts += heights
-    values = gains(model.mass, height)
-    text = f"kp {values['kp']:g} N m/rad, kd {values['kd']:g} N m s/rad"
-    facts.append(Inferred("gains", text, "kp = 3.64 m g h, as the packaged biped's", "likely"))
     place = list(entries).index("stance_width")
-    ordered = list({**entries}.items())
+    ordered = list(entries.items())
     ordered[place:place] = [("com_height", height)]
-    ordered[place + 2 : place + 2] = list(values.items())
     return dict(ordered), {} if shorter is None else {"gait": {"stride": shorter}}
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.importing.copying import Copying
 from pdhocbf_drake.importing.inertia import lifted
-from pdhocbf_drake.importing.model_copy import Copying
 from pdhocbf_drake.robot.model_text import number, read_xml
 
 _KEPT = {"compiler", "option", "default", "asset", "worldbody", "contact", "actuator"}

@@ -4,51 +4,18 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.importing.copying import Copying
 from pdhocbf_drake.importing.meshes import MeshFolder
-from pdhocbf_drake.importing.resolving import resolved
+from pdhocbf_drake.importing.mjcf import copy_mjcf
+from pdhocbf_drake.importing.sdf import copy_sdf
+from pdhocbf_drake.importing.urdf import copy_urdf
 from pdhocbf_drake.robot.model_text import joint_texts, read_xml, write_xml
 
 Report = Callable[[str], None]
-
-
-@dataclass
-class Copying:
-    """A model on its way into the folder of its copy.
-
-    Attributes:
-        source: the model's file. packages: folders of `package://` names.
-        base: the link that is to float though the model fixes it to the world; None for what the model says.
-        meshes: those that the copy needs.
-        changes: what the copy has other than the model, in sentences.
-    """
-
-    source: Path
-    packages: Mapping[str, Path]
-    base: str | None
-    meshes: MeshFolder
-    changes: list[str] = field(default_factory=list)
-    _missing: list[str] = field(default_factory=list)
-
-    def mesh(self, name: str, contact: bool) -> str | None:
-        """The copy's name of a mesh; None, which is noted, where there is no such file."""
-        found = resolved(name, self.source, self.packages)
-        if found is None:
-            self._missing.append(name)
-            return None
-        return self.meshes.add(found, contact)
-
-    def note(self, names: list[str], one: str) -> None:
-        """A change that concerns these names, if any; `one` is the sentence's beginning."""
-        if names:
-            self.changes.append(f"{one}: {', '.join(names)}")
-
-    def note_missing(self) -> None:
-        """Notes the meshes that were not found."""
-        self.note(sorted(set(self._missing)), "meshes that are not there left out")
 
 
 @dataclass(frozen=True)
@@ -77,10 +44,6 @@ def copy_model(source: Path, folder: Path, packages: Mapping[str, Path], base: s
     Raises:
         InputError: the file is no such model, a mesh can't be read, or the packages that convert meshes are missing.
     """
-    from pdhocbf_drake.importing.mjcf import copy_mjcf
-    from pdhocbf_drake.importing.sdf import copy_sdf
-    from pdhocbf_drake.importing.urdf import copy_urdf
-
     kinds = {"robot": (copy_urdf, ".urdf"), "sdf": (copy_sdf, ".sdf"), "mujoco": (copy_mjcf, ".xml")}
     try:
         root = read_xml(source.read_text(encoding="utf-8", errors="replace"))

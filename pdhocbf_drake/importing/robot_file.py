@@ -16,8 +16,6 @@ from pdhocbf_drake.importing.soles import SoleFound
 from pdhocbf_drake.robot.config import SIDES
 
 _BENT = {"hip_pitch": -0.4, "knee_pitch": 0.8, "ankle_pitch": -0.4}  # about the axis to the left [rad]
-_GRAVITY = 9.81
-_STIFFNESS, _DAMPING = 3.64, 0.137  # kp / (m g h), and kd / (kp √(h/g)): those of the packaged biped
 _NARROWEST = 1.2  # of the feet's lateral distance, as a share of a sole's width
 _INERTIA = 9.6e-4  # reflected inertia / (m L²), for models that say nothing of their rotors
 
@@ -53,7 +51,7 @@ def stance_width(model: ParsedModel, found: Legs) -> Inferred:
 def robot_entries(
     name: str, file: str, model: ParsedModel, found: Legs, width: float, fixed: dict[str, float]
 ) -> dict[str, Any]:
-    """The robot file without its CoM height and gains."""
+    """The robot file without its CoM height."""
     entries: dict[str, Any] = {"name": name, "model": file, "base_link": model.base.name()}
     axes = np.column_stack([found.axes.ahead, found.axes.left, found.axes.up])
     angles = np.round(RollPitchYaw(RotationMatrix(axes)).vector(), 9) + 0.0
@@ -70,13 +68,6 @@ def robot_entries(
     if fixed:
         entries["fixed_joints"] = fixed
     return entries
-
-
-def gains(mass: float, height: float) -> dict[str, float]:
-    """kp = 3.64 m g h, and kd in proportion to kp and to the time √(h/g), with two significant digits."""
-    kp = _STIFFNESS * mass * _GRAVITY * height
-    kd = _DAMPING * kp * math.sqrt(height / _GRAVITY)
-    return {"kp": float(f"{kp:.2g}"), "kd": float(f"{kd:.2g}")}
 
 
 def reflected_inertia(mass: float, length: float) -> float:

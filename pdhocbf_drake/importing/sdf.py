@@ -6,8 +6,8 @@ import xml.etree.ElementTree as ET
 from functools import partial
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.importing.copying import Copying
 from pdhocbf_drake.importing.inertia import lift_entries
-from pdhocbf_drake.importing.model_copy import Copying
 from pdhocbf_drake.robot.model_text import number
 
 _DROPPED = {"plugin", "sensor", "light", "audio_source", "particle_emitter"}

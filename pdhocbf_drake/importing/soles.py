@@ -64,7 +64,7 @@ def find_sole(model: ParsedModel, leg: Leg, axes: Axes) -> SoleFound:
         geometry = geometry or len(points) > 0
         for turn in (level, _turned(points, level)):
             found = None if turn is None else _fitted(model, foot, points, turn)
-            if found is not None:
+            if turn is not None and found is not None:
                 tilt = float(np.arccos(np.clip(turn.matrix()[:, 2] @ axes.up, -1.0, 1.0)))
                 return SoleFound(foot, *found, source, tilt)
     what = "none that is flat below" if geometry else "none"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.importing.copying import Copying
 from pdhocbf_drake.importing.inertia import lift_entries
-from pdhocbf_drake.importing.model_copy import Copying
 from pdhocbf_drake.robot.model_text import drake_tag, number
 
 _KEPT = {"link", "joint", "transmission", drake_tag("collision_filter_group")}

@@ -90,8 +90,8 @@ class RobotConfig(Config):
             spheres at the corners of the sole.
         com_height: CoM height above the soles at which the robot stands and walks [m].
         stance_width: lateral distance between the soles' centres [m].
-        kp: proportional gains of the joints [N m/rad].
-        kd: derivative gains of the joints [N m s/rad].
+        kp: proportional gains of the joints; null takes 3.64 m g z, z the CoM height [N m/rad].
+        kd: derivative gains of the joints; null takes kp times 0.137 √(z/g) [N m s/rad].
         effort_limits: greatest joint torques [N m]; null takes those of the model's actuators, or where it has none,
             of its `<limit>` tags.
         reflected_inertia: rotor inertia reflected to the joint [kg m²]; null takes the model's.
@@ -109,8 +109,8 @@ class RobotConfig(Config):
     fixed_joints: dict[str, float] = Field(default_factory=dict)
     com_height: Length
     stance_width: Length
-    kp: Annotated[PerJoint, per_joint_within(0.0, 1e6, "N m/rad", above=True)] = 600.0
-    kd: Annotated[PerJoint, per_joint_within(0.0, 1e5, "N m s/rad")] = 20.0
+    kp: Annotated[PerJoint | None, per_joint_within(0.0, 1e6, "N m/rad", above=True)] = None
+    kd: Annotated[PerJoint | None, per_joint_within(0.0, 1e5, "N m s/rad")] = None
     effort_limits: Annotated[PerJoint | None, per_joint_within(0.0, 1e6, "N m", above=True)] = None
     reflected_inertia: Annotated[PerJoint | None, per_joint_within(0.0, 1e3, "kg m²")] = None
 

@@ -9,9 +9,11 @@ import numpy as np
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.ik import WholeBodyIk
+from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.robot.posture import Posture, sole_pose
 
-_RESOLUTION = 0.01  # of the limits named in messages [m]
+_RESOLUTION = 1.0 / 60.0  # of the limits named in messages, over the length of a leg
+_FARTHEST = 10.0 / 3.0  # step that is tried, likewise
 
 
 def upright_posture(biped: Biped, com: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -69,7 +71,7 @@ def _check_com_height(biped: Biped, height: float, stance_width: float) -> None:
     """Refuses a height at which the robot can't stand upright on both feet at that width."""
     if reaches(biped, height, stance_width, 0.0):
         return
-    good = reachable_heights(biped, stance_width, max(_RESOLUTION, biped.config.com_height / 60.0))
+    good = reachable_heights(biped, stance_width)
     allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if len(good) else "no height is in reach"
     raise ModelError(
         f"CoM height {height:g} m is out of reach of robot {biped.config.name!r} "
@@ -77,9 +79,10 @@ def _check_com_height(biped: Biped, height: float, stance_width: float) -> None:
     )
 
 
-def reachable_heights(biped: Biped, stance_width: float, resolution: float) -> np.ndarray:
-    """The CoM heights at which the robot can stand upright on both feet, at multiples of the resolution [m]."""
-    heights = np.arange(0.0, 2.0 * biped.config.com_height, resolution)
+def reachable_heights(biped: Biped, stance_width: float) -> np.ndarray:
+    """The CoM heights at which the robot can stand upright on both feet, of those a sixtieth of a leg apart [m]."""
+    leg = leg_length(biped)
+    heights = np.arange(0.0, 2.0 * leg, leg * _RESOLUTION)
     return np.array([height for height in heights if reaches(biped, height, stance_width, 0.0)])
 
 
@@ -96,18 +99,18 @@ def _check_stride(biped: Biped, stride: float, stance_width: float, height: floa
 
 def longest_stride(biped: Biped, stance_width: float, height: float) -> float:
     """The longest step at a CoM height, with both feet on the ground and the CoM above their middle [m]."""
-    return _largest(lambda length: reaches(biped, height, stance_width, length))
+    return _largest(lambda length: reaches(biped, height, stance_width, length), leg_length(biped))
 
 
 def reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
-    """Whether the robot can stand upright on both feet, a stride and a width apart [m], with its CoM above their middle."""
+    """Whether it can stand upright on both feet, a stride and a width apart [m], with its CoM above their middle."""
     left, right = sole_pose(stride / 2, width / 2), sole_pose(-stride / 2, -width / 2)
     return WholeBodyIk(biped).solve(Posture(np.array([0.0, 0.0, height]), left, right), biped.bent_knee).ok
 
 
-def _largest(possible: Callable[[float], bool]) -> float:
-    low, high = 0.0, 2.0
-    while high - low > _RESOLUTION:
+def _largest(possible: Callable[[float], bool], leg: float) -> float:
+    low, high = 0.0, leg * _FARTHEST
+    while high - low > leg * _RESOLUTION:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if possible(middle) else (low, middle)
     return low

@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.robot import SIDES, Biped
-from pdhocbf_drake.systems.kernels import write_foot_state, write_lip_state
+from pdhocbf_drake.systems.kernels import LEAST_LOAD, write_foot_state, write_lip_state
 from pdhocbf_drake.systems.signals import places, size, sizes
 
 _ZMP = places("lip_state", "x_zmp", "y_zmp")
@@ -39,6 +39,7 @@ class StateEstimator(LeafSystem):
         self._context = biped.plant.CreateDefaultContext()
         self._state = self.DeclareVectorInputPort("robot_state", size("robot_state"))
         self._forces = self.DeclareVectorInputPort("contact_forces", size("contact_forces"))
+        self._least = LEAST_LOAD * biped.weight
         self._origin, self._base = biped.base_q_index[4:], biped.base_v_index
         self._left, self._right = (biped.soles[side].frame for side in SIDES)
         self.DeclareDiscreteState(np.full(2, np.nan))  # the last ZMP
@@ -57,6 +58,7 @@ class StateEstimator(LeafSystem):
         left = self._left.CalcPoseInWorld(here).GetAsMatrix34()
         right = self._right.CalcPoseInWorld(here).GetAsMatrix34()
         held, estimate = context.get_discrete_state_vector().value(), np.empty(self._size)
-        write_lip_state(com, velocity, state, self._origin, self._forces.Eval(context), self._base, held, estimate)
+        forces = self._forces.Eval(context)
+        write_lip_state(com, velocity, state, self._origin, forces, self._base, self._least, held, estimate)
         write_foot_state(left, right, estimate)
         output.SetFromVector(estimate)

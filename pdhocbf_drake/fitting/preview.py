@@ -1,0 +1,104 @@
+"""One step of a steady walk without a simulation: what it asks of the joints, and how the swing leg moves the ZMP."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from pdhocbf_drake.robot import Biped, InverseDynamics, Posture, WholeBodyIk, sole_pose
+from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT
+from pdhocbf_drake.walking.com_height import GRAVITY
+from pdhocbf_drake.walking.swing import swing_point
+
+_SAMPLES = 16
+PEAK = 10.0 / math.sqrt(3.0)
+"""Largest acceleration of a least-jerk motion by one unit of length in one unit of time, 10/√3 = 5.77."""
+
+
+class Step(NamedTuple):
+    """A step straight ahead.
+
+    Attributes:
+        stride: [m]. width: lateral distance of the feet [m]. height: of the CoM [m]. swing_height: of the foot [m].
+        duration: of the step [s]. swing: of the foot's swing, at the step's end [s].
+    """
+
+    stride: float
+    width: float
+    height: float
+    swing_height: float
+    duration: float
+    swing: float
+
+
+class Preview(NamedTuple):
+    """What a step asks of the robot.
+
+    Attributes:
+        speeds: largest joint speeds over both steps of a gait, before they are limited (12,) [rad/s].
+        torques: largest joint torques (12,) [N m].
+        missed: why a posture is out of reach, else empty.
+    """
+
+    speeds: np.ndarray
+    torques: np.ndarray
+    missed: str
+
+
+def zmp_shift(lever: float, stride: float, swing: float) -> float:
+    """How far the swing leg moves the ZMP at most [m]: lever · 5.77 · 2 stride/T_swing².
+
+    Args:
+        lever: along x, see `robot.swing_lever` [s²]. stride: [m]. swing: T_swing, the time of the foot's swing [s].
+    """
+    return abs(lever * PEAK * 2.0 * stride) / swing**2
+
+
+def preview(biped: Biped, step: Step) -> Preview:
+    """Joint speeds and torques of both steps of a gait, on the orbit of a pendulum of constant height.
+
+    With the ZMP in the stance foot and ω² = g/z, τ = t − T/2 the time from mid-stance:
+
+        x(t) = (stride/2) sinh(ωτ)/sinh(ωT/2),    y(t) = (width/2) (1 − cosh(ωτ)/cosh(ωT/2)) towards the stance foot.
+    """
+    ik = WholeBodyIk(biped)
+    task = ik.task_space
+    dynamics = InverseDynamics(biped, task)
+    speeds, torques = np.zeros(12), np.zeros(12)
+    for side in (1.0, -1.0):
+        q = biped.bent_knee
+        for s in np.linspace(0.0, 1.0, _SAMPLES):
+            wanted = _wanted(step, side, s)
+            com, left, right = (wanted[0, part] for part in (COM, LEFT, RIGHT))
+            found = ik.solve(Posture(com, sole_pose(*left), sole_pose(*right)), q)
+            if not found.ok:
+                return Preview(speeds, torques, found.reason)
+            q = found.q
+            task.set_positions(q)
+            inverse = np.linalg.pinv(task.jacobian())
+            v = inverse @ wanted[1]
+            task.set_state(q, v)
+            vdot = inverse @ (wanted[2] - task.bias())
+            speeds = np.maximum(speeds, abs(v[biped.v_index]))
+            torques = np.maximum(torques, abs(dynamics(q, v, vdot, (1.0 + side) / 2.0).tau))
+    return Preview(speeds, torques, "")
+
+
+def _wanted(step: Step, side: float, s: float) -> np.ndarray:
+    """Place, velocity and acceleration in task coordinates (3, 18) after the share s of a step; `side` stands."""
+    omega = math.sqrt(GRAVITY / step.height)
+    t, half = step.duration * (s - 0.5), omega * step.duration / 2.0
+    sinh, cosh = math.sinh(omega * t), math.cosh(omega * t)
+    x, y = step.stride / 2.0 / math.sinh(half), side * step.width / 2.0 / math.cosh(half)
+    wanted = np.zeros((3, 18))
+    wanted[:, COM.start] = x * sinh, omega * x * cosh, omega**2 * x * sinh
+    wanted[:, COM.start + 1] = side * step.width / 2.0 - y * cosh, -omega * y * sinh, -(omega**2) * y * cosh
+    wanted[0, COM.start + 2] = step.height
+    stance, swing = (LEFT, RIGHT) if side > 0.0 else (RIGHT, LEFT)
+    wanted[0, stance] = 0.0, side * step.width / 2.0, 0.0
+    back, ahead = (np.array([length, -side * step.width / 2.0]) for length in (-step.stride, step.stride))
+    aloft = s * step.duration - (step.duration - step.swing)
+    wanted[:, swing] = np.array(swing_point(back, ahead, step.swing_height, step.swing, aloft))
+    return wanted
