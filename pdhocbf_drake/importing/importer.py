@@ -92,8 +92,9 @@ def import_robot(source: Path, folder: Path, given: Given, report: Report) -> Im
     changes.append(
         "each foot touches the ground with four spheres at its sole's corners (keep_contact: true undoes it)"
     )
-    write_yaml(config, folder / ROBOT)
-    write_yaml({"extends": "walking", "robot": ROBOT, **more}, folder / SCENARIO)
+    units = "lengths m, angles rad, torques N m"
+    write_yaml(config, folder / ROBOT, f"Imported from {source.name}; {units}.")
+    write_yaml({"extends": "walking", "robot": ROBOT, **more}, folder / SCENARIO, "pdhocbf run walking.yaml")
     return Imported(Biped.load(str(folder / ROBOT)), facts, changes)
 
 

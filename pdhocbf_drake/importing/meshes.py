@@ -77,6 +77,15 @@ class MeshFolder:
             self.changes.append(f"visual meshes simplified from {total} to {kept} triangles")
 
 
+def triangles_of(path: Path) -> np.ndarray:
+    """The triangles of a mesh that Drake reads, z up (n, 3, 3) [m]; none without the packages that convert meshes."""
+    try:
+        parts = _parts(path)
+    except InputError:
+        return np.empty((0, 3, 3))
+    return np.vstack([np.asarray(part.triangles) for part in parts])
+
+
 def _trimesh() -> Any:
     try:
         import collada  # noqa: F401

@@ -39,9 +39,12 @@ def ground_layer(points: np.ndarray) -> np.ndarray:
     return points[points[:, 2] <= points[:, 2].min() + _LAYER * length]
 
 
-def surface_points(shape: Shape, pose: RigidTransform) -> np.ndarray:
-    """Corners of a shape, seen in a frame, (n, 3) [m]; of a sphere or capsule the lowest points along the frame's z."""
-    if isinstance(shape, (Sphere, Capsule)):
+def surface_points(shape: Shape, pose: RigidTransform, exact: bool = False) -> np.ndarray:
+    """Corners of a shape, seen in a frame, (n, 3) [m]; of a sphere or capsule the lowest points along the frame's z.
+
+    With `exact` these are round too.
+    """
+    if isinstance(shape, (Sphere, Capsule)) and not exact:
         half = shape.length() / 2.0 if isinstance(shape, Capsule) else 0.0
         ends = pose @ np.array([[0.0, 0.0, half], [0.0, 0.0, -half]]).T
         return np.unique(ends.T - [0.0, 0.0, shape.radius()], axis=0)
@@ -57,10 +60,15 @@ def _corners(shape: Shape) -> np.ndarray:
     if isinstance(shape, Cylinder):
         return np.vstack([np.column_stack([shape.radius() * circle, np.full(len(circle), end * shape.length() / 2.0)])
                           for end in (-1, 1)])  # fmt: skip
+    heights = np.linspace(-1.0, 1.0, 9)
+    ball = np.vstack([np.column_stack([circle * np.sqrt(1.0 - z**2), np.full(len(circle), z)]) for z in heights])
     if isinstance(shape, Ellipsoid):
-        heights = np.linspace(-1.0, 1.0, 9)
-        rings = [np.column_stack([circle * np.sqrt(1.0 - z**2), np.full(len(circle), z)]) for z in heights]
-        return np.vstack(rings) * [shape.a(), shape.b(), shape.c()]
+        return ball * [shape.a(), shape.b(), shape.c()]
+    if isinstance(shape, Sphere):
+        return ball * shape.radius()
+    if isinstance(shape, Capsule):
+        half = [0.0, 0.0, shape.length() / 2.0]
+        return np.vstack([ball * shape.radius() + half, ball * shape.radius() - half])
     if isinstance(shape, (Mesh, Convex)):
         hull = shape.GetConvexHull()
         return np.array([hull.vertex(index) for index in range(hull.num_vertices())])
