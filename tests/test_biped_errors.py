@@ -88,15 +88,30 @@ def test_missing_frame_lists_those_there_are() -> None:
     )
 
 
-def test_no_actuators(tmp_path: Path) -> None:
+def test_without_actuators_the_models_limits_hold(tmp_path: Path) -> None:
+    robot = Biped(changed(model=edited(tmp_path, "transmission"), reflected_inertia=0.01))
+    assert robot.effort_limits.tolist() == biped().effort_limits.tolist()
+    assert robot.plant.num_actuators() == 12
+
+
+def test_no_effort_anywhere(tmp_path: Path) -> None:
     path = edited(tmp_path, "transmission")
+    text = Path(path).read_text().replace('effort="60"', 'effort="0"')
+    Path(path).write_text(text)
     assert text_of(changed(model=path)) == (
-        f"robot 'biped' has no actuators: add transmissions to {path} or give effort_limits [N m] in the robot file"
+        "robot 'biped' has no actuators, and joint 'left_hip_yaw' has no effort in its <limit>: "
+        f"add it to {path} or give effort_limits [N m] in the robot file"
     )
     limits = (60.0, 100.0, 120.0, 150.0, 80.0, 60.0)
-    robot = Biped(changed(model=path, effort_limits=limits, reflected_inertia=0.01))
+    robot = Biped(changed(model=path, effort_limits=limits))
     assert robot.effort_limits.tolist() == [*limits, *limits]
-    assert robot.plant.num_actuators() == 12
+
+
+def test_values_of_each_side() -> None:
+    sides = {"left": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "right": 7.0}
+    robot = Biped(changed(effort_limits=sides, kp={"left": 500.0, "right": [8.0] * 6}))
+    assert robot.effort_limits.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0] + [7.0] * 6
+    assert robot.kp.tolist() == [500.0] * 6 + [8.0] * 6
 
 
 def test_joints_beyond_the_legs_are_named_and_can_be_fixed(tmp_path: Path) -> None:
@@ -137,6 +152,7 @@ def test_unknown_key_in_the_robot_file(tmp_path: Path) -> None:
         ({"kp": -600.0}, "robot.kp: must be above 0 and up to 1e+06 N m/rad (given: -600.0)"),
         ({"kp": 1e12}, "robot.kp: must be above 0 and up to 1e+06 N m/rad"),
         ({"kp": [1.0] * 5}, "robot.kp: must be one number for all joints, or six: hip_yaw, hip_roll, hip_pitch, "),
+        ({"kp": {"left": 1.0}}, "robot.kp: must be one number for all joints, or six: hip_yaw, hip_roll, hip_pitch, "),
         ({"kd": [1.0] * 5 + [-1.0]}, "robot.kd: must be from 0 to 100000 N m s/rad"),
         ({"effort_limits": 0}, "robot.effort_limits: must be above 0"),
         ({"reflected_inertia": -1}, "robot.reflected_inertia: must be from 0 to 1000 kg m²"),

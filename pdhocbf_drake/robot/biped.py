@@ -13,7 +13,8 @@ from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.config import SIDES, RobotConfig
 from pdhocbf_drake.robot.faults import Fault, faults_in
 from pdhocbf_drake.robot.locate import load_robot_config
-from pdhocbf_drake.robot.model import add_model, find_frame, find_joint, per_joint, sole_frame_name
+from pdhocbf_drake.robot.model import add_model, find_joint, sole_frame_name, torso_frame
+from pdhocbf_drake.robot.per_joint import per_joint
 from pdhocbf_drake.robot.straight_pose import StraightPose
 
 _STIFFNESS = 3.64  # of a joint, over m g z [1/rad]
@@ -64,6 +65,7 @@ class Biped:
         plant.Finalize()
         name = config.name
         base = _floating_base(plant, config)
+        self._base_frame = base.body_frame()
         _check_joints(plant, instance, config)
         self.base_q_index = base.floating_positions_start() + np.arange(7)
         self.base_v_index = base.floating_velocities_start_in_v() + np.arange(6)
@@ -80,7 +82,7 @@ class Biped:
             side: Sole(plant.GetFrameByName(sole_frame_name(side)), np.array(config.leg(side).sole.half_size))
             for side in SIDES
         }
-        self.torso_frame = find_frame(plant, instance, config.torso_link or config.base_link, name)
+        self.torso_frame = torso_frame(plant, instance, config)
         self.mass = float(plant.CalcTotalMass(plant.CreateDefaultContext()))
         self.weight = self.mass * float(np.linalg.norm(plant.gravity_field().gravity_vector()))
         self.kp, self.kd = _gains(config, self.mass, self.weight)
@@ -119,7 +121,8 @@ class Biped:
 
     def _bent_knee(self) -> np.ndarray:
         q = np.zeros(self.plant.num_positions())
-        q[self.base_q_index[0]] = 1.0
+        torso = self.torso_frame.CalcPose(self.plant.CreateDefaultContext(), self._base_frame)
+        q[self.base_q_index[:4]] = torso.rotation().inverse().ToQuaternion().wxyz()
         q[self.base_q_index[6]] = self.config.com_height
         angles = [list(self.config.leg(side).bent_knee.model_dump().values()) for side in SIDES]
         q[self.q_index] = np.ravel(angles)

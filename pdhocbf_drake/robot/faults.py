@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.robot.config import ROLES, SIDES, Side
+from pdhocbf_drake.robot.config import SIDES, Side
+from pdhocbf_drake.robot.per_joint import ROLES
 from pdhocbf_drake.robot.straight_pose import KNEE, StraightPose
 
 _HIP, _ANKLE = slice(0, 3), slice(4, 6)  # of the joints of a leg, in the order of `ROLES`
@@ -38,7 +39,7 @@ class Fault(NamedTuple):
 
 
 def faults_in(look: StraightPose) -> list[Fault]:
-    """The faults of a robot file. One that explains others hides them."""
+    """The faults of a robot file. One that explains others, such as a torso that faces backwards, is the only one."""
     for check in (_chains, _upright, _facing, _roles, _bent_knees, _soles):
         if faults := list(check(look)):
             return faults

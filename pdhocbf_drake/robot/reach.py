@@ -69,21 +69,26 @@ def check_zmp_box(biped: Biped, zmp_box: tuple[float, float]) -> None:
 
 def _check_com_height(biped: Biped, height: float, stance_width: float) -> None:
     """Refuses a height at which the robot can't stand upright on both feet at that width."""
-    if _reaches(biped, height, stance_width, 0.0):
+    if reaches(biped, height, stance_width, 0.0):
         return
-    leg = leg_length(biped)
-    heights = np.arange(0.0, 2.0 * leg, leg * _RESOLUTION)
-    good = [other for other in heights if _reaches(biped, other, stance_width, 0.0)]
-    allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if good else "no height is in reach"
+    good = reachable_heights(biped, stance_width)
+    allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if len(good) else "no height is in reach"
     raise ModelError(
         f"CoM height {height:g} m is out of reach of robot {biped.config.name!r} "
         f"with its feet {stance_width:g} m apart; {allowed}"
     )
 
 
+def reachable_heights(biped: Biped, stance_width: float) -> np.ndarray:
+    """The CoM heights at which the robot can stand upright on both feet, of those a sixtieth of a leg apart [m]."""
+    leg = leg_length(biped)
+    heights = np.arange(0.0, 2.0 * leg, leg * _RESOLUTION)
+    return np.array([height for height in heights if reaches(biped, height, stance_width, 0.0)])
+
+
 def _check_stride(biped: Biped, stride: float, stance_width: float, height: float) -> None:
     """Refuses a stride at which the robot can't stand on both feet with the CoM above their middle."""
-    if _reaches(biped, height, stance_width, stride):
+    if reaches(biped, height, stance_width, stride):
         return
     longest = longest_stride(biped, stance_width, height)
     raise ModelError(
@@ -94,10 +99,11 @@ def _check_stride(biped: Biped, stride: float, stance_width: float, height: floa
 
 def longest_stride(biped: Biped, stance_width: float, height: float) -> float:
     """The longest step at a CoM height, with both feet on the ground and the CoM above their middle [m]."""
-    return _largest(lambda length: _reaches(biped, height, stance_width, length), leg_length(biped))
+    return _largest(lambda length: reaches(biped, height, stance_width, length), leg_length(biped))
 
 
-def _reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
+def reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
+    """Whether it can stand upright on both feet, a stride and a width apart [m], with its CoM above their middle."""
     left, right = sole_pose(stride / 2, width / 2), sole_pose(-stride / 2, -width / 2)
     return WholeBodyIk(biped).solve(Posture(np.array([0.0, 0.0, height]), left, right), biped.bent_knee).ok
 
