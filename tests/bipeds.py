@@ -144,7 +144,7 @@ def _leg(root: ET.Element, shape: Shape, side: str, y: float, turn: Any) -> None
         _link(root, link, shape, mass * shape.leg, centre, box, np.eye(3))
         origin, rpy = np.array(places[role]), (0.0, 0.0, 0.0)
         if parent == "torso":
-            origin, rpy = turn.inverse() @ origin, tuple(RollPitchYaw(turn.inverse()).vector())
+            origin, rpy = turn @ origin, tuple(RollPitchYaw(turn).vector())
         _joint(root, shape, side, role, parent, link, origin, rpy)
         parent = link
     foot = root.find(f"link[@name='{side}_foot']")
@@ -185,8 +185,8 @@ def _link(root: ET.Element, name: str, shape: Shape, mass: float, centre: Any, b
     inertial = ET.SubElement(link, "inertial")
     mass *= shape.size**3
     x, y, z = (shape.size * np.array(box)) ** 2 * mass / 12.0
-    inertia = turn.T @ np.diag([y + z, x + z, x + y]) @ turn
-    ET.SubElement(inertial, "origin", xyz=_text(shape.size * (turn.T @ np.array(centre))))
+    inertia = turn @ np.diag([y + z, x + z, x + y]) @ turn.T
+    ET.SubElement(inertial, "origin", xyz=_text(shape.size * (turn @ np.array(centre))))
     ET.SubElement(inertial, "mass", value=f"{mass:.9g}")
     entries = {f"i{a}{b}": inertia[i, j] for i, a in enumerate("xyz") for j, b in enumerate("xyz") if j >= i}
     ET.SubElement(inertial, "inertia", {key: f"{value:.9g}" for key, value in entries.items()})

@@ -34,6 +34,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
         "a robot file and a scenario from a URDF, SDF or MJCF file",
         "importing.command",
     ),
+    "check": ("whether a robot's file fits its model, and a walk its robot", "cli.check"),
     "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
     "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),

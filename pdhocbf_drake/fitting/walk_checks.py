@@ -81,14 +81,15 @@ def _box(biped: Biped, key: str, box: tuple[float, float] | None) -> Finding:
 
 def _reach(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
     for key, stride in (("gait.com_height", 0.0), ("gait.stride", gait.stride)):
-        heights = gait.com_height - gait.com_height_amplitude, gait.com_height + gait.com_height_amplitude
+        # The highest one first, at which the legs reach least.
+        heights = gait.com_height + gait.com_height_amplitude, gait.com_height - gait.com_height_amplitude
         small = (1e-6, 1e-6)  # boxes have a check of their own
         try:
             check_walk(biped, stride=stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=small)
         except ModelError as error:
             yield Finding("reach", "fault", key, str(error), "choose one that is allowed")
             return
-        said = f"CoM at {heights[0]:.3g} to {heights[1]:.3g} m" if not stride else f"steps of {stride:g} m"
+        said = f"CoM at {heights[1]:.3g} to {heights[0]:.3g} m" if not stride else f"steps of {stride:g} m"
         yield Finding("reach", "ok", key, f"{said} within the legs' reach")
 
 

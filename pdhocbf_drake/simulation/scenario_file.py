@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from pdhocbf_drake.config import as_name, shown
 from pdhocbf_drake.errors import InputError
@@ -43,6 +43,34 @@ def load_scenario(scenario: str, text: str = "") -> Scenario:
 
 def load_fitted(scenario: str, text: str = "") -> tuple[Scenario, Fitted | None]:
     """The same, with what has been made to fit the robot; None where nothing had to be."""
+    written = load_written(scenario, text)
+    found = written.scenario
+    if found.system != "biped" or found.robot == DEFAULT_ROBOT:
+        return found, None
+    # Here, since it loads Drake, which the packaged robot does not need yet.
+    from pdhocbf_drake.fitting.defaults import fitted, is_complete
+    from pdhocbf_drake.robot import Biped
+
+    if is_complete(written.given):
+        return found, None
+    fit = fitted(found.to_dict(), written.given, Biped.load(found.robot))
+    return Scenario.from_dict(fit.data, written.where), fit if fit.changed else None
+
+
+class Written(NamedTuple):
+    """A scenario with default values as they are written, for the packaged robot.
+
+    Attributes:
+        given: the keys that a user's file or overrides give. where: its name in messages.
+    """
+
+    scenario: Scenario
+    given: dict[str, Any]
+    where: str
+
+
+def load_written(scenario: str, text: str = "") -> Written:
+    """The scenario before anything is made to fit its robot; arguments and errors as in `load_scenario`."""
     (data, given), name, folder = _find(scenario)
     data = _anchored({**data, "name": data.get("name", name)}, folder)
     if text:
@@ -55,17 +83,7 @@ def load_fitted(scenario: str, text: str = "") -> tuple[Scenario, Fitted | None]
         given = merge(given, overrides)
     named = data["name"]
     where = named if isinstance(named, str) and as_name(named) == named else name
-    found = Scenario.from_dict(_completed(data), where)
-    if found.system != "biped" or found.robot == DEFAULT_ROBOT:
-        return found, None
-    # Here, since it loads Drake, which the packaged robot does not need yet.
-    from pdhocbf_drake.fitting.defaults import fitted, is_complete
-    from pdhocbf_drake.robot import Biped
-
-    if is_complete(given):
-        return found, None
-    fit = fitted(found.to_dict(), given, Biped.load(found.robot))
-    return Scenario.from_dict(fit.data, where), fit if fit.changed else None
+    return Written(Scenario.from_dict(_completed(data), where), given, where)
 
 
 def _completed(data: dict[str, Any]) -> dict[str, Any]:
