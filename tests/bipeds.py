@@ -11,7 +11,7 @@ import numpy as np
 import yaml
 from pydrake.math import RollPitchYaw
 
-from pdhocbf_drake.robot.config import ROLES
+from pdhocbf_drake.robot.per_joint import ROLES
 
 GEOMETRY_GAP = 0.008  # radius of the contact spheres of a robot of the packaged one's size [m]
 AXES = {"yaw": (0.0, 0.0, 1.0), "roll": (1.0, 0.0, 0.0), "pitch": (0.0, 1.0, 0.0)}
@@ -71,6 +71,7 @@ def random_shape(seed: int) -> Shape:
         order=tuple(rng.permutation(["hip_yaw", "hip_roll", "hip_pitch"]).tolist()),
         signs={side: tuple(rng.choice([-1, 1], 6).tolist()) for side in ("left", "right")},
         tilt=float(rng.choice([0.0, u(-0.17, 0.17)])),
+        base_rpy=tuple(rng.choice([(0.0, 0.0, 0.0), (0.0, 0.0, np.pi), (0.0, np.pi / 2.0, 0.3)]).tolist()),
     )
 
 
@@ -86,7 +87,6 @@ def write(folder: Path, shape: Shape, **changes: Any) -> Path:
 def robot(shape: Shape) -> dict[str, Any]:
     """The data of the robot file, but for gains, which the package chooses."""
     scale = shape.size
-    torque = scale**4 * (shape.torso + 13.2 * shape.leg) / 29.0
     straight = shape.thigh + shape.shank + shape.ankle
     mass_height = straight + (shape.torso * shape.torso_height - 0.2 * 13.2 * shape.leg) / (
         shape.torso + 13.2 * shape.leg
@@ -97,7 +97,7 @@ def robot(shape: Shape) -> dict[str, Any]:
         "base_link": "torso",
         "com_height": round(0.915 * scale * mass_height, 4),
         "stance_width": round(2.0 * scale * max(shape.hip, shape.sole[1] + 0.02), 4),
-        "effort_limits": [torque * EFFORTS[role] for role in ROLES],
+        "torso_rpy": list(shape.base_rpy),
         "reflected_inertia": 0.01 * scale**5,
     }
     for side in ("left", "right"):

@@ -173,7 +173,7 @@ def test_legs_that_are_swapped() -> None:
     config = load_robot_config("biped")
     message = text_of(config.model_copy(update={"left": config.right, "right": config.left}))
     assert message.startswith(
-        "robot 'biped': left and right are swapped: with the knees bent the left sole is at y = -"
+        "robot 'biped': left, right: left and right are exchanged: the left sole is at y = -0.08 m"
     )
 
 

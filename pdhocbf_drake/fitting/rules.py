@@ -7,7 +7,9 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 from pdhocbf_drake.fitting.facts import PACKAGED, RobotFacts
+from pdhocbf_drake.walking.config import GaitConfig
 
+_BOX: Final = GaitConfig().zmp_box[1]
 _DIGITS = 4  # of a value that a rule has changed
 
 
@@ -89,6 +91,16 @@ def _least_width(value: float, scale: Scale) -> float:
     return _rounded(max(facts.stance_width - (PACKAGED.stance_width - value) * gap / usual, 0.0), 1.0 + 1e-15)
 
 
+def _centring(value: float, scale: Scale) -> float:
+    """A price at each tick, as that of the ZMP's speed, which grows with the square of its way from box to box.
+
+    Where it is too low beside that of the speed, nothing brings a walk back whose sway is larger to one side, and it
+    leaves its path sideways.
+    """
+    way = scale.facts.stance_width - scale.sole[1] * _BOX
+    return _rounded(value, max(1.0, way / (scale.length * (PACKAGED.stance_width - _BOX))) ** 2 / scale.time**2)
+
+
 def _slack(value: tuple[float, float], scale: Scale) -> list[float]:
     """The price of a speed to the power of one is a speed; to the power of two it is a number."""
     return [_rounded(value[0], scale.length / scale.time), value[1]]
@@ -97,8 +109,7 @@ def _slack(value: tuple[float, float], scale: Scale) -> list[float]:
 LENGTH: Final = _by(lambda scale: scale.length)
 SPEED: Final = _by(lambda scale: scale.length / scale.time)
 TIME: Final = _by(lambda scale: scale.time)
-PER_TICK: Final = _by(lambda scale: 1.0 / scale.time**2)  # [1/s²], a price at each tick like the ZMP velocity's
-ONCE: Final = _by(lambda scale: scale.ticks / scale.time**2)  # [1/s²], a price beside a sum over the ticks
+ONCE: Final = _by(lambda scale: scale.ticks / scale.time**2)  # [1/s²], a price beside one of ZMP speeds at each tick
 
 RULES: Final[dict[str, Rule]] = {
     "from_time": TIME,
@@ -109,7 +120,7 @@ RULES: Final[dict[str, Rule]] = {
     "gait.swing_height": LENGTH,
     "mpc.horizon": _horizon,
     "mpc.foothold_weight": ONCE,
-    "mpc.zmp_centre_weight": PER_TICK,
+    "mpc.zmp_centre_weight": _centring,
     "mpc.path_correction": LENGTH,
     "mpc.step_tolerance": LENGTH,
     "mpc.stance_width_min": _least_width,

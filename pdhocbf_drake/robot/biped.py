@@ -11,10 +11,11 @@ from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex, Rig
 
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.config import SIDES, RobotConfig
-from pdhocbf_drake.robot.faults import faults_of
+from pdhocbf_drake.robot.faults import Fault, faults_in
 from pdhocbf_drake.robot.locate import load_robot_config
 from pdhocbf_drake.robot.model import add_model, find_joint, sole_frame_name, torso_frame
 from pdhocbf_drake.robot.per_joint import per_joint
+from pdhocbf_drake.robot.straight_pose import StraightPose
 
 _STIFFNESS = 3.64  # of a joint, over m g z [1/rad]
 _TIME = 0.137  # kd over kp, over √(z/g) [1]
@@ -86,7 +87,7 @@ class Biped:
         self.weight = self.mass * float(np.linalg.norm(plant.gravity_field().gravity_vector()))
         self.kp, self.kd = _gains(config, self.mass, self.weight)
         self.bent_knee = self._bent_knee()
-        if checked and (faults := [fault for fault in faults_of(self) if fault.fatal]):
+        if checked and (faults := [fault for fault in self.faults() if fault.fatal]):
             raise ModelError(f"robot {name!r}: {'; '.join(map(str, faults))}")
 
     @classmethod
@@ -108,6 +109,11 @@ class Biped:
         quaternion = self.base_q_index[:4]
         clipped[quaternion] /= max(float(np.linalg.norm(clipped[quaternion])), 1e-12)
         return clipped
+
+    def faults(self) -> list[Fault]:
+        """Entries of the robot file that the model's geometry contradicts."""
+        soles = {side: sole.frame for side, sole in self.soles.items()}
+        return faults_in(StraightPose(self.plant, self.config, soles, self.bent_knee, self.q_index))
 
     def _actuators(self) -> dict[str, JointActuator]:
         actuators = (self.plant.get_joint_actuator(index) for index in self.plant.GetJointActuatorIndices())

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import permutations
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from pydrake.multibody.plant import MultibodyPlant
 
 from pdhocbf_drake.robot.config import SIDES, Side
 from pdhocbf_drake.robot.per_joint import ROLES
+from pdhocbf_drake.robot.straight_pose import KNEE, StraightPose
 
-if TYPE_CHECKING:
-    from pdhocbf_drake.robot.biped import Biped
-
-_HIP, _KNEE, _ANKLE = slice(0, 3), 3, slice(4, 6)  # of the joints of a leg, in the order of `ROLES`
+_HIP, _ANKLE = slice(0, 3), slice(4, 6)  # of the joints of a leg, in the order of `ROLES`
 _AXES = {"hip_yaw": 2, "hip_roll": 0, "hip_pitch": 1, "knee_pitch": 1, "ankle_pitch": 1, "ankle_roll": 0}
 _WORDS = ("the axis ahead (roll)", "the axis to the left (pitch)", "the vertical (yaw)")
 _BETTER = 0.5  # in the sum of |cosines| of the axes, by which another assignment of roles must be better
@@ -41,74 +38,15 @@ class Fault(NamedTuple):
         return f"{self.key}: {self.said}; {self.fix}"
 
 
-def faults_of(biped: Biped) -> list[Fault]:
+def faults_in(look: StraightPose) -> list[Fault]:
     """The faults of a robot file. One that explains others, such as a torso that faces backwards, is the only one."""
-    look = _Look(biped)
     for check in (_chains, _upright, _facing, _roles, _bent_knees, _soles):
         if faults := list(check(look)):
             return faults
     return []
 
 
-class _Look:
-    """The robot with its torso upright and all joints at zero, seen along the torso's axes.
-
-    Attributes:
-        axes, origins: of the twelve joints, shape (12, 3); origins [m].
-        limits: (12, 2) [rad]. bent: bent_knee as it is given (12,) [rad].
-        chains: the joints from the base to each sole, by their names.
-    """
-
-    def __init__(self, biped: Biped) -> None:
-        self.biped, self.plant, self.config = biped, biped.plant, biped.config
-        self.context = self.plant.CreateDefaultContext()
-        self.set_joints(np.zeros(12))
-        joints = [self.plant.GetJointByName(name) for name in biped.joint_names]
-        poses = [joint.frame_on_parent().CalcPoseInWorld(self.context) for joint in joints]
-        self.origins = np.array([pose.translation() for pose in poses])
-        turns = [pose.rotation() @ joint.revolute_axis() for pose, joint in zip(poses, joints, strict=True)]
-        self.axes = np.array(turns)
-        self.limits = biped.position_limits
-        self.bent = np.ravel([list(self.config.leg(side).bent_knee.model_dump().values()) for side in SIDES])
-        self.chains = {side: _chain(self.plant, biped.soles[side].frame.body()) for side in SIDES}
-
-    def set_joints(self, angles: np.ndarray) -> None:
-        """Sets the twelve angles [rad]; the torso stays upright."""
-        q = self.biped.bent_knee.copy()
-        q[self.biped.q_index] = angles
-        self.plant.SetPositions(self.context, q)
-
-    def sole(self, side: Side) -> np.ndarray:
-        """Pose of a sole's frame, (3, 4) [m]."""
-        pose: np.ndarray = self.biped.soles[side].frame.CalcPoseInWorld(self.context).GetAsMatrix34()
-        return pose
-
-    def leg(self, number: int) -> slice:
-        """The joints of the left (0) or right (1) leg among the twelve."""
-        return slice(6 * number, 6 * number + 6)
-
-    def knee_ahead(self, number: int) -> float:
-        """How far a bent knee points ahead: the x of sign(θ) (way from knee to ankle) × axis over its length."""
-        knee = 6 * number + _KNEE
-        shank = self.origins[knee + 1] - self.origins[knee]
-        ahead = np.cross(shank, self.axes[knee]) / max(float(np.linalg.norm(shank)), 1e-9)
-        return float(np.sign(self.bent[knee]) * ahead[0])
-
-
-def _chain(plant: MultibodyPlant, body: Any) -> list[str]:
-    """Names of the joints from the base to a body."""
-    above = {}
-    for joint in map(plant.get_joint, plant.GetJointIndices()):
-        above[joint.child_body().index()] = joint
-    names = list[str]()
-    while body.index() in above:
-        joint = above.pop(body.index())
-        names.insert(0, joint.name())
-        body = joint.parent_body()
-    return names
-
-
-def _chains(look: _Look) -> Iterator[Fault]:
+def _chains(look: StraightPose) -> Iterator[Fault]:
     """Each sole is at the end of its own leg's joints, which come as hip, knee, ankle."""
     joints = {side: look.config.joint_names[6 * i : 6 * i + 6] for i, side in enumerate(SIDES)}
     for side, other in (SIDES, SIDES[::-1]):
@@ -124,20 +62,20 @@ def _chains(look: _Look) -> Iterator[Fault]:
         return
     for side in SIDES:
         places = [look.chains[side].index(name) for name in joints[side]]
-        if not max(places[_HIP]) < places[_KNEE] < min(places[_ANKLE]):
+        if not max(places[_HIP]) < places[KNEE] < min(places[_ANKLE]):
             order = ", ".join(name for name in look.chains[side] if name in joints[side])
-            knee = joints[side][_KNEE]
+            knee = joints[side][KNEE]
             yield Fault(
                 f"{side}.joints", f"the knee, {knee!r}, must come after the hip's joints and before the ankle's",
                 f"along the leg they come as {order}",
             )  # fmt: skip
 
 
-def _upright(look: _Look) -> Iterator[Fault]:
+def _upright(look: StraightPose) -> Iterator[Fault]:
     """The legs hang down from the torso, and the knees turn about its y axis."""
-    legs = [look.origins[6 * i + _KNEE + 1] - look.origins[6 * i + 2] for i in (0, 1)]
+    legs = [look.origins[6 * i + KNEE + 1] - look.origins[6 * i + 2] for i in (0, 1)]
     down = sum(leg / max(float(np.linalg.norm(leg)), 1e-9) for leg in legs) / 2.0
-    knees = np.abs(look.axes[[_KNEE, 6 + _KNEE]]).mean(axis=0)
+    knees = np.abs(look.axes[[KNEE, 6 + KNEE]]).mean(axis=0)
     said = ""
     if -down[2] < _AHEAD:
         said = "the legs don't hang down along the torso's z axis"
@@ -148,7 +86,7 @@ def _upright(look: _Look) -> Iterator[Fault]:
         yield Fault("torso_rpy", said, turn)
 
 
-def _facing(look: _Look) -> Iterator[Fault]:
+def _facing(look: StraightPose) -> Iterator[Fault]:
     """Left is where y is greater; forward, which is where the knees bend to, is x."""
     left, right = (float(look.sole(side)[1, 3]) for side in SIDES)
     ahead = [look.knee_ahead(number) for number in (0, 1)]
@@ -167,7 +105,7 @@ def _facing(look: _Look) -> Iterator[Fault]:
         )  # fmt: skip
 
 
-def _roles(look: _Look) -> Iterator[Fault]:
+def _roles(look: StraightPose) -> Iterator[Fault]:
     """The axes of hip and ankle joints are those of their roles, or nearer to them than to any others."""
     for number, side in enumerate(SIDES):
         for part in (_HIP, _ANKLE):
@@ -189,10 +127,10 @@ def _exchanged(side: Side, roles: Sequence[str], names: Sequence[str], axes: np.
             yield Fault(f"{side}.joints.{roles[i]}", f"{names[i]!r} turns about {word}", f"it is the {roles[place]}")
 
 
-def _bent_knees(look: _Look) -> Iterator[Fault]:
+def _bent_knees(look: StraightPose) -> Iterator[Fault]:
     """Bent-knee angles are within the joints' limits, bend the knees forward and leave the soles level."""
     for number, side in enumerate(SIDES):
-        knee = 6 * number + _KNEE
+        knee = 6 * number + KNEE
         low, high = look.limits[knee]
         angle, other = look.bent[knee], -look.bent[knee]
         backwards, possible = look.knee_ahead(number) < 0.0, low - _ROUNDING <= other <= high + _ROUNDING
@@ -216,7 +154,7 @@ def _bent_knees(look: _Look) -> Iterator[Fault]:
         yield from _not_level(look, number, side)
 
 
-def _not_level(look: _Look, number: int, side: Side) -> Iterator[Fault]:
+def _not_level(look: StraightPose, number: int, side: Side) -> Iterator[Fault]:
     def tilt(angles: np.ndarray) -> float:
         look.set_joints(angles)
         return float(np.arccos(np.clip(look.sole(side)[2, 2], -1.0, 1.0)))
@@ -237,7 +175,7 @@ def _not_level(look: _Look, number: int, side: Side) -> Iterator[Fault]:
     )
 
 
-def _soles(look: _Look) -> Iterator[Fault]:
+def _soles(look: StraightPose) -> Iterator[Fault]:
     """A sole's x is ahead and its z is up."""
     look.set_joints(look.bent)
     for side in SIDES:
