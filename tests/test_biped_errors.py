@@ -6,8 +6,12 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
+import bipeds
+import numpy as np
 import pytest
 from biped_cases import biped, standing
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
 
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError, ModelError
@@ -133,6 +137,92 @@ def test_fixed_joint_keeps_its_angle(tmp_path: Path) -> None:
     assert pose.rotation().ToRollPitchYaw().pitch_angle() == pytest.approx(0.3)
 
 
+def with_arm(tmp_path: Path, old: str, new: str, **update: Any) -> RobotConfig:
+    """The biped with an arm whose text is changed."""
+    return changed(model=edited(tmp_path, add=ARM.replace(old, new)), **update)
+
+
+def test_a_prismatic_joint_can_be_fixed_at_a_length(tmp_path: Path) -> None:
+    robot = Biped(with_arm(tmp_path, "revolute", "prismatic", fixed_joints={"shoulder": 0.25}))
+    pose = robot.plant.GetFrameByName("arm").CalcPose(
+        robot.plant.CreateDefaultContext(), robot.plant.GetFrameByName("torso")
+    )
+    assert pose.translation().tolist() == pytest.approx([0.0, 0.25, 0.0])
+
+
+def test_a_joint_that_the_model_fixes_may_be_listed_too(tmp_path: Path) -> None:
+    assert Biped(with_arm(tmp_path, "revolute", "fixed", fixed_joints={"shoulder": 0.0})).mass == pytest.approx(30.0)
+    assert text_of(with_arm(tmp_path, "revolute", "fixed", fixed_joints={"shoulder": 0.2})) == (
+        "robot 'biped': fixed_joints may hold revolute or prismatic joints, 'shoulder' is of type 'weld'; "
+        "a joint that the model fixes may stand there with 0 alone"
+    )
+
+
+def test_a_fixed_joint_may_follow_another_one(tmp_path: Path) -> None:
+    config = with_arm(tmp_path, "</joint>", '<mimic joint="left_knee_pitch"/></joint>', fixed_joints={"shoulder": 0.3})
+    assert Biped(config).plant.num_constraints() == 0
+
+
+def test_a_joint_of_a_leg_may_not_follow_another_one(tmp_path: Path) -> None:
+    path = Path(edited(tmp_path))
+    text = path.read_text()
+    joint = '<joint name="right_knee_pitch" type="revolute">'
+    path.write_text(text.replace(joint, joint + '<mimic joint="left_knee_pitch" multiplier="1"/>'))
+    assert text_of(changed(model=str(path))) == (
+        "robot 'biped': joint 'right_knee_pitch' of a leg follows 'left_knee_pitch' in the model (mimic), "
+        "but each joint of a leg needs a motor of its own"
+    )
+
+
+def test_limits_in_the_wrong_order(tmp_path: Path) -> None:
+    path = Path(edited(tmp_path))
+    path.write_text(path.read_text().replace('lower="-0.4" upper="0.7"', 'lower="0.7" upper="-0.4"'))
+    assert text_of(changed(model=str(path))) == (
+        f"robot 'biped': {path} can't be read: "
+        "joint 'left_hip_roll' has a lower limit of 0.7 above its upper one of -0.4"
+    )
+
+
+def test_one_joint_for_two_roles() -> None:
+    with pytest.raises(InputError) as caught:
+        changed(left__joints__hip_roll="left_hip_yaw")
+    assert str(caught.value) == (
+        "robot: joint 'left_hip_yaw' is named for left.joints.hip_yaw and left.joints.hip_roll; "
+        "each has a joint of its own"
+    )
+
+
+def test_a_joint_that_moves_and_is_fixed() -> None:
+    with pytest.raises(InputError, match=r"robot: joint 'left_hip_yaw' is in fixed_joints, and a joint of a leg too"):
+        changed(fixed_joints={"left_hip_yaw": 0.0})
+
+
+def test_meshes_in_formats_that_drake_does_not_read(tmp_path: Path) -> None:
+    path = bipeds.write(tmp_path, bipeds.Shape())
+    urdf, mesh = tmp_path / "robot.urdf", '<collision><geometry><mesh filename="shell.stl"/></geometry></collision>'
+    urdf.write_text(urdf.read_text().replace("</link>", f"{mesh}</link>", 1))
+    (tmp_path / "shell.stl").write_text("solid shell\nendsolid shell\n")
+    plant, _ = AddMultibodyPlant(MultibodyPlantConfig(), DiagramBuilder())
+    with pytest.raises(ModelError, match=r"OBJ, glTF and VTK; `pdhocbf import` converts others$"):
+        Biped.load(str(path)).add_to(plant)
+
+
+def test_a_warning_of_drake_is_logged_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    config = with_arm(tmp_path, "</joint>", '<dynamics friction="1"/></joint>', fixed_joints={"shoulder": 0.0})
+    for _ in range(3):
+        Biped(config)
+    assert len([record for record in caplog.records if "friction" in record.getMessage()]) == 1
+
+
+def test_a_torso_whose_own_x_points_backwards(tmp_path: Path) -> None:
+    shape = bipeds.Shape(base_rpy=(0.0, 0.0, np.pi))
+    plain = Biped.load(str(bipeds.write(tmp_path / "plain", bipeds.Shape())))
+    turned = Biped.load(str(bipeds.write(tmp_path / "turned", shape, torso_rpy=[0.0, 0.0, np.pi])))
+    posture = standing()
+    first, other = (upright_posture(robot, posture.com, posture.left, posture.right) for robot in (plain, turned))
+    np.testing.assert_allclose(other[turned.q_index], first[plain.q_index], atol=1e-6)
+
+
 def test_base_that_does_not_float() -> None:
     assert text_of(changed(base_link="pelvis")) == (
         "robot 'biped': base_link 'pelvis' must be the one floating link; floating are: torso"
@@ -223,7 +313,8 @@ def test_stride_beyond_the_legs() -> None:
 
 def test_zmp_box_larger_than_the_sole() -> None:
     assert refused(zmp_box=(0.1, 0.13)) == (
-        "ZMP box 0.1 x 0.13 m is larger than the sole of robot 'biped'; allowed is up to 0.2 x 0.12 m"
+        "gait.zmp_box: a ZMP box of 0.1 x 0.13 m is larger than the sole of robot 'biped'; "
+        "allowed is up to 0.2 x 0.12 m"
     )
 
 

@@ -73,7 +73,7 @@ _LOWER = "a lower com_height or a shorter stride"
 def _box(biped: Biped, key: str, box: tuple[float, float] | None) -> Finding:
     try:
         if box is not None:
-            check_zmp_box(biped, box)
+            check_zmp_box(biped, box, key)
     except ModelError as error:
         return Finding("ZMP box", "fault", key, str(error), "make it as large as the smaller sole at most")
     return Finding("ZMP box", "ok", key, "none" if box is None else f"{box[0]:g} x {box[1]:g} m is within the soles")

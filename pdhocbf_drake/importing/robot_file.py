@@ -16,7 +16,7 @@ from pdhocbf_drake.importing.soles import SoleFound
 from pdhocbf_drake.robot.config import SIDES
 
 _BENT = {"hip_pitch": -0.4, "knee_pitch": 0.8, "ankle_pitch": -0.4}  # about the axis to the left [rad]
-_NARROWEST = 1.2  # of the feet's lateral distance, as a share of a sole's width
+_NARROWEST = 4.0 / 3.0  # of the feet's lateral distance, as a share of a sole's width: that of the packaged biped
 _INERTIA = 9.6e-4  # reflected inertia / (m L²), for models that say nothing of their rotors
 
 

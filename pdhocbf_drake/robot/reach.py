@@ -57,12 +57,13 @@ def check_walk(
         _check_stride(biped, stride, stance_width, height)
 
 
-def check_zmp_box(biped: Biped, zmp_box: tuple[float, float]) -> None:
+def check_zmp_box(biped: Biped, zmp_box: tuple[float, float], key: str = "gait.zmp_box") -> None:
     """Refuses a box of eq. (27) that is larger than the smaller sole: with the ZMP outside the sole the foot tips."""
     sole = 2 * np.min([biped.soles[side].half_size for side in ("left", "right")], axis=0)
     if (np.array(zmp_box) > sole + 1e-9).any():
         raise ModelError(
-            f"ZMP box {zmp_box[0]:g} x {zmp_box[1]:g} m is larger than the sole of robot {biped.config.name!r}; "
+            f"{key}: a ZMP box of {zmp_box[0]:g} x {zmp_box[1]:g} m is larger than the sole of robot "
+            f"{biped.config.name!r}; "
             f"allowed is up to {sole[0]:g} x {sole[1]:g} m"
         )
 
