@@ -244,6 +244,14 @@ def test_drifts_ignore_the_sway_and_have_no_sign(log):
     assert base_yaw(log)[-1] == pytest.approx(np.radians(-3.0))
 
 
+@pytest.mark.parametrize(("aside", "left"), [(0.11, False), (0.13, True)])
+def test_a_walk_that_is_a_soles_width_beside_its_path_has_left_it(log, aside, left):
+    log["lip_state"][N:, 3] += aside
+    found = metrics(log)
+    assert found.left_path is left
+    assert ("THE WALK LEFT ITS PATH" in dict(summary_rows(found))["straightness"]) is left
+
+
 def test_torques_at_the_limit_are_counted(log):
     log["actuation"][5, 3], log["actuation"][6:8, 4] = -40.0, 40.0
     found = metrics(log)

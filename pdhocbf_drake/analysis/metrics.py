@@ -39,6 +39,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
     simulated = float(log.time[-1] - log.time[0]) if len(log) else 0.0
     walks = "lip_state" in log and len(log) > 0
     body = limits if "robot_state" in log and len(log) > 0 else None
+    path = _along_path(scenario, log, body) if walks else dict(_NOWHERE)
     return Metrics(
         scenario=scenario.name,
         template=scenario.system != "biped",
@@ -48,7 +49,8 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         wall_seconds=wall_seconds,
         real_time_factor=simulated / wall_seconds if wall_seconds > 0 else None,
         steps_taken=steps_taken(log, scenario.gait.swing_height) if walks else None,
-        **(_along_path(scenario, log, body) if walks else _NOWHERE),
+        **path,
+        left_path=None if body is None else _left_path(path["lateral_drift"], body),
         stance_width=stance_width(log.after(scenario.from_time)) if walks else None,
         stance_width_commanded=scenario.gait.stance_width if walks else None,
         com_rms_error=_com_rms_error(log) if walks else None,
@@ -64,6 +66,10 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         barriers=_barrier_metrics(scenario, log),
         mpc=_mpc_metrics(scenario, log),
     )
+
+
+def _left_path(drift: float | None, body: RobotLimits) -> bool | None:
+    return None if drift is None else bool(drift > 2.0 * body.sole_half[:, 1].min())
 
 
 def base_yaw(log: RunLog) -> Array:
