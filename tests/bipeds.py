@@ -34,6 +34,7 @@ class Shape:
         signs: of the axes of each leg's joints, in the order of `ROLES`.
         tilt: of the axis of the first hip joint, about x or, for a roll axis, about y [rad].
         base_rpy: of the body in the frame of its link [rad].
+        right: mass of the right leg over that of the left one.
     """
 
     size: float = 1.0
@@ -50,6 +51,7 @@ class Shape:
     signs: dict[str, tuple[int, ...]] = field(default_factory=lambda: {"left": (1,) * 6, "right": (1,) * 6})
     tilt: float = 0.0
     base_rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    right: float = 1.0
 
 
 def random_shape(seed: int) -> Shape:
@@ -141,7 +143,8 @@ def _leg(root: ET.Element, shape: Shape, side: str, y: float, turn: Any) -> None
     for role in (*shape.order, *ROLES[3:]):
         link = f"{side}_foot" if role == "ankle_roll" else f"{side}_{role}_link"
         mass, centre, box = masses[role]
-        _link(root, link, shape, mass * shape.leg, centre, box, np.eye(3))
+        mass *= shape.leg * (shape.right if side == "right" else 1.0)
+        _link(root, link, shape, mass, centre, box, np.eye(3))
         origin, rpy = np.array(places[role]), (0.0, 0.0, 0.0)
         if parent == "torso":
             origin, rpy = turn @ origin, tuple(RollPitchYaw(turn).vector())

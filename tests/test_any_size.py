@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import bipeds
@@ -51,3 +52,11 @@ def test_it_walks_with_nothing_edited(name: str, tmp_path: Path) -> None:
     h_min = found.barriers["forward_speed"].h_min
     assert h_min is not None
     assert h_min >= 0.0
+
+
+def test_a_lopsided_robot_learns_a_table_for_each_foot(tmp_path: Path) -> None:
+    found = walked(tmp_path, dataclasses.replace(bipeds.resized(1.0), right=1.6))
+    assert not found.fell
+    assert found.zmp_outside_fraction is not None
+    assert found.zmp_outside_fraction < 0.05  # 0.08 with one table for both
+    assert found.barriers["forward_speed"].violations == 0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 import types
@@ -16,10 +17,11 @@ import yaml
 from pydantic import BaseModel
 
 from pdhocbf_drake.fitting.facts import PACKAGED, RobotFacts
-from pdhocbf_drake.fitting.preview import zmp_shift
+from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview, zmp_shift
 from pdhocbf_drake.fitting.rules import RULES
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.robot import Biped, models_folder, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_fitted, load_scenario, scenario_names
 from pdhocbf_drake.walking import GaitConfig
@@ -209,3 +211,13 @@ def test_slow_joints_make_a_slower_step(tmp_path: Path) -> None:
     assert scenario.gait.ticks_per_step > 42
     assert fitted is not None
     assert "for the joints' speed" in fitted.reasons[0]
+
+
+@pytest.mark.parametrize(("right", "alike"), [(1.0, True), (1.2, False)])
+def test_a_robot_is_its_own_mirror_image_where_both_legs_weigh_the_same(
+    right: float, alike: bool, tmp_path: Path
+) -> None:
+    shape = dataclasses.replace(bipeds.random_shape(4), right=right)
+    scenario = on(bipeds.write(tmp_path, shape))
+    biped = Biped.load(scenario.robot)
+    assert is_mirrored(preview(biped, Step.of(scenario.gait)), leg_length(biped)) is alike

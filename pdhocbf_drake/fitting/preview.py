@@ -10,9 +10,13 @@ import numpy as np
 from pdhocbf_drake.robot import Biped, InverseDynamics, Posture, WholeBodyIk, sole_pose
 from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT
 from pdhocbf_drake.walking.com_height import GRAVITY
+from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.swing import swing_point
 
 _SAMPLES = 16
+_MIRRORED = 2e-3  # largest difference of the ZMP on the left foot and the mirrored one on the right, over a leg
+    2e-3  # largest difference of the ZMP on the left foot and the mirrored one on the right, over a leg's length
+)
 PEAK = 10.0 / math.sqrt(3.0)
 """Largest acceleration of a least-jerk motion by one unit of length in one unit of time, 10/√3 = 5.77."""
 
@@ -32,6 +36,13 @@ class Step(NamedTuple):
     duration: float
     swing: float
 
+    @classmethod
+    def of(cls, gait: GaitConfig) -> Step:
+        """The step of a gait."""
+        swing = (gait.ticks_per_step - gait.double_support_ticks) * gait.tick
+        duration = gait.ticks_per_step * gait.tick
+        return cls(gait.stride, gait.stance_width, gait.com_height, gait.swing_height, duration, swing)
+
 
 class Preview(NamedTuple):
     """What a step asks of the robot.
@@ -39,11 +50,13 @@ class Preview(NamedTuple):
     Attributes:
         speeds: largest joint speeds over both steps of a gait, before they are limited (12,) [rad/s].
         torques: largest joint torques (12,) [N m].
+        offsets: ZMP of all links less that of the pendulum, on the left and on the right foot (2, samples, 2) [m].
         missed: why a posture is out of reach, else empty.
     """
 
     speeds: np.ndarray
     torques: np.ndarray
+    offsets: np.ndarray
     missed: str
 
 
@@ -66,15 +79,15 @@ def preview(biped: Biped, step: Step) -> Preview:
     ik = WholeBodyIk(biped)
     task = ik.task_space
     dynamics = InverseDynamics(biped, task)
-    speeds, torques = np.zeros(12), np.zeros(12)
-    for side in (1.0, -1.0):
+    speeds, torques, offsets = np.zeros(12), np.zeros(12), np.zeros((2, _SAMPLES, 2))
+    for foot, side in enumerate((1.0, -1.0)):
         q = biped.bent_knee
-        for s in np.linspace(0.0, 1.0, _SAMPLES):
+        for i, s in enumerate(np.linspace(0.0, 1.0, _SAMPLES)):
             wanted = _wanted(step, side, s)
             com, left, right = (wanted[0, part] for part in (COM, LEFT, RIGHT))
             found = ik.solve(Posture(com, sole_pose(*left), sole_pose(*right)), q)
             if not found.ok:
-                return Preview(speeds, torques, found.reason)
+                return Preview(speeds, torques, offsets, found.reason)
             q = found.q
             task.set_positions(q)
             inverse = np.linalg.pinv(task.jacobian())
@@ -82,8 +95,21 @@ def preview(biped: Biped, step: Step) -> Preview:
             task.set_state(q, v)
             vdot = inverse @ (wanted[2] - task.bias())
             speeds = np.maximum(speeds, abs(v[biped.v_index]))
-            torques = np.maximum(torques, abs(dynamics(q, v, vdot, (1.0 + side) / 2.0).tau))
-    return Preview(speeds, torques, "")
+            forces = dynamics(q, v, vdot, (1.0 + side) / 2.0)
+            torques = np.maximum(torques, abs(forces.tau))
+            wrench = forces.left if side > 0.0 else forces.right  # at the sole's centre, the pendulum's ZMP
+            offsets[foot, i] = -wrench[4] / wrench[2], wrench[3] / wrench[2]
+    return Preview(speeds, torques, offsets, "")
+
+
+def is_mirrored(seen: Preview, leg: float) -> bool:
+    """Whether a step on the left foot moves the ZMP as the mirror image of one on the right foot does.
+
+    Args:
+        seen: a preview; one that misses a posture says nothing. leg: length of a leg [m].
+    """
+    left, right = seen.offsets
+    return bool(seen.missed) or float(np.abs(left - right * [1.0, -1.0]).max()) < _MIRRORED * leg
 
 
 def _wanted(step: Step, side: float, s: float) -> np.ndarray:

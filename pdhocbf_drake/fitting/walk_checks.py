@@ -45,8 +45,7 @@ def walk_findings(biped: Biped, gait: GaitConfig, recovery_box: tuple[float, flo
 
 def motion_findings(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
     """The checks of a walk's motion, some hundredths of a second; nothing where it can't even stand."""
-    swing = (gait.ticks_per_step - gait.double_support_ticks) * gait.tick
-    duration = gait.ticks_per_step * gait.tick
+    swing = Step.of(gait).swing
     half, height = gait.stance_width / 2.0, gait.com_height
     feet = sole_pose(0.0, half), sole_pose(0.0, -half)
     try:
@@ -55,8 +54,7 @@ def motion_findings(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
         return
     yield _swing(biped, gait, float(swing_lever(biped, posture)[0]), swing)
     yield _torque("static torque", "standing on one foot", _static_torques(biped, on_one), biped, "gait.com_height")
-    step = Step(gait.stride, gait.stance_width, gait.com_height, gait.swing_height, duration, swing)
-    seen = preview(biped, step)
+    seen = preview(biped, Step.of(gait))
     if seen.missed:
         yield Finding("step", "note", "gait.stride, gait.com_height", f"in a step, {seen.missed}", _LOWER)
         return
