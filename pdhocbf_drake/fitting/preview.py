@@ -14,9 +14,7 @@ from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.swing import swing_point
 
 _SAMPLES = 16
-_MIRRORED = 2e-3  # largest difference of the ZMP on the left foot and the mirrored one on the right, over a leg
-    2e-3  # largest difference of the ZMP on the left foot and the mirrored one on the right, over a leg's length
-)
+_MIRRORED = 2e-3  # largest difference of the ZMP on one foot and the mirrored one on the other, over a leg's length
 PEAK = 10.0 / math.sqrt(3.0)
 """Largest acceleration of a least-jerk motion by one unit of length in one unit of time, 10/√3 = 5.77."""
 
