@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace what an earlier import wrote to that folder")
     parser.add_argument("--base", metavar="LINK", help="the link that floats, where the model fixes it to the world")
     parser.add_argument("--forward", choices=("x", "-x", "y", "-y"), help="the axis of the base that points ahead")
-    parser.add_argument("--up", choices=("x", "-x", "y", "-y", "z", "-z"), default="z", help="that which points up")
+    parser.add_argument("--up", choices=("x", "-x", "y", "-y", "z", "-z"), help="that which points up")
     for side in ("left", "right"):
         parser.add_argument(f"--{side}-foot", metavar="LINK", help=f"a link of the {side} foot")
         names = f"the joints of the {side} leg: {', '.join(ROLES)}"
@@ -41,11 +41,14 @@ def run(options: argparse.Namespace) -> int:
     """Writes the folder and prints what was found; returns the exit code."""
     from pdhocbf_drake.importing.finding import find_model  # here and below, for a quick start
 
+    if (options.left_joints is None) != (options.right_joints is None):
+        raise InputError("--left-joints and --right-joints are needed both, or none")
     source = find_model(options.model)
     place = Path(options.out or as_name(source.stem))
     _check_place(place, source, options.force)
     from pdhocbf_drake.files.pages import page
-    from pdhocbf_drake.importing.importer import PAGE, ROBOT, SCENARIO, Given, import_robot
+    from pdhocbf_drake.importing.given import Given
+    from pdhocbf_drake.importing.importer import PAGE, ROBOT, SCENARIO, import_robot
     from pdhocbf_drake.importing.meshes import FOLDER
 
     given = Given(

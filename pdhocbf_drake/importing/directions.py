@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.errors import ModelError
-from pdhocbf_drake.importing.feet import Limb
+from pdhocbf_drake.importing.feet import Limb, limb_centre
 from pdhocbf_drake.importing.inferred import Inferred, Sure
 from pdhocbf_drake.importing.parsed import ParsedModel
 from pdhocbf_drake.importing.roles import Axes, Leg
@@ -27,7 +27,7 @@ class Facing(NamedTuple):
 
 def side_to_side(model: ParsedModel, limbs: tuple[Limb, Limb], up: np.ndarray) -> Axes:
     """Axes whose left is along the line between the feet; which of its two ways is open."""
-    one, other = (model.points(limb.bodies).mean(axis=0) for limb in limbs)
+    one, other = (limb_centre(model, limb) for limb in limbs)
     across = one - other - (one - other) @ up * up
     if np.linalg.norm(across) < 1e-6:
         raise ModelError(f"the feet {limbs[0].name} and {limbs[1].name} stand in one place, with all joints at zero")
@@ -47,7 +47,9 @@ def facing(model: ParsedModel, legs: tuple[Leg, Leg], axes: Axes, given: str | N
     if given is not None:
         ahead = np.array(NAMES[given], dtype=float)
         if abs(ahead @ both) < _NEAR:
-            raise ModelError(f"--forward {given} is not across the line between the feet; {_word(both)} is")
+            raise ModelError(
+                f"--forward {given} is not across the line between the feet; {_word(both)} or {_word(-both)} is"
+            )
         return Facing(ahead, _fact(ahead, "--forward", "given"))
     knees = [_bend(model, leg, axes.up) @ both for leg in legs]
     if min(map(abs, knees)) > _ONE_SIDED and knees[0] * knees[1] > 0:
@@ -56,7 +58,7 @@ def facing(model: ParsedModel, legs: tuple[Leg, Leg], axes: Axes, given: str | N
     if left_foot is not None:
         first = legs[0].limb
         is_left = left_foot in [body.name() for body in first.bodies]
-        across = (model.points(first.bodies).mean(axis=0) - model.points(legs[1].limb.bodies).mean(axis=0)) @ axes.left
+        across = (limb_centre(model, first) - limb_centre(model, legs[1].limb)) @ axes.left
         left = axes.left * np.sign(across) * (1 if is_left else -1)
         ahead = np.cross(left, axes.up)
         return Facing(ahead, _fact(ahead, "--left-foot", "given"))
@@ -82,7 +84,8 @@ def _bend(model: ParsedModel, leg: Leg, up: np.ndarray) -> np.ndarray:
 
 def _reach(model: ParsedModel, leg: Leg, ahead: np.ndarray) -> float:
     """How much further a foot reaches ahead of its ankle than behind, as a share of its length."""
-    along = (model.points(leg.limb.bodies) - model.place(leg.joints["ankle_pitch"])) @ ahead
+    foot = min((model.moved_by(leg.joints[role]) for role in ("ankle_pitch", "ankle_roll")), key=len)
+    along = (model.points(foot) - model.place(leg.joints["ankle_pitch"])) @ ahead
     return float((along.max() + along.min()) / max(along.max() - along.min(), 1e-9))
 
 

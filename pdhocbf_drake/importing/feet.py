@@ -74,11 +74,14 @@ def _standing(model: ParsedModel, up: np.ndarray) -> list[list[RigidBody]]:
     return [ends[key] for key in sorted(limbs)]
 
 
-def check_geometry(model: ParsedModel, limb: Limb) -> None:
-    """Raises `ModelError` for a foot that nothing is drawn or collides of."""
-    if len(model.points(limb.bodies)) == 0:
-        names = listed(body.name() for body in limb.bodies)
+def limb_centre(model: ParsedModel, limb: Limb) -> np.ndarray:
+    """The mean of the points of a limb's geometry (3,) [m]; raises `ModelError` where it has none."""
+    bodies = model.moved_by(limb.joints[0]) if limb.joints else limb.bodies
+    points = model.points(bodies)
+    if len(points) == 0:
+        names = listed(body.name() for body in bodies)
         raise ModelError(f"the model has no foot geometry: nothing of {names} is drawn or collides")
+    return np.asarray(points.mean(axis=0))
 
 
 def _flags() -> str:

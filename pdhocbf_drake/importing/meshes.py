@@ -18,6 +18,7 @@ MISSING: Final = (
 FOLDER: Final = "meshes"
 _MOST_FACES = 60_000  # of all visual meshes together: 3 to 5 MB in a replay
 _FEWEST_FACES = 200  # of a mesh that is simplified
+_HULL_FACES = 2000  # the most of a convex hull
 _AGGRESSION = 3  # of the simplification, from 0 to 10; low is slow and exact
 _PLAIN = {".stl", ".ply", ".off"}  # formats without materials
 
@@ -164,6 +165,9 @@ def _write_hull(parts: list[Any], path: Path) -> None:
         hull = trimesh.convex.convex_hull(vertices)
     except Exception as error:  # of a flat mesh; scipy's QhullError among others
         raise InputError(f"mesh {path.name} has no volume, and can't be contact geometry: {reason(error)}") from None
+    if len(hull.faces) > _HULL_FACES:
+        fewer = hull.simplify_quadric_decimation(face_count=_HULL_FACES, aggression=_AGGRESSION)
+        hull = trimesh.convex.convex_hull(fewer.vertices)
     path.write_text(_obj([hull]), encoding="ascii")
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from pydrake.geometry import Role
+from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from pydrake.multibody.tree import Joint, PrismaticJoint, RevoluteJoint, RigidBody, WeldJoint
@@ -18,6 +19,7 @@ from pdhocbf_drake.robot.foot_points import surface_points
 from pdhocbf_drake.robot.parsing import listed, refusals, warnings_once
 
 _ROLES = (Role.kProximity, Role.kIllustration)
+_PLAIN = RigidTransform()
 _MOVING = {RevoluteJoint.kTypeName, PrismaticJoint.kTypeName}
 
 
@@ -77,6 +79,10 @@ class ParsedModel:
             body = joint.parent_body()
         return tuple(reversed(chain))
 
+    def moved_by(self, joint: Joint) -> list[RigidBody]:
+        """The bodies that hang from a joint."""
+        return [body for body in self.bodies if any(above.index() == joint.index() for above in self.chain(body))]
+
     @property
     def moving(self) -> list[Joint]:
         """The joints with one degree of freedom."""
@@ -97,15 +103,21 @@ class ParsedModel:
             groups.setdefault(tuple(int(joint.index()) for joint in self.chain(body)), []).append(body)
         return groups
 
-    def points(self, bodies: Iterable[RigidBody], roles: Sequence[Role] = _ROLES) -> np.ndarray:
-        """Points of the bodies' geometry in the world, of contact geometry or what is drawn or both, (n, 3) [m]."""
+    def points(
+        self, bodies: Iterable[RigidBody], roles: Sequence[Role] = _ROLES, level: RigidTransform = _PLAIN
+    ) -> np.ndarray:
+        """Points of the bodies' geometry in the world, of contact geometry or what is drawn or both, (n, 3) [m].
+
+        Of a sphere they are the lowest ones along the z axis of `level`.
+        """
         inspector, found = self.scene_graph.model_inspector(), [np.empty((0, 3))]
         for body in bodies:
             pose = self.plant.EvalBodyPoseInWorld(self.context, body)
             for role in roles:
                 for geometry in inspector.GetGeometries(self.plant.GetBodyFrameIdOrThrow(body.index()), role):
                     shape = inspector.GetShape(geometry)
-                    found.append(surface_points(shape, pose @ inspector.GetPoseInFrame(geometry)))
+                    there = level.inverse() @ pose @ inspector.GetPoseInFrame(geometry)
+                    found.append((level @ surface_points(shape, there).T).T)
         return np.vstack(found)
 
     def axis(self, joint: Joint) -> np.ndarray:

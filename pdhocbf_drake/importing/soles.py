@@ -56,11 +56,11 @@ def find_sole(model: ParsedModel, leg: Leg, axes: Axes) -> SoleFound:
     """
     last = max((joint for joint in leg.joints.values()), key=lambda joint: len(model.chain(joint.child_body())))
     foot = last.child_body()
-    bodies = [body for body in model.bodies if any(joint.index() == last.index() for joint in model.chain(body))]
+    bodies = model.moved_by(last)
     level = RotationMatrix(np.column_stack([axes.ahead, axes.left, axes.up]))
     geometry = False
     for role, source in ((Role.kProximity, "contact geometry"), (Role.kIllustration, "visual geometry")):
-        points = model.points(bodies, (role,))
+        points = model.points(bodies, (role,), RigidTransform(level, np.zeros(3)))
         geometry = geometry or len(points) > 0
         for turn in (level, _turned(points, level)):
             found = None if turn is None else _fitted(model, foot, points, turn)
