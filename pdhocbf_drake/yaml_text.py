@@ -133,7 +133,8 @@ def merge(base: Any, over: Any) -> Any:
     return {**base, **{key: merge(base[key], value) if key in base else value for key, value in over.items()}}
 
 
-def write_yaml(data: Any, path: Path) -> None:
-    """Writes plain data, with its keys in their order."""
-    text = yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
-    path.write_text(text, encoding="utf-8")
+def write_yaml(data: Any, path: Path, head: str = "") -> None:
+    """Writes plain data, with its keys in their order; with a `head`, a comment, it is written for people to edit."""
+    flow = None if head else False  # None: the innermost lists and maps on lines of their own
+    text = yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100, default_flow_style=flow)
+    path.write_text(f"# {head}\n{text}" if head else text, encoding="utf-8")

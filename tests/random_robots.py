@@ -40,9 +40,9 @@ def random_robot(folder: Path, seed: int, knee: str = "revolute") -> Biped:
         "stance_width": 0.2, "effort_limits": 100.0, "reflected_inertia": 0.02,
     }  # fmt: skip
     try:
-        return Biped(RobotConfig(**config, left=legs[0], right=legs[1]))
+        return Biped(RobotConfig(**config, left=legs[0], right=legs[1]), checked=False)
     except ModelError:  # left is where y is greater
-        return Biped(RobotConfig(**config, left=legs[1], right=legs[0]))
+        return Biped(RobotConfig(**config, left=legs[1], right=legs[0]), checked=False)
 
 
 def _vector(values: np.ndarray) -> str:

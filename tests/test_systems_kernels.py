@@ -39,7 +39,7 @@ def write_estimate(random: np.random.Generator) -> tuple[Values, Values]:
     origin, base = random.permutation(19)[:3], random.permutation(18)[:6]
     held = random.choice([np.nan, 0.3]) + np.array([0.0, 0.1])
     force[base[5]] = random.choice([-5.0, 0.5, 300.0])
-    kernels.write_estimate(np.concatenate([com, *frames]), velocity, q, origin, force, base, held, out)
+    kernels.write_estimate(np.concatenate([com, *frames]), velocity, q, origin, force, base, 1.0, held, out)
     zmp = com[:2] if np.isnan(held).any() else held
     if force[base[5]] > 1.0:  # the moment about the ZMP (x, y, 0) has no horizontal part
         moment = force[base[:3]] + np.cross(q[origin], force[base[3:]])
@@ -97,7 +97,7 @@ def update_table(random: np.random.Generator) -> tuple[Values, Values]:
     entries = [phase, period + phase]
     if np.isfinite(difference).all():
         expected[entries] = (expected[entries] + np.clip(difference * [1.0, support], -0.08, 0.08)) / 2
-    kernels.update_table(phase, support, zmp, planned, feet, lever, table)
+    kernels.update_table(phase, support, zmp, planned, feet, lever, 0.08, table)
     return (table,), (expected,)
 
 

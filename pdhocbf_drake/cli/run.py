@@ -24,12 +24,13 @@ from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unu
 from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, ROWS, Run, begin_run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.scenario_file import load_fitted
 from pdhocbf_drake.stopping import interruptible, stop_requests
 from pdhocbf_drake.terminal import say, shown_progress, table
 
 if TYPE_CHECKING:
     from pdhocbf_drake.analysis.metrics_schema import Metrics
+    from pdhocbf_drake.fitting.defaults import Fitted
 
 _STOPPED = "interrupted after the run"
 _ENDED_EARLY = 3  # exit code of a run that ended in a fall or a failure of Drake
@@ -48,8 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Simulates, writes the run folder, prints the summary and returns the exit code."""
-    scenario = load_scenario(options.scenario, options.text)
+    scenario, fitted = load_fitted(options.scenario, options.text)
     check_scenario(scenario)
+    _say_fit(scenario, fitted)
     if options.meshcat:
         check_watchable(scenario)
     if unused := unused_settings(scenario):
@@ -86,6 +88,29 @@ def run(options: argparse.Namespace) -> int:
     return _exit_code(recorded.log.ending, place) or bool(problem)
 
 
+def _say_fit(scenario: Scenario, fitted: Fitted | None) -> None:
+    """Says which values were made to fit the robot."""
+    if fitted is not None:
+        from pdhocbf_drake.fitting.said import sentences  # here, since it loads Drake
+
+        for sentence in sentences(fitted, scenario.robot):
+            say(f"pdhocbf: {sentence}")
+
+
+def _say_doubts(scenario: Scenario) -> None:
+    """Says what the robot may not be able to do; a walk that is refused has a sentence of its own."""
+    if scenario.system != "biped":
+        return
+    from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
+    from pdhocbf_drake.robot import Biped
+
+    box = None if scenario.mpc.recovery is None else scenario.mpc.recovery.zmp_box
+    found = walk_findings(Biped.load(scenario.robot), scenario.gait, box)
+    for finding in [] if is_refused(found) else found:
+        if finding.level != "ok":
+            say(f"pdhocbf: {finding.level}: {finding}")
+
+
 def _complete(scenario: Scenario, verbose: bool) -> None:
     """Compiles what this walk may need the next time; the run does not depend on it."""
     if scenario.system == "van_der_pol":
@@ -120,6 +145,7 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool, folder: Path) -> Ru
     if verbose and scenario.system != "van_der_pol":
         done = "read from" if is_kept(scenario) else "compiled, for"
         say(f"pdhocbf: programs are {done} {walk_file(scenario) or 'this run alone'}")
+    _say_doubts(scenario)
     started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
     with stop_requests() as stop, shown as progress:

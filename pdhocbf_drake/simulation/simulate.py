@@ -45,7 +45,7 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None, walk: Walk 
         biped, stride=config.stride, stance_width=config.stance_width, com_heights=heights, zmp_box=config.zmp_box
     )
     if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
-        check_zmp_box(biped, scenario.mpc.recovery.zmp_box)
+        check_zmp_box(biped, scenario.mpc.recovery.zmp_box, "mpc.recovery.zmp_box")
     return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat)
 
 

@@ -18,9 +18,8 @@ FOOT, ACCELERATION = 9, 6  # of foot_reference: a sole's elements, and where its
 COM, LEFT, RIGHT = 0, 6, 12  # of task coordinates
 COM_Z, FEET, LOAD = 6, 8, 20  # of the state estimate: lip_state (6), com_z (2), foot_state (12), ground_load (1)
 LEFT_POSE, RIGHT_POSE = 15, 27  # of poses
-LEAST_LOAD = 1.0  # [N]: with less vertical force no foot carries the robot, and there is no ZMP
+LEAST_LOAD = 0.0035  # share of the weight: with less vertical force no foot carries the robot, and there is no ZMP
 LEARNING_RATE = 0.5  # weight of a new sample in the table of ZMP offsets [1]
-LARGEST_OFFSET = 0.08  # [m]: a larger difference of the ZMP is a fall, not a swinging leg
 
 
 @compiled
@@ -49,7 +48,7 @@ def write_h(
 @compiled
 def write_estimate(
     poses: np.ndarray, velocity: np.ndarray, q: np.ndarray, origin: np.ndarray, force: np.ndarray, base: np.ndarray,
-    held: np.ndarray, out: np.ndarray,
+    least: float, held: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
     """The state estimate, see `StateEstimator`: lip_state, com_z, foot_state and ground_load.
 
@@ -60,13 +59,14 @@ def write_estimate(
         velocity: of the CoM (3,) [m/s].
         q: positions. origin: places of the base's origin in q (3,).
         force: generalized contact forces (18,). base: places of the base's moment and force among them (6,).
+        least: vertical force above which there is a ZMP [N].
         held: the last ZMP (2,) [m]; NaN where there has been none.
     """
     mx, my = force[base[0]], force[base[1]]
     fx, fy, fz = force[base[3]], force[base[4]], force[base[5]]
     x, y, z = q[origin[0]], q[origin[1]], q[origin[2]]
     zmp_x, zmp_y = held[0], held[1]
-    if fz > LEAST_LOAD:
+    if fz > least:
         zmp_x, zmp_y = x - (my + z * fx) / fz, y + (mx - z * fy) / fz
     elif math.isnan(zmp_x):
         zmp_x, zmp_y = poses[0], poses[1]
@@ -160,7 +160,7 @@ def write_table_offset(phase: int, side: np.ndarray, table: np.ndarray, out: np.
 @compiled
 def update_table(
     phase: int, support: float, zmp: np.ndarray, planned: np.ndarray, feet: np.ndarray, lever: tuple[float, float],
-    table: np.ndarray,
+    most: float, table: np.ndarray,
 ) -> None:  # fmt: skip
     """Moves the table's entries of this tick towards the ZMP offset, less the part that the swing foot explains.
 
@@ -170,11 +170,12 @@ def update_table(
         phase: tick of the step. support: the stance foot, +1 left, −1 right.
         zmp: whole_body_zmp (2,). planned: zmp_reference (4,). feet: foot_reference (18,). table: as above.
         lever: ZMP displacement per unit of the swing foot's acceleration [s²].
+        most: largest offset that is learned [m].
     """
     period = len(table) // 2
     swing = (FOOT if support > 0.0 else 0) + ACCELERATION
     x = zmp[0] - planned[0] - lever[0] * feet[swing]
     y = (zmp[1] - planned[2] - lever[1] * feet[swing + 1]) * support
     if math.isfinite(x) and math.isfinite(y):
-        table[phase] += LEARNING_RATE * (min(max(x, -LARGEST_OFFSET), LARGEST_OFFSET) - table[phase])
-        table[period + phase] += LEARNING_RATE * (min(max(y, -LARGEST_OFFSET), LARGEST_OFFSET) - table[period + phase])
+        table[phase] += LEARNING_RATE * (min(max(x, -most), most) - table[phase])
+        table[period + phase] += LEARNING_RATE * (min(max(y, -most), most) - table[period + phase])

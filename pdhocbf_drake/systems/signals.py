@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Final, NamedTuple
 
-from pdhocbf_drake.robot.config import ROLES, SIDES
+from pdhocbf_drake.robot.config import SIDES
+from pdhocbf_drake.robot.per_joint import ROLES
 from pdhocbf_drake.walking.course import SIZE
 
 

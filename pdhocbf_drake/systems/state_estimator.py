@@ -7,7 +7,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.tree_task_space import task_space_of
-from pdhocbf_drake.systems.kernels import write_estimate
+from pdhocbf_drake.systems.kernels import LEAST_LOAD, write_estimate
 from pdhocbf_drake.systems.signals import size, sizes, stretch
 
 _ZMP = stretch("lip_state", "x_zmp", "y_zmp")
@@ -39,6 +39,7 @@ class StateEstimator(LeafSystem):
         self._task_space, self._positions = task_space_of(biped), biped.plant.num_positions()
         self._state = self.DeclareVectorInputPort("robot_state", size("robot_state"))
         self._forces = self.DeclareVectorInputPort("contact_forces", size("contact_forces"))
+        self._least = LEAST_LOAD * biped.weight
         self._origin, self._base = biped.base_q_index[4:], biped.base_v_index
         self.DeclareDiscreteState(np.full(2, np.nan))  # the last ZMP
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
@@ -53,5 +54,6 @@ class StateEstimator(LeafSystem):
         task.set_state(state[: self._positions], state[self._positions :])
         poses, velocity = task.poses(), task.com_velocity()
         held, estimate = context.get_discrete_state_vector().value(), np.empty(self._size)
-        write_estimate(poses, velocity, state, self._origin, self._forces.Eval(context), self._base, held, estimate)
+        forces = self._forces.Eval(context)
+        write_estimate(poses, velocity, state, self._origin, forces, self._base, self._least, held, estimate)
         output.SetFromVector(estimate)
