@@ -73,7 +73,7 @@ def random_shape(seed: int) -> Shape:
         order=tuple(rng.permutation(["hip_yaw", "hip_roll", "hip_pitch"]).tolist()),
         signs={side: tuple(rng.choice([-1, 1], 6).tolist()) for side in ("left", "right")},
         tilt=float(rng.choice([0.0, u(-0.17, 0.17)])),
-        base_rpy=tuple(rng.choice([(0.0, 0.0, 0.0), (0.0, 0.0, np.pi), (0.0, np.pi / 2.0, 0.3)]).tolist()),
+        base_rpy=tuple(rng.choice([(0.0, 0.0, 0.0), (0.0, 0.0, np.pi), (0.0, np.pi / 2.0, 0.0)]).tolist()),
     )
 
 

@@ -40,6 +40,8 @@ def test_it_walks_with_nothing_edited(name: str, tmp_path: Path) -> None:
     assert found.distance > 0.95 * found.distance_commanded
     assert found.lateral_drift is not None
     assert found.lateral_drift < 0.02 * found.distance
+    assert found.yaw_drift_deg is not None
+    assert found.yaw_drift_deg < 0.5  # some bases lie on their side
     assert found.zmp_outside_fraction is not None
     assert found.zmp_outside_fraction < 0.08
     assert found.torque_limit_hits == 0

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.analysis.barrier_margins import BarrierUse, barriers_of, bound_along, psi_along_log, violated
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
@@ -72,15 +72,18 @@ def _left_path(drift: float | None, body: RobotLimits) -> bool | None:
     return None if drift is None else bool(drift > 2.0 * body.sole_half[:, 1].min())
 
 
-def base_yaw(log: RunLog) -> Array:
-    """Heading of the floating base, without jumps, (T,) [rad]."""
+def torso_yaw(log: RunLog, ahead: ArrayLike) -> Array:
+    """Heading of the torso, whose x axis has these components in the floating base, without jumps, (T,) [rad]."""
     w, x, y, z = log["robot_state"][:, :4].T
-    return np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    a, b, c = np.asarray(ahead, dtype=float)
+    x_of_torso = (1.0 - 2.0 * (y * y + z * z)) * a + 2.0 * (x * y - w * z) * b + 2.0 * (x * z + w * y) * c
+    y_of_torso = 2.0 * (w * z + x * y) * a + (1.0 - 2.0 * (x * x + z * z)) * b + 2.0 * (y * z - w * x) * c
+    return np.unwrap(np.arctan2(y_of_torso, x_of_torso))
 
 
 def _along_path(scenario: Scenario, log: RunLog, body: RobotLimits | None) -> dict[str, Any]:
     """What is counted along and across the path that is commanded, which is x without commands."""
-    yaw = base_yaw(log) if body else None
+    yaw = torso_yaw(log, body.ahead) if body else None
     com = log["lip_state"][:, [0, 3]]
     found: dict[str, Any] = {
         "position": [_finite(value) for value in com[-1]],

@@ -96,13 +96,15 @@ def _say_fit(scenario: Scenario, fitted: Fitted | None) -> None:
 
 
 def _say_doubts(scenario: Scenario) -> None:
-    """Says what the robot may not be able to do, as far as that is worked out quickly."""
+    """Says what the robot may not be able to do; a walk that is refused has a sentence of its own."""
     if scenario.system != "biped":
         return
-    from pdhocbf_drake.fitting.walk_checks import motion_findings
+    from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
     from pdhocbf_drake.robot import Biped
 
-    for finding in motion_findings(Biped.load(scenario.robot), scenario.gait):
+    box = None if scenario.mpc.recovery is None else scenario.mpc.recovery.zmp_box
+    found = walk_findings(Biped.load(scenario.robot), scenario.gait, box)
+    for finding in [] if is_refused(found) else found:
         if finding.level != "ok":
             say(f"pdhocbf: {finding.level}: {finding}")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -41,6 +41,11 @@ def walk_findings(biped: Biped, gait: GaitConfig, recovery_box: tuple[float, flo
     if all(finding.level != "fault" for finding in found if finding.check == "reach"):
         found += [*motion_findings(biped, gait)]
     return found
+
+
+def is_refused(found: Sequence[Finding]) -> bool:
+    """Whether `simulate` refuses the walk."""
+    return any(finding.level == "fault" for finding in found if finding.check in ("reach", "ZMP box"))
 
 
 def motion_findings(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:

@@ -6,6 +6,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex, RigidBody
 
@@ -44,7 +45,7 @@ class Biped:
         effort_limits: (12,) [N m]; velocity_limits: (12,) [rad/s]; position_limits: (12, 2) [rad].
         kp, kd: gains (12,) [N m/rad, N m s/rad].
         soles: frame and half size of each sole.
-        torso_frame: the frame that is kept upright.
+        torso_frame: the frame that is kept upright. ahead: its x axis in the floating base (3,).
         bent_knee: q (19,) from which inverse kinematics starts.
     """
 
@@ -65,7 +66,6 @@ class Biped:
         plant.Finalize()
         name = config.name
         base = _floating_base(plant, config)
-        self._base_frame = base.body_frame()
         _check_joints(plant, instance, config)
         self.base_q_index = base.floating_positions_start() + np.arange(7)
         self.base_v_index = base.floating_velocities_start_in_v() + np.arange(6)
@@ -86,7 +86,9 @@ class Biped:
         self.mass = float(plant.CalcTotalMass(plant.CreateDefaultContext()))
         self.weight = self.mass * float(np.linalg.norm(plant.gravity_field().gravity_vector()))
         self.kp, self.kd = _gains(config, self.mass, self.weight)
-        self.bent_knee = self._bent_knee()
+        upright = self.torso_frame.CalcPose(plant.CreateDefaultContext(), base.body_frame()).rotation()
+        self.ahead = upright.matrix()[:, 0]
+        self.bent_knee = self._bent_knee(upright)
         if checked and (faults := [fault for fault in self.faults() if fault.fatal]):
             raise ModelError(f"robot {name!r}: {'; '.join(map(str, faults))}")
 
@@ -119,10 +121,9 @@ class Biped:
         actuators = (self.plant.get_joint_actuator(index) for index in self.plant.GetJointActuatorIndices())
         return {actuator.joint().name(): actuator for actuator in actuators}
 
-    def _bent_knee(self) -> np.ndarray:
+    def _bent_knee(self, upright: RotationMatrix) -> np.ndarray:
         q = np.zeros(self.plant.num_positions())
-        torso = self.torso_frame.CalcPose(self.plant.CreateDefaultContext(), self._base_frame)
-        q[self.base_q_index[:4]] = torso.rotation().inverse().ToQuaternion().wxyz()
+        q[self.base_q_index[:4]] = upright.inverse().ToQuaternion().wxyz()
         q[self.base_q_index[6]] = self.config.com_height
         angles = [list(self.config.leg(side).bent_knee.model_dump().values()) for side in SIDES]
         q[self.q_index] = np.ravel(angles)
