@@ -117,8 +117,7 @@ def test_names_do_not_matter(tmp_path: Path) -> None:
 def test_forward_is_where_the_knees_bend_to(tmp_path: Path, yaw: float) -> None:
     made = imported(tmp_path, bipeds.urdf(bipeds.Shape(base_rpy=(0.0, 0.0, yaw))))
     read, straight = entries(tmp_path), bipeds.robot(bipeds.Shape())
-    assert abs(read["torso_rpy"][2]) == pytest.approx(abs(yaw), abs=1e-6)
-    assert read["torso_rpy"][:2] == [0.0, 0.0]
+    assert read["torso_rpy"] == pytest.approx([0.0, 0.0, yaw], abs=1e-6)
     assert {side: read[side]["joints"] for side in SIDES} == {side: straight[side]["joints"] for side in SIDES}
     fact = next(fact for fact in made.facts if fact.what == "ahead")
     assert (fact.source, fact.sure) == ("the way the knees bend", "certain")
@@ -126,10 +125,16 @@ def test_forward_is_where_the_knees_bend_to(tmp_path: Path, yaw: float) -> None:
 
 @pytest.mark.parametrize("up", ["x", None])
 def test_a_base_whose_z_is_not_up(tmp_path: Path, up: str | None) -> None:
-    made = imported(tmp_path, bipeds.urdf(bipeds.Shape(base_rpy=(0.0, -np.pi / 2, 0.0))), up=up)
+    made = imported(tmp_path, bipeds.urdf(bipeds.Shape(base_rpy=(0.0, np.pi / 2, 0.0))), up=up)
     assert entries(tmp_path)["torso_rpy"] == pytest.approx([0.0, np.pi / 2, 0.0], abs=1e-6)
     fact = next(fact for fact in made.facts if fact.what == "up")
     assert (fact.value, fact.sure) == ("x of the base", "given" if up else "likely")
+
+
+def test_a_base_of_any_orientation(tmp_path: Path) -> None:
+    made = imported(tmp_path, bipeds.urdf(bipeds.Shape(base_rpy=(0.4, 1.0, -2.0))))
+    assert entries(tmp_path)["torso_rpy"] == pytest.approx([0.4, 1.0, -2.0], abs=1e-6)
+    assert next(fact for fact in made.facts if fact.what == "up").sure == "likely"
 
 
 def test_knees_that_bend_both_ways_need_a_flag(tmp_path: Path) -> None:

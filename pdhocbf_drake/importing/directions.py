@@ -48,7 +48,7 @@ def facing(model: ParsedModel, legs: tuple[Leg, Leg], axes: Axes, given: str | N
         ahead = np.array(NAMES[given], dtype=float)
         if abs(ahead @ both) < _NEAR:
             raise ModelError(
-                f"--forward {given} is not across the line between the feet; {_word(both)} or {_word(-both)} is"
+                f"--forward {given} is not across the line between the feet; {word(both)} or {word(-both)} is"
             )
         return Facing(ahead, _fact(ahead, "--forward", "given"))
     knees = [_bend(model, leg, axes.up) @ both for leg in legs]
@@ -68,7 +68,7 @@ def facing(model: ParsedModel, legs: tuple[Leg, Leg], axes: Axes, given: str | N
         return Facing(ahead, _fact(ahead, "the feet's longer end, since the knees bend both ways", "guess"))
     raise ModelError(
         "the knees bend both ways, and the feet are as long behind the ankles as before them: give --forward with "
-        f"{_word(both)} or {_word(-both)}, an axis of the base"
+        f"{word(both)} or {word(-both)}, an axis of the base"
     )
 
 
@@ -96,7 +96,8 @@ def _near_axis(direction: np.ndarray) -> np.ndarray:
     return direction
 
 
-def _word(direction: np.ndarray) -> str:
+def word(direction: np.ndarray) -> str:
+    """An axis of the base for a message, or the direction's coordinates."""
     for name, axis in NAMES.items():
         if direction @ axis > _NEAR:
             return name
@@ -104,4 +105,4 @@ def _word(direction: np.ndarray) -> str:
 
 
 def _fact(ahead: np.ndarray, source: str, sure: Sure) -> Inferred:
-    return Inferred("ahead", f"{_word(ahead)} of the base", source, sure)
+    return Inferred("ahead", f"{word(ahead)} of the base", source, sure)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from pydrake.multibody.tree import Joint, RigidBody
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.importing.parsed import ParsedModel
 from pdhocbf_drake.robot.parsing import listed
+from pdhocbf_drake.robot.per_joint import ROLES
 
 _LOW = 0.15  # of the base's height: links that reach so low stand on the ground
 
@@ -72,6 +74,19 @@ def _standing(model: ParsedModel, up: np.ndarray) -> list[list[RigidBody]]:
         if not any(key[: common + 1] == limb[: common + 1] for limb in limbs):
             limbs.append(key)
     return [ends[key] for key in sorted(limbs)]
+
+
+def ways_up(model: ParsedModel) -> list[np.ndarray]:
+    """For each two limbs of equally many joints, six or more, the unit vector from their last joints to their first."""
+    ends = [key for key in model.groups if len(key) >= len(ROLES) and not _is_inner(model, key)]
+    ways = []
+    for first, other in combinations(ends, 2):
+        if len(first) == len(other) and first[0] != other[0]:
+            chains = [model.chain(model.groups[key][0]) for key in (first, other)]
+            way = np.sum([model.place(chain[0]) - model.place(chain[-1]) for chain in chains], axis=0)
+            if np.linalg.norm(way) > 1e-6:
+                ways.append(way / np.linalg.norm(way))
+    return ways
 
 
 def limb_centre(model: ParsedModel, limb: Limb) -> np.ndarray:

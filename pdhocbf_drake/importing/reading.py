@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from pdhocbf_drake.errors import ModelError
-from pdhocbf_drake.importing.directions import NAMES, facing, side_to_side
-from pdhocbf_drake.importing.feet import Feet, find_feet, limb_centre
+from pdhocbf_drake.importing.directions import NAMES, facing, side_to_side, word
+from pdhocbf_drake.importing.feet import Feet, find_feet, limb_centre, ways_up
 from pdhocbf_drake.importing.given import Given
 from pdhocbf_drake.importing.inferred import Inferred, Sure, listed
 from pdhocbf_drake.importing.parsed import ParsedModel
@@ -21,26 +21,27 @@ from pdhocbf_drake.robot import SIDES
 def read_legs(model: ParsedModel, given: Given) -> tuple[Legs, list[Inferred]]:
     """Both legs of a model, and what was inferred.
 
-    The base's z axis is up, unless nothing can be read that way round and all with another axis of the base.
+    The base's z axis is up, unless it is a biped with another one of its axes up, or with the way from the feet to
+    the hips up, and not with z.
 
     Raises:
         ModelError: it is no biped with six joints a leg that this can read; the message names the flag that helps.
     """
     if given.up is not None:
-        return _read(model, given, given.up)
+        return _read(model, given, np.array(NAMES[given.up], dtype=float), "--up", "given")
     try:
-        return _read(model, given, "z")
+        return _read(model, given, np.array(NAMES["z"], dtype=float), "the base's own axes", "certain")
     except ModelError as error:
-        for up in ("-z", "x", "-x", "y", "-y"):
+        others = [np.array(NAMES[name], dtype=float) for name in ("-z", "x", "-x", "y", "-y")]
+        for up in [*others, *ways_up(model)]:
             try:
-                return _read(model, given, up)
+                return _read(model, given, up, "the way up in which it is a biped", "likely")
             except ModelError:
                 continue
         raise error
 
 
-def _read(model: ParsedModel, given: Given, up_name: str) -> tuple[Legs, list[Inferred]]:
-    up = np.array(NAMES[up_name], dtype=float)
+def _read(model: ParsedModel, given: Given, up: np.ndarray, source: str, sure: Sure) -> tuple[Legs, list[Inferred]]:
     feet = find_feet(model, up, (given.left_foot, given.right_foot))
     axes = side_to_side(model, feet.limbs, up)
     limbs = feet.limbs
@@ -56,17 +57,13 @@ def _read(model: ParsedModel, given: Given, up_name: str) -> tuple[Legs, list[In
         first, other = other, first
     soles = made_alike(find_sole(model, first, axes), find_sole(model, other, axes))
     found = Legs((first, other), soles, axes, leg_length(model, first))
-    return found, [*_facts(model, found, feet, given, up_name), faces.fact]
+    upward = Inferred("up", f"{word(up)} of the base", source, sure)
+    return found, [*_facts(model, found, feet, given), upward, faces.fact]
 
 
-def _facts(model: ParsedModel, found: Legs, feet: Feet, given: Given, up: str) -> Iterator[Inferred]:
+def _facts(model: ParsedModel, found: Legs, feet: Feet, given: Given) -> Iterator[Inferred]:
     yield Inferred("base", model.base.name(), "--base" if given.base else "the one floating link")
     yield Inferred("mass", f"{model.mass:.4g} kg", "the model")
-    if given.up is not None:
-        yield Inferred("up", f"{up} of the base", "--up", "given")
-    else:
-        usual = "the base's own axes" if up == "z" else "the only axis of the base along which it is a biped"
-        yield Inferred("up", f"{up} of the base", usual, "certain" if up == "z" else "likely")
     links = ", ".join(sole.link.name() for sole in found.soles)
     yield Inferred("feet", links, "the ends of the limbs that reach lowest")
     yield Inferred("leg", f"{found.length:.3g} m", "from hip pitch over knee to ankle")
