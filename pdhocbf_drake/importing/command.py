@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from textwrap import shorten
 
-from pdhocbf_drake.config import as_name, shown
+from pdhocbf_drake.config import as_name
+from pdhocbf_drake.config_errors import shown
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.robot.per_joint import ROLES
