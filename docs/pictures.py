@@ -23,6 +23,14 @@ HERE = Path(__file__).parent
 
 def main() -> None:
     """Writes diagram.svg."""
+    source = HERE / "diagram.dot"
+    source.write_text(picture().to_string(), encoding="utf-8")
+    subprocess.run(["dot", "-Tsvg", "-o", HERE / "diagram.svg", source], check=True)
+    source.unlink()
+
+
+def picture() -> pydot.Dot:
+    """The diagram of `walking` as a graph."""
     logged = make_diagram(load_scenario("walking"))
     text = logged.diagram.GetGraphvizString(max_depth=1)
     (graph,) = pydot.graph_from_dot_data(text)
@@ -49,10 +57,7 @@ def main() -> None:
                 label = label.replace("<B>Diagram</B>", f"<B>{classes[system[1]]}</B>")
             node.set_label(slim(label, {port for block, port in used if block == name}))
     graph.set_rankdir("LR")
-    source = HERE / "diagram.dot"
-    source.write_text(graph.to_string(), encoding="utf-8")
-    subprocess.run(["dot", "-Tsvg", "-o", HERE / "diagram.svg", source], check=True)
-    source.unlink()
+    return graph
 
 
 def unbundled_classes(diagram: Diagram) -> dict[str, str]:

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 from yaml.constructor import ConstructorError
 
-from pdhocbf_drake.config import shown
+from pdhocbf_drake.config_errors import shown
 from pdhocbf_drake.errors import InputError
 
 # Numbers of YAML 1.2. PyYAML reads version 1.1, in which 1e4 is text, 010 is 8 and 1:30 is 90.
@@ -133,7 +133,8 @@ def merge(base: Any, over: Any) -> Any:
     return {**base, **{key: merge(base[key], value) if key in base else value for key, value in over.items()}}
 
 
-def write_yaml(data: Any, path: Path) -> None:
-    """Writes plain data, with its keys in their order."""
-    text = yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
-    path.write_text(text, encoding="utf-8")
+def write_yaml(data: Any, path: Path, head: str = "") -> None:
+    """Writes plain data, with its keys in their order; with a `head`, a comment, it is written for people to edit."""
+    flow = None if head else False  # None: the innermost lists and maps on lines of their own
+    text = yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100, default_flow_style=flow)
+    path.write_text(f"# {head}\n{text}" if head else text, encoding="utf-8")

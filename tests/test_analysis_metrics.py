@@ -11,7 +11,7 @@ from pydrake.geometry.optimization import HPolyhedron, VPolytope
 from synthetic import MARGIN, SPEED, STRIDE, TICK, N
 
 from pdhocbf_drake.analysis.feet import hull_margins, slip_max, zmp_margins
-from pdhocbf_drake.analysis.metrics import base_yaw, compute_metrics
+from pdhocbf_drake.analysis.metrics import compute_metrics, torso_yaw
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.analysis.summary import summary_rows
@@ -23,6 +23,7 @@ LIMITS = RobotLimits(
     effort=np.full(12, 40.0),
     position=np.tile([-0.5, 0.4], (12, 1)),
     speed=np.full(12, 5.0),
+    weight=284.0,
 )
 
 PROMISED = {
@@ -240,7 +241,16 @@ def test_drifts_ignore_the_sway_and_have_no_sign(log):
     late = log.time[-2 * N :].mean()
     assert found.lateral_drift == pytest.approx(0.01 * late, rel=1e-3)
     assert found.yaw_drift_deg == pytest.approx(3.0 * late / 4.0, rel=1e-3)
-    assert base_yaw(log)[-1] == pytest.approx(np.radians(-3.0))
+    assert torso_yaw(log, [1.0, 0.0, 0.0])[-1] == pytest.approx(np.radians(-3.0))
+    assert torso_yaw(log, [0.0, 1.0, 0.0])[-1] == pytest.approx(np.radians(87.0))
+
+
+@pytest.mark.parametrize(("aside", "left"), [(0.11, False), (0.13, True)])
+def test_a_walk_that_is_a_soles_width_beside_its_path_has_left_it(log, aside, left):
+    log["lip_state"][N:, 3] += aside
+    found = metrics(log)
+    assert found.left_path is left
+    assert ("THE WALK LEFT ITS PATH" in dict(summary_rows(found))["straightness"]) is left
 
 
 def test_torques_at_the_limit_are_counted(log):

@@ -6,8 +6,12 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
 
+import bipeds
+import numpy as np
 import pytest
 from biped_cases import biped, standing
+from pydrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from pydrake.systems.framework import DiagramBuilder
 
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError, ModelError
@@ -88,15 +92,30 @@ def test_missing_frame_lists_those_there_are() -> None:
     )
 
 
-def test_no_actuators(tmp_path: Path) -> None:
+def test_without_actuators_the_models_limits_hold(tmp_path: Path) -> None:
+    robot = Biped(changed(model=edited(tmp_path, "transmission"), reflected_inertia=0.01))
+    assert robot.effort_limits.tolist() == biped().effort_limits.tolist()
+    assert robot.plant.num_actuators() == 12
+
+
+def test_no_effort_anywhere(tmp_path: Path) -> None:
     path = edited(tmp_path, "transmission")
+    text = Path(path).read_text().replace('effort="60"', 'effort="0"')
+    Path(path).write_text(text)
     assert text_of(changed(model=path)) == (
-        f"robot 'biped' has no actuators: add transmissions to {path} or give effort_limits [N m] in the robot file"
+        "robot 'biped' has no actuators, and joint 'left_hip_yaw' has no effort in its <limit>: "
+        f"add it to {path} or give effort_limits [N m] in the robot file"
     )
     limits = (60.0, 100.0, 120.0, 150.0, 80.0, 60.0)
-    robot = Biped(changed(model=path, effort_limits=limits, reflected_inertia=0.01))
+    robot = Biped(changed(model=path, effort_limits=limits))
     assert robot.effort_limits.tolist() == [*limits, *limits]
-    assert robot.plant.num_actuators() == 12
+
+
+def test_values_of_each_side() -> None:
+    sides = {"left": [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "right": 7.0}
+    robot = Biped(changed(effort_limits=sides, kp={"left": 500.0, "right": [8.0] * 6}))
+    assert robot.effort_limits.tolist() == [1.0, 2.0, 3.0, 4.0, 5.0, 6.0] + [7.0] * 6
+    assert robot.kp.tolist() == [500.0] * 6 + [8.0] * 6
 
 
 def test_joints_beyond_the_legs_are_named_and_can_be_fixed(tmp_path: Path) -> None:
@@ -118,6 +137,92 @@ def test_fixed_joint_keeps_its_angle(tmp_path: Path) -> None:
     assert pose.rotation().ToRollPitchYaw().pitch_angle() == pytest.approx(0.3)
 
 
+def with_arm(tmp_path: Path, old: str, new: str, **update: Any) -> RobotConfig:
+    """The biped with an arm whose text is changed."""
+    return changed(model=edited(tmp_path, add=ARM.replace(old, new)), **update)
+
+
+def test_a_prismatic_joint_can_be_fixed_at_a_length(tmp_path: Path) -> None:
+    robot = Biped(with_arm(tmp_path, "revolute", "prismatic", fixed_joints={"shoulder": 0.25}))
+    pose = robot.plant.GetFrameByName("arm").CalcPose(
+        robot.plant.CreateDefaultContext(), robot.plant.GetFrameByName("torso")
+    )
+    assert pose.translation().tolist() == pytest.approx([0.0, 0.25, 0.0])
+
+
+def test_a_joint_that_the_model_fixes_may_be_listed_too(tmp_path: Path) -> None:
+    assert Biped(with_arm(tmp_path, "revolute", "fixed", fixed_joints={"shoulder": 0.0})).mass == pytest.approx(30.0)
+    assert text_of(with_arm(tmp_path, "revolute", "fixed", fixed_joints={"shoulder": 0.2})) == (
+        "robot 'biped': fixed_joints may hold revolute or prismatic joints, 'shoulder' is of type 'weld'; "
+        "a joint that the model fixes may stand there with 0 alone"
+    )
+
+
+def test_a_fixed_joint_may_follow_another_one(tmp_path: Path) -> None:
+    config = with_arm(tmp_path, "</joint>", '<mimic joint="left_knee_pitch"/></joint>', fixed_joints={"shoulder": 0.3})
+    assert Biped(config).plant.num_constraints() == 0
+
+
+def test_a_joint_of_a_leg_may_not_follow_another_one(tmp_path: Path) -> None:
+    path = Path(edited(tmp_path))
+    text = path.read_text()
+    joint = '<joint name="right_knee_pitch" type="revolute">'
+    path.write_text(text.replace(joint, joint + '<mimic joint="left_knee_pitch" multiplier="1"/>'))
+    assert text_of(changed(model=str(path))) == (
+        "robot 'biped': joint 'right_knee_pitch' of a leg follows 'left_knee_pitch' in the model (mimic), "
+        "but each joint of a leg needs a motor of its own"
+    )
+
+
+def test_limits_in_the_wrong_order(tmp_path: Path) -> None:
+    path = Path(edited(tmp_path))
+    path.write_text(path.read_text().replace('lower="-0.4" upper="0.7"', 'lower="0.7" upper="-0.4"'))
+    assert text_of(changed(model=str(path))) == (
+        f"robot 'biped': {path} can't be read: "
+        "joint 'left_hip_roll' has a lower limit of 0.7 above its upper one of -0.4"
+    )
+
+
+def test_one_joint_for_two_roles() -> None:
+    with pytest.raises(InputError) as caught:
+        changed(left__joints__hip_roll="left_hip_yaw")
+    assert str(caught.value) == (
+        "robot: joint 'left_hip_yaw' is named for left.joints.hip_yaw and left.joints.hip_roll; "
+        "each has a joint of its own"
+    )
+
+
+def test_a_joint_that_moves_and_is_fixed() -> None:
+    with pytest.raises(InputError, match=r"robot: joint 'left_hip_yaw' is in fixed_joints, and a joint of a leg too"):
+        changed(fixed_joints={"left_hip_yaw": 0.0})
+
+
+def test_meshes_in_formats_that_drake_does_not_read(tmp_path: Path) -> None:
+    path = bipeds.write(tmp_path, bipeds.Shape())
+    urdf, mesh = tmp_path / "robot.urdf", '<collision><geometry><mesh filename="shell.stl"/></geometry></collision>'
+    urdf.write_text(urdf.read_text().replace("</link>", f"{mesh}</link>", 1))
+    (tmp_path / "shell.stl").write_text("solid shell\nendsolid shell\n")
+    plant, _ = AddMultibodyPlant(MultibodyPlantConfig(), DiagramBuilder())
+    with pytest.raises(ModelError, match=r"OBJ, glTF and VTK; `pdhocbf import` converts others$"):
+        Biped.load(str(path)).add_to(plant)
+
+
+def test_a_warning_of_drake_is_logged_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    config = with_arm(tmp_path, "</joint>", '<dynamics friction="1"/></joint>', fixed_joints={"shoulder": 0.0})
+    for _ in range(3):
+        Biped(config)
+    assert len([record for record in caplog.records if "friction" in record.getMessage()]) == 1
+
+
+def test_a_torso_whose_own_x_points_backwards(tmp_path: Path) -> None:
+    shape = bipeds.Shape(base_rpy=(0.0, 0.0, np.pi))
+    plain = Biped.load(str(bipeds.write(tmp_path / "plain", bipeds.Shape())))
+    turned = Biped.load(str(bipeds.write(tmp_path / "turned", shape, torso_rpy=[0.0, 0.0, np.pi])))
+    posture = standing()
+    first, other = (upright_posture(robot, posture.com, posture.left, posture.right) for robot in (plain, turned))
+    np.testing.assert_allclose(other[turned.q_index], first[plain.q_index], atol=1e-6)
+
+
 def test_base_that_does_not_float() -> None:
     assert text_of(changed(base_link="pelvis")) == (
         "robot 'biped': base_link 'pelvis' must be the one floating link; floating are: torso"
@@ -137,6 +242,7 @@ def test_unknown_key_in_the_robot_file(tmp_path: Path) -> None:
         ({"kp": -600.0}, "robot.kp: must be above 0 and up to 1e+06 N m/rad (given: -600.0)"),
         ({"kp": 1e12}, "robot.kp: must be above 0 and up to 1e+06 N m/rad"),
         ({"kp": [1.0] * 5}, "robot.kp: must be one number for all joints, or six: hip_yaw, hip_roll, hip_pitch, "),
+        ({"kp": {"left": 1.0}}, "robot.kp: must be one number for all joints, or six: hip_yaw, hip_roll, hip_pitch, "),
         ({"kd": [1.0] * 5 + [-1.0]}, "robot.kd: must be from 0 to 100000 N m s/rad"),
         ({"effort_limits": 0}, "robot.effort_limits: must be above 0"),
         ({"reflected_inertia": -1}, "robot.reflected_inertia: must be from 0 to 1000 kg m²"),
@@ -157,7 +263,7 @@ def test_legs_that_are_swapped() -> None:
     config = load_robot_config("biped")
     message = text_of(config.model_copy(update={"left": config.right, "right": config.left}))
     assert message.startswith(
-        "robot 'biped': left and right are swapped: with the knees bent the left sole is at y = -"
+        "robot 'biped': left, right: left and right are exchanged: the left sole is at y = -0.08 m"
     )
 
 
@@ -207,7 +313,8 @@ def test_stride_beyond_the_legs() -> None:
 
 def test_zmp_box_larger_than_the_sole() -> None:
     assert refused(zmp_box=(0.1, 0.13)) == (
-        "ZMP box 0.1 x 0.13 m is larger than the sole of robot 'biped'; allowed is up to 0.2 x 0.12 m"
+        "gait.zmp_box: a ZMP box of 0.1 x 0.13 m is larger than the sole of robot 'biped'; "
+        "allowed is up to 0.2 x 0.12 m"
     )
 
 

@@ -58,7 +58,7 @@ def test_rates_and_accelerations_are_the_derivatives_of_the_solution(t: float) -
     step = 1e-4
     motions = [moving_robot(t + n * step) for n in (-1, 0, 1)]
     before, here, after = motions
-    plant, context = biped().plant, ik().task_space.context
+    plant, context = biped().plant, biped().plant.CreateDefaultContext()
     plant.SetPositions(context, here.q)
     differences = plant.MapQDotToVelocity(context, (after.q - before.q) / (2 * step))
     np.testing.assert_allclose(here.v, differences, atol=2e-5)

@@ -69,9 +69,13 @@ def test_slice_and_shadow_of_a_pyramid():
     assert pyramid.shadow(2).volume() == pytest.approx(4.0)
 
 
-def test_a_box_needs_an_interior():
-    with pytest.raises(InputError, match="a box needs finite limits with lower < upper"):
-        Polytope.box([0.0, 1.0], [1.0, 1.0])
+def test_a_box_may_be_flat_but_not_empty():
+    with pytest.raises(InputError, match="a box needs finite limits with lower ≤ upper"):
+        Polytope.box([0.0, 2.0], [1.0, 1.0])
+    flat = Polytope.box([0.0, 1.0, -1.0], [2.0, 1.0, 1.0])
+    assert flat.free == (0, 2)
+    assert flat.volume() == pytest.approx(4.0)
+    assert Polytope.box([3.0], [3.0]).vertices.tolist() == [[3.0]]
 
 
 def test_the_outline_of_a_polygon_turns_one_way_through_every_vertex():

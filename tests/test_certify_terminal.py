@@ -38,6 +38,7 @@ def test_the_trial_finds_no_tick_without_a_plan_and_no_start_outside_that_can_be
     trial = try_sets(found, 4, seed=1)
     assert trial.infeasible_ticks == 0
     assert trial.unsavable == trial.outside == 4
+    assert trial.excess_min > 0.0
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from pdhocbf_drake.barriers import PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.sets.invariant_set import invariant_set
 from pdhocbf_drake.sets.polytope import Polytope, bounding_box
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
 
@@ -69,16 +71,26 @@ def test_a_fixed_input_is_the_limit_of_narrow_ones():
     assert certified(inputs=[(-1.0, 1.0), (0.0, 0.0)]).sets[0].volume() < certified().sets[0].volume()
 
 
-@pytest.mark.parametrize(
-    ("states", "problem"),
-    [
-        ({"lower": [0.0, -1.0], "upper": [0.0, 1.0]}, "entry 0 is fixed, but a set with an interior is needed"),
-        ({"lower": [1.0, -1.0], "upper": [0.0, 1.0]}, "the limits leave nothing"),
-    ],
-)
-def test_states_that_are_fixed_and_states_that_are_impossible_are_told_apart(states, problem):
-    with pytest.raises(InputError) as caught:
-        certified(states=states)
-    assert str(caught.value) == f"system.states.0: {problem}"
+def test_limits_that_leave_nothing_are_refused():
+    with pytest.raises(InputError, match=r"system.states.0: the limits leave nothing"):
+        certified(states={"lower": [1.0, -1.0], "upper": [0.0, 1.0]})
     with pytest.raises(InputError, match=r"system.inputs.1: the limits leave nothing"):
         certified(inputs=[(-1.0, 1.0), (1.0, -1.0)])
+    half = {"A": [[2.0]], "B": [[1.0]], "states": {"rows": [[1.0]], "bounds": [1.0]}}
+    with pytest.raises(InputError, match=r"system.states.0: a polytope must be bounded: limit every state"):
+        LinearSystemConfig.from_dict({**half, "inputs": {"lower": [-1.0], "upper": [1.0]}}, "cart").certify()
+
+
+@pytest.mark.parametrize("loose", [1e6, 1e9, 1e12])
+def test_a_limit_that_others_imply_makes_no_difference(loose):
+    expected = certified().sets[0]
+    found = certified(states={"lower": [-1.0, -loose], "upper": [1.0, loose]}).sets[0]
+    assert found.volume() == pytest.approx(expected.volume(), rel=1e-9)
+
+
+def test_the_speed_that_a_thin_box_implies_is_resolved():
+    # x⁺ = x + 0.1 v within ±w, so that |v| ≤ 20 w from one side to the other; its own limit of 9 is a loose one.
+    system = PeriodicAffineSystem([[1.0, 0.1], [0.0, 1.0]], [[0.0], [0.1]])
+    for width in (1e-6, 1e-9, 1e-12):
+        found = invariant_set(system, [Polytope.box([-width, -9.0], [width, 9.0])], [Polytope.box([-1.0], [1.0])])
+        assert found.sets[0].volume() == pytest.approx(40.0 * width**2, rel=1e-6)

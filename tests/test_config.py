@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import pytest
+from pydantic import Field
 
-from pdhocbf_drake.config import Config, Length, Name, as_name, parse_config, shown, within
+from pdhocbf_drake.config import Config, Length, Name, as_name, parse_config, within
+from pdhocbf_drake.config_errors import shown
 from pdhocbf_drake.errors import InputError
 
 
@@ -73,3 +75,55 @@ def test_data_that_is_not_plain_is_refused():
     for wrong in (data, {"inner": {1, 2}}, {"name": b"a"}):
         with pytest.raises(InputError, match="f: only plain YAML values are allowed"):
             parse_config(Thing, wrong, "f")
+
+
+class Matrices(Config):
+    A: tuple[tuple[tuple[float, ...], ...], ...] = Field(min_length=1)
+
+
+def test_entries_that_are_wrong_deep_inside_are_no_missing_entries():
+    with pytest.raises(InputError) as error:
+        parse_config(Matrices, {"A": [[["a"]]]}, "f")
+    assert str(error.value) == "f.A.0.0.0: must be a number (given: 'a')"
+
+
+class Mixed(Config):
+    phase: int | Literal["middle"] = 0
+    side: int | Literal["left", "right"] | None = None
+    gain: float | tuple[float, float, float] = 1.0
+    part: Inner | str = ""
+    parts: tuple[Inner | float, ...] = ()
+    by_name: dict[str, int | Annotated[float, within(0.0, 1.0, "m")]] = {}  # noqa: RUF012
+    deep: tuple[Annotated[float | tuple[int, ...], within(0.0, 1.0, "m")], ...] | bool = False
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        ({"phase": "top"}, "f.phase: must be a whole number or 'middle' (given: 'top')"),
+        ({"phase": 1.5}, "f.phase: must be a whole number or 'middle' (given: 1.5)"),
+        ({"phase": None}, "f.phase: must be a whole number or 'middle' (given: null)"),
+        ({"side": []}, "f.side: must be a whole number, 'left' or 'right' or null (given: [])"),
+        ({"gain": "high"}, "f.gain: must be a number or a list (given: 'high')"),
+        ({"gain": [1, 2]}, "f.gain: must have 3 entries (given: [1, 2])"),
+        ({"gain": [1, 2, 3, 4]}, "f.gain: must have at most 3 entries (given: [1, 2, 3, 4])"),
+        ({"gain": [1, "a", 3]}, "f.gain.1: must be a number (given: 'a')"),
+        ({"part": 3}, "f.part: must be a map of keys and values or text (given: 3)"),
+        ({"part": {"sise": 1.0}}, "f.part.sise: unknown key; allowed here: size"),
+        ({"parts": [1, "a"]}, "f.parts.1: must be a map of keys and values or a number (given: 'a')"),
+        ({"parts": [{"size": -1}]}, "f.parts.0.size: must be above 0 and up to 10 m (given: -1)"),
+        ({"by_name": {"a": 2.5}}, "f.by_name.a: must be from 0 to 1 m (given: 2.5)"),
+        ({"by_name": {"a": "b"}}, "f.by_name.a: must be a whole number or a number (given: 'b')"),
+        ({"deep": [0.5, [1, 2.5]]}, "f.deep.1.1: must be a whole number (given: 2.5)"),
+        ({"deep": ["a"]}, "f.deep.0: must be a number or a list (given: 'a')"),
+        (
+            {"phase": "top", "gain": "high"},
+            "f.phase: must be a whole number or 'middle' (given: 'top'); "
+            "f.gain: must be a number or a list (given: 'high')",
+        ),
+    ],
+)
+def test_one_sentence_a_key_names_all_alternatives_of_a_value(data, says):
+    with pytest.raises(InputError) as error:
+        parse_config(Mixed, data, "f")
+    assert str(error.value) == says

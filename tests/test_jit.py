@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import os
 import pkgutil
 import subprocess
 import sys
@@ -118,3 +119,21 @@ def test_a_damaged_cache_is_written_anew(tmp_path: Path, damaged: str, left: byt
             if again == 0:
                 file.write_bytes(left)
             assert again == 0 or file.read_bytes() != left
+
+
+def test_the_robots_kernels_are_loaded_without_the_modules_that_compile_them() -> None:
+    # One slice of an array in a kernel would import what compiles slices, which takes longer than all kernels.
+    code = (
+        "import sys\n"
+        "from pdhocbf_drake.robot import Biped, InverseDynamics, WholeBodyIk\n"
+        "biped = Biped.load('biped')\n"
+        "q = WholeBodyIk(biped).solve(__import__('biped_cases').standing(), biped.bent_knee).q\n"
+        "v, vdot = WholeBodyIk(biped).derivatives(q, q[:18], q[:18])\n"
+        "InverseDynamics(biped)(q, v, vdot, 0.5)\n"
+        "WholeBodyIk(biped).solve(__import__('biped_cases').standing(0.75), biped.bent_knee)\n"
+        "print('numba.np.arrayobj' in sys.modules)\n"
+    )
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([*sys.path, str(Path(__file__).parent)])}
+    for _ in range(2):  # the first one may compile them
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=True)
+    assert done.stdout == "False\n"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pdhocbf_drake.mpc.kernels import believe, write_plan
+from pdhocbf_drake.mpc.kernels import believe, mark_acting, write_plan
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -44,3 +44,12 @@ def test_a_plan_from_the_decisions(seed: int, barriers: tuple[list[int], list[in
     np.testing.assert_array_equal(footholds, [x[7:9], y[7:9]])
     np.testing.assert_array_equal(slacks, [own.max() if soft else 0.0 for axis in parts for own in axis])
     assert largest == max(0.0, slacks.max(initial=0.0))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_barriers_with_an_active_row(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    rows, active = random.integers(0, 2, (3, 9)).astype(float), random.choice([-1.0, 0.0, 0.0, 0.0, 1.0], 9)
+    acting = np.full(5, 7.0)
+    mark_acting(rows, active, 1, acting)
+    np.testing.assert_array_equal(acting, [7.0, *(rows @ np.abs(active) > 0.0), 7.0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import bipeds
 import pytest
 import yaml
 
@@ -117,8 +118,9 @@ def test_one_of_several_scenarios_in_a_file(tmp_path):
 
 
 def test_a_robot_file_is_relative_to_the_scenario_file(tmp_path):
-    (tmp_path / "mine.yaml").write_text("robot: robots/mine.yaml\ngait: {com_height: 0.6, stance_width: 0.2}\n")
-    assert load_scenario(str(tmp_path / "mine.yaml")).robot == str(tmp_path / "robots" / "mine.yaml")
+    bipeds.write(tmp_path / "robots", bipeds.resized(0.5))
+    (tmp_path / "mine.yaml").write_text("robot: robots/robot.yaml\n")
+    assert load_scenario(str(tmp_path / "mine.yaml")).robot == str(tmp_path / "robots" / "robot.yaml")
 
 
 def test_a_map_of_another_kind_replaces_the_old_one():

@@ -31,33 +31,22 @@ def write_h(random: np.random.Generator) -> tuple[Values, Values]:
     return (out,), (np.concatenate([bounds.ravel(), h]),)
 
 
-def write_lip_state(random: np.random.Generator) -> tuple[Values, Values]:
-    com, velocity, q, force = (
-        random.normal(size=3),
-        random.normal(size=3),
-        random.normal(size=19),
-        random.normal(size=18),
-    )
-    origin, base, out = random.permutation(19)[:3], random.permutation(18)[:6], np.zeros(21)
+def write_estimate(random: np.random.Generator) -> tuple[Values, Values]:
+    com, velocity, q, force = (random.normal(size=n) for n in (3, 3, 19, 18))
+    angles, origins, out = random.uniform(-1.5, 1.5, (3, 3)), random.normal(size=(3, 3)), np.empty(21)
+    rotations = [RollPitchYaw(rpy).ToRotationMatrix().matrix() for rpy in angles]
+    frames = [np.column_stack([R, p]).ravel() for R, p in zip(rotations, origins, strict=True)]
+    origin, base = random.permutation(19)[:3], random.permutation(18)[:6]
     held = random.choice([np.nan, 0.3]) + np.array([0.0, 0.1])
     force[base[5]] = random.choice([-5.0, 0.5, 300.0])
-    kernels.write_lip_state(com, velocity, q, origin, force, base, held, out)
+    kernels.write_estimate(np.concatenate([com, *frames]), velocity, q, origin, force, base, 1.0, held, out)
     zmp = com[:2] if np.isnan(held).any() else held
     if force[base[5]] > 1.0:  # the moment about the ZMP (x, y, 0) has no horizontal part
         moment = force[base[:3]] + np.cross(q[origin], force[base[3:]])
         zmp = np.array([-moment[1], moment[0]]) / force[base[5]]
     lip = [com[0], velocity[0], zmp[0], com[1], velocity[1], zmp[1]]
-    return (out,), ([*lip, com[2], velocity[2], *np.zeros(12), force[base[5]]],)
-
-
-def write_foot_state(random: np.random.Generator) -> tuple[Values, Values]:
-    angles, origins, out = random.uniform(-1.5, 1.5, (2, 3)), random.normal(size=(2, 3)), np.zeros(20)
-    rotations = [RollPitchYaw(rpy).ToRotationMatrix().matrix() for rpy in angles]
-    left, right = (np.column_stack([R, p]) for R, p in zip(rotations, origins, strict=True))
-    kernels.write_foot_state(left, right, out)
-    return (out,), (
-        np.concatenate([np.zeros(8), *(part for pair in zip(origins, angles, strict=True) for part in pair)]),
-    )
+    feet = np.column_stack([origins, angles])[1:].ravel()
+    return (out,), ([*lip, com[2], velocity[2], *feet, force[base[5]]],)
 
 
 def write_step(random: np.random.Generator) -> tuple[Values, Values]:
@@ -66,10 +55,15 @@ def write_step(random: np.random.Generator) -> tuple[Values, Values]:
     return (step,), (tick * v + tick**2 / 2 * vdot + tick**3 / 6 * (vdot - before) / tick,)
 
 
-def write_targets(random: np.random.Generator) -> tuple[Values, Values]:
-    (q, last), joints, out = random.normal(size=(2, 9)), random.permutation(9)[:4], np.empty(8)
-    kernels.write_targets(q, last, joints, 0.01, out)
-    return (out,), (np.concatenate([q[joints], (q - last)[joints] / 0.01]),)
+def write_motion(random: np.random.Generator) -> tuple[Values, Values]:
+    (q, last_q), (v, vdot, last_v, last_vdot, before) = random.normal(size=(2, 9)), random.normal(size=(5, 8))
+    joints, tau, zmp, out = random.permutation(9)[:4], random.normal(size=4), (0.1, -0.2), np.empty(50)
+    met = bool(random.random() < 0.7)
+    last = np.concatenate([last_q, last_v, last_vdot, before])
+    kernels.write_motion(q, v, vdot, last, joints, 0.01, tau, zmp, (met, 0.3, 5), out)
+    targets = np.concatenate([q[joints], (q - last_q)[joints] / 0.01])
+    following = np.concatenate([q, met * v, met * vdot, met * last_vdot])
+    return (out,), (np.concatenate([targets, tau, zmp, [met, 0.3, 5], following]),)
 
 
 def write_wanted(random: np.random.Generator) -> tuple[Values, Values]:
@@ -103,15 +97,14 @@ def update_table(random: np.random.Generator) -> tuple[Values, Values]:
     entries = [phase, period + phase]
     if np.isfinite(difference).all():
         expected[entries] = (expected[entries] + np.clip(difference * [1.0, support], -0.08, 0.08)) / 2
-    kernels.update_table(phase, support, zmp, planned, feet, lever, table)
+    kernels.update_table(phase, support, zmp, planned, feet, lever, 0.08, table)
     return (table,), (expected,)
 
 
 CASES: dict[str, Case] = {
     case.__name__: case
     for case in (
-        write_h, write_lip_state, write_foot_state, write_step, write_targets, write_wanted, write_table_offset,
-        update_table,
+        write_h, write_estimate, write_step, write_motion, write_wanted, write_table_offset, update_table,
     )
 }  # fmt: skip
 
@@ -132,7 +125,6 @@ def test_the_kernels_offsets_are_those_of_the_signals_and_of_the_task_coordinate
     assert places("foot_reference", "left_ax", "right_x") == [kernels.ACCELERATION, kernels.FOOT]
     assert places("foot_reference", "left_vx") == [kernels.AXES]
     assert size("lip_state") == kernels.COM_Z
-    assert size("lip_state") + size("com_z") == kernels.LEFT_POSE
-    assert kernels.LEFT_POSE + size("foot_state") == kernels.LOAD
-    assert places("foot_state", "left_roll", "right_x") == [kernels.ANGLES, kernels.RIGHT_POSE - kernels.LEFT_POSE]
+    assert size("lip_state") + size("com_z") == kernels.FEET
+    assert kernels.FEET + size("foot_state") == kernels.LOAD
     assert (posture.COM.start, posture.LEFT.start, posture.RIGHT.start) == (kernels.COM, kernels.LEFT, kernels.RIGHT)

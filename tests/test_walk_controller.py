@@ -9,6 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from pdhocbf_drake import InputError, WalkController, load_scenario, simulate
+from pdhocbf_drake.mpc.memory import MemoryLayout
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
@@ -52,3 +53,22 @@ def test_a_block_with_lip_state_alone_walks_as_in_the_packaged_diagram(packaged)
 def test_only_a_walk_has_it() -> None:
     with pytest.raises(InputError, match="only a walk has this controller; van_der_pol is the oscillator"):
         WalkController.of(load_scenario("van_der_pol"))
+
+
+def test_a_block_goes_on_alike_from_the_memory_it_kept_and_from_the_state_alone() -> None:
+    walk = WalkController.of(load_scenario("vhip"))
+    block, wall_time = walk.system(), MemoryLayout(walk.mpc).places["solver_status"].start + 1
+    context, state = block.CreateDefaultContext(), np.array(walk.memory.state)
+    for tick in range(60):
+        state[:, 1] += 0.02 * (tick == 30)
+        fresh = walk.system()
+        other = fresh.CreateDefaultContext()
+        other.SetDiscreteState(context.get_discrete_state_vector().value())
+        for system, at in ((block, context), (fresh, other)):
+            at.SetTime(tick * walk.mpc.gait.config.tick)
+            system.GetInputPort("lip_state").FixValue(at, state.ravel())
+            at.SetDiscreteState(system.EvalUniquePeriodicDiscreteUpdate(at))
+        found, expected = (np.array(at.get_discrete_state_vector().value()) for at in (context, other))
+        found[wall_time] = expected[wall_time] = 0.0
+        np.testing.assert_array_equal(found, expected)
+        state = np.array(MemoryLayout(walk.mpc).unpack(expected).state)

@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _TOUCHES = 1e-5  # [m]: a lower corner of a sole touches the ground, into which what carries load sinks
-_LIFTED = 5e-3  # [m]: a swing foot that never rose this far took no step
+_LIFTED = 0.1  # share of the swing height: a swing foot that never rose this far took no step
 
 _SUPPORT = {"left": 1.0, "right": -1.0}
 
@@ -26,8 +26,9 @@ def stands(log: RunLog, side: str) -> Mask:
     return (support == _SUPPORT[side]) | (support == 0.0)
 
 
-def steps_taken(log: RunLog) -> int:
+def steps_taken(log: RunLog, swing_height: float) -> int:
     """Steps of one foot that are complete in the log; on a robot, those whose foot left the ground."""
+    least = _LIFTED * swing_height
     step, support = log.element("gait_phase", "step"), log.element("gait_phase", "support")
     count = 0
     for index in np.unique(step[support != 0.0]):
@@ -35,7 +36,7 @@ def steps_taken(log: RunLog) -> int:
         if index == step[-1]:  # only the next row would show that it is complete
             continue
         swing = "right" if support[rows][-1] > 0 else "left"  # a step in place of a stand may begin later
-        if "foot_state" not in log or log.element("foot_state", f"{swing}_z")[rows].max() > _LIFTED:
+        if "foot_state" not in log or log.element("foot_state", f"{swing}_z")[rows].max() > least:
             count += 1
     return count
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.analysis.barrier_margins import BarrierUse, barriers_of, bound_along, psi_along_log, violated
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
@@ -38,6 +38,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
     simulated = float(log.time[-1] - log.time[0]) if len(log) else 0.0
     walks = "lip_state" in log and len(log) > 0
     body = limits if "robot_state" in log and len(log) > 0 else None
+    path = _along_path(scenario, log, body) if walks else dict(_NOWHERE)
     return Metrics(
         scenario=scenario.name,
         template=scenario.system != "biped",
@@ -46,13 +47,14 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         simulated_seconds=simulated,
         wall_seconds=wall_seconds,
         real_time_factor=simulated / wall_seconds if wall_seconds > 0 else None,
-        steps_taken=steps_taken(log) if walks else None,
-        **(_along_path(scenario, log, body) if walks else _NOWHERE),
+        steps_taken=steps_taken(log, scenario.gait.swing_height) if walks else None,
+        **path,
+        left_path=None if body is None else _left_path(path["lateral_drift"], body),
         stance_width=stance_width(log.after(scenario.from_time)) if walks else None,
         stance_width_commanded=scenario.gait.stance_width if walks else None,
         com_rms_error=_com_rms_error(log) if walks else None,
         zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,
-        unloaded_ticks=_unloaded_ticks(log) if body else None,
+        unloaded_ticks=_unloaded_ticks(log, body.weight) if body else None,
         zmp_outside_fraction=_zmp_outside(log) if walks else None,
         slip_max=_finite(slip_max(log)) if body else None,
         sole_gap_min=_finite(gap_min(log, body.sole_half)) if body else None,
@@ -65,15 +67,22 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
     )
 
 
-def base_yaw(log: RunLog) -> Array:
-    """Heading of the floating base, without jumps, (T,) [rad]."""
+def _left_path(drift: float | None, body: RobotLimits) -> bool | None:
+    return None if drift is None else bool(drift > 2.0 * body.sole_half[:, 1].min())
+
+
+def torso_yaw(log: RunLog, ahead: ArrayLike) -> Array:
+    """Heading of the torso, whose x axis has these components in the floating base, without jumps, (T,) [rad]."""
     w, x, y, z = log["robot_state"][:, :4].T
-    return np.unwrap(np.arctan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
+    a, b, c = np.asarray(ahead, dtype=float)
+    x_of_torso = (1.0 - 2.0 * (y * y + z * z)) * a + 2.0 * (x * y - w * z) * b + 2.0 * (x * z + w * y) * c
+    y_of_torso = 2.0 * (w * z + x * y) * a + (1.0 - 2.0 * (x * x + z * z)) * b + 2.0 * (y * z - w * x) * c
+    return np.unwrap(np.arctan2(y_of_torso, x_of_torso))
 
 
 def _along_path(scenario: Scenario, log: RunLog, body: RobotLimits | None) -> dict[str, Any]:
     """What is counted along and across the path that is commanded, which is x without commands."""
-    yaw = base_yaw(log) if body else None
+    yaw = torso_yaw(log, body.ahead) if body else None
     com = log["lip_state"][:, [0, 3]]
     found: dict[str, Any] = {
         "position": [_finite(value) for value in com[-1]],
@@ -132,7 +141,7 @@ def _path_errors(scenario: Scenario, com: Array, away: Array) -> Array:
 
 def _drift(scenario: Scenario, log: RunLog, values: Array) -> float | None:
     """Distance of the mean over the last gait, which removes the gait's sway, from the start; None without a gait."""
-    if steps_taken(log) < 2:
+    if steps_taken(log, scenario.gait.swing_height) < 2:
         return None
     return _finite(abs(values[-scenario.gait.ticks_per_gait :].mean() - values[0]))
 
@@ -160,9 +169,9 @@ def _zmp_outside(log: RunLog) -> float:
     return float(1.0 - contains(log["zmp_box"].reshape(-1, 2, 2), zmp_seen(log), _ROUNDING).mean())
 
 
-def _unloaded_ticks(log: RunLog) -> int | None:
+def _unloaded_ticks(log: RunLog, weight: float) -> int | None:
     """The start is no such tick: contact is found from the first step of the plant on; None in older logs."""
-    return int((log["ground_load"][1:] <= LEAST_LOAD).sum()) if "ground_load" in log else None
+    return int((log["ground_load"][1:] <= LEAST_LOAD * weight).sum()) if "ground_load" in log else None
 
 
 def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:

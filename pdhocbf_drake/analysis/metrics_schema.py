@@ -72,6 +72,9 @@ class Metrics(_Table):
         description="|mean CoM of the last gait, across the commanded path, less that at the start|, once a whole gait "
         "was walked [m]"
     )
+    left_path: bool | None = Field(
+        None, description="whether the robot's lateral_drift is more than the width of its smaller sole"
+    )
     path_error_max: float | None = Field(
         None, description="farthest that the CoM's mean over a gait was from that of the commanded path [m]"
     )

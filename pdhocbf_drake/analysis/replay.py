@@ -10,26 +10,53 @@ from pdhocbf_drake.analysis.replay_stage import FRAMES_PER_SECOND, Stage
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.run_folder import Run
 
+_TRIAL = 60  # frames of a page whose size shows what a frame costs
+_MANY = 600  # frames that need no trial
 _SCENES = {"biped": robot_scene, "vhip": template_scene, "van_der_pol": oscillator_scene}
 
 
-def replay_html(run: Run) -> str:
-    """The replay's page, up to the first row with NaN; raises `RunFolderError` for a log of less than two such rows."""
+def replay_html(run: Run, largest: float = 25e6) -> str:
+    """The replay's page, up to the first row with NaN.
+
+    It has 30 frames a second, or so few that it is not larger than `largest` [bytes].
+
+    Raises:
+        RunFolderError: the log has less than two rows without NaN.
+    """
     run = run._replace(log=run.log.finite())
     if len(run.log) < 2:
         raise RunFolderError("the run has less than two rows of finite numbers, so there is nothing to replay")
-    stage = Stage()
+    seconds = float(run.log.time[-1] - run.log.time[0])
+    rate = float(FRAMES_PER_SECOND)
+    if seconds * rate > _MANY:
+        rate = min(rate, _affordable_frames(run, largest) / seconds)
+    page = _page(run, rate)
+    while len(page) > largest and rate > 1.0 / seconds:  # what appears late in the run costs more than the trial
+        rate *= 0.9 * largest / len(page)
+        page = _page(run, rate)
+    end = page.rfind("</body>")
+    return page[:end] + _legend(run, rate) + page[end:]
+
+
+def _page(run: Run, rate: float) -> str:
+    """The page without its legend, with `rate` frames a second."""
+    stage = Stage(rate)
     draw = _SCENES[run.scenario.system](stage, run)
-    for row, time in rows_of(run.log, FRAMES_PER_SECOND):
+    for row, time in rows_of(run.log, rate):
         with stage.frame(time):
             draw(row, time)
-    page = stage.html()
-    end = page.rfind("</body>")
-    return page[:end] + _legend(run) + page[end:]
+    return stage.html()
 
 
-def _legend(run: Run) -> str:
-    """The meaning of the colours, in a corner of the page."""
+def _affordable_frames(run: Run, largest: float) -> float:
+    """The frames of a page of this size [bytes], by two pages of few frames."""
+    seconds = float(run.log.time[-1] - run.log.time[0])
+    sizes = [len(_page(run, frames / seconds)) for frames in (_TRIAL, 2 * _TRIAL)]
+    return max(_TRIAL, 0.95 * (largest - sizes[0]) * _TRIAL / max(1, sizes[1] - sizes[0]))
+
+
+def _legend(run: Run, rate: float) -> str:
+    """The meaning of the colours, in a corner of the page, and how many frames there are if these are few."""
     oscillator = run.scenario.system == "van_der_pol"
     body = "state" if oscillator else "CoM"
     if run.scenario.barriers or oscillator:
@@ -54,6 +81,8 @@ def _legend(run: Run) -> str:
         f'background:{colour}"></span>{html.escape(text)}</div>'
         for colour, text in entries
     )
+    if rate < FRAMES_PER_SECOND:
+        rows += f"<div>{rate:.2g} frames a second, since the run is long</div>"
     style = (
         "position:fixed;left:12px;bottom:12px;padding:8px 12px;border-radius:6px;background:rgba(255,255,255,.82);"
         "font:12px/1.5 system-ui,sans-serif;color:#222;pointer-events:none"

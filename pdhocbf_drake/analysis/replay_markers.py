@@ -28,6 +28,9 @@ class Foothold(NamedTuple):
     yaw: float = 0.0
 
 
+_DRAWN = ("lip_state", "com_reference", "com_height", "zmp_reference", "zmp_box", "stance_plan")
+
+
 class Markers:
     """CoM, ZMP, ZMP box and footholds of a walk, on the ground, under a view that follows the walk.
 
@@ -37,7 +40,8 @@ class Markers:
     """
 
     def __init__(self, stage: Stage, run: Run, com_z: np.ndarray, taken: list[Foothold]) -> None:
-        self._stage, self._log, self._com_z, self._taken = stage, run.log, com_z, taken
+        self._stage, self._com_z = stage, com_z
+        self._log = {name: run.log[name] for name in _DRAWN}
         self._safety = safety_along(run)
         stage.add("CoM measured", Sphere(0.035), palette.MEASURED_COM)
         stage.add("CoM planned", Sphere(0.05), palette.PLANNED_COM, 0.35)
@@ -53,6 +57,9 @@ class Markers:
             path = _taken_path(number)
             stage.add(path, Box(2 * foothold.half[0], 2 * foothold.half[1], 0.001), colours[foothold.side], 0.35)
             stage.place(path, _lying([*foothold.centre, _FOOTHOLD], foothold.yaw))
+        # Those that are not taken yet, the next one last.
+        self._hidden = sorted(((foothold.row, number) for number, foothold in enumerate(taken)), reverse=True)
+        self._drawn = False
         half = taken[0].half if taken else np.array([0.05, 0.05])
         for path in ("footholds planned/next", "footholds planned/after"):
             _outline(stage, path, half)
@@ -64,7 +71,7 @@ class Markers:
         self._view = view_of(run)
 
     def draw(self, row: int) -> None:
-        """Places the markers as at that row of the log."""
+        """Places the markers as at that row of the log; rows must not decrease from call to call."""
         stage, log = self._stage, self._log
         x, _, x_zmp, y, _, y_zmp = log["lip_state"][row]
         z = self._com_z[row]
@@ -82,8 +89,12 @@ class Markers:
         plan = log["stance_plan"][row].reshape(4, 2)
         stage.place("footholds planned/next", _lying([*plan[2], _OUTLINE], coming))
         stage.place("footholds planned/after", _lying([*plan[3], _OUTLINE], after))
-        for number, foothold in enumerate(self._taken):
-            stage.show(_taken_path(number), row >= foothold.row)
+        if not self._drawn:
+            for _, number in self._hidden:
+                stage.show(_taken_path(number), False)
+            self._drawn = True
+        while self._hidden and self._hidden[-1][0] <= row:
+            stage.show(_taken_path(self._hidden.pop()[1]), True)
         colour_by_safety(stage, "CoM measured", self._safety, row)
         x_seen, y_seen, yaw = self._view[row]
         stage.follow([x_seen, y_seen, 0.0], yaw)

@@ -40,10 +40,11 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
     positions = log["robot_state"][:, : plant.num_positions()]
     taken = []
     for side in SIDES:
+        centres, yaws = sole_centres(log, side), log.element("foot_state", f"{side}_yaw")
         for row in touchdown_rows(log, side):
             start = row - int(log.element("gait_phase", "tick")[row])
-            yaw = float(log.element("foot_state", f"{side}_yaw")[row]) if "path" in log else 0.0
-            taken.append(Foothold(max(0, start), side, sole_centres(log, side)[row], biped.soles[side].half_size, yaw))
+            yaw = float(yaws[row]) if "path" in log else 0.0
+            taken.append(Foothold(max(0, start), side, centres[row], biped.soles[side].half_size, yaw))
     markers = Markers(stage, run, log.element("com_z", "z"), taken)
 
     def draw(row: int, time: float) -> None:
@@ -111,7 +112,7 @@ def oscillator_scene(stage: Stage, run: Run) -> Draw:
     return draw
 
 
-def rows_of(log: RunLog, frames_per_second: int) -> list[tuple[int, float]]:
+def rows_of(log: RunLog, frames_per_second: float) -> list[tuple[int, float]]:
     """(row, time of the recording) of each frame."""
     tick = log.time[1] - log.time[0]
     count = int((log.time[-1] - log.time[0]) * frames_per_second + 1e-9) + 1

@@ -25,6 +25,9 @@ class Stage:
     All paths are below one world, which moves backwards under a camera at rest, since a moving camera would keep its
     target.
 
+    Args:
+        frames_per_second: of the recording.
+
     Attributes:
         meshcat: Drake's recorder, for a `MeshcatVisualizer` to publish to, below `world`.
         world: path of the world in Meshcat's tree.
@@ -32,7 +35,8 @@ class Stage:
 
     world = "world"
 
-    def __init__(self) -> None:
+    def __init__(self, frames_per_second: float = FRAMES_PER_SECOND) -> None:
+        self._rate = frames_per_second
         with _quiet():
             self.meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
         self._time: float | None = None
@@ -46,7 +50,7 @@ class Stage:
     def frame(self, time: float) -> Iterator[None]:
         """Records the changes made inside at this time [s], which must grow from frame to frame."""
         if self._time is None:
-            self.meshcat.StartRecording(FRAMES_PER_SECOND, set_visualizations_while_recording=False)
+            self.meshcat.StartRecording(self._rate, set_visualizations_while_recording=False)
         self._time = time
         yield
 
@@ -131,7 +135,7 @@ class Stage:
         last = self._recorded.get((path, name))
         if last == value:
             return
-        before = self._time - 1.0 / FRAMES_PER_SECOND
+        before = self._time - 1.0 / self._rate
         if last is not None and before > 0.0:
             self.meshcat.SetProperty(path, name, list(last), before)
         self.meshcat.SetProperty(path, name, list(value), self._time)

@@ -22,12 +22,16 @@ class RobotLimits(NamedTuple):
         effort: (12,) largest torque [N m].
         position: (12, 2) lowest and highest angle [rad].
         speed: (12,) largest speed [rad/s].
+        weight: [N].
+        ahead: x axis of the torso in the floating base (3,).
     """
 
     sole_half: Array
     effort: Array
     position: Array
     speed: Array
+    weight: float
+    ahead: Array = np.array([1.0, 0.0, 0.0])
 
 
 def robot_limits(scenario: Scenario) -> RobotLimits | None:
@@ -36,4 +40,6 @@ def robot_limits(scenario: Scenario) -> RobotLimits | None:
         return None
     biped = Biped.load(scenario.robot)
     half_sizes = np.array([biped.soles[side].half_size for side in SIDES])
-    return RobotLimits(half_sizes, biped.effort_limits, biped.position_limits, biped.velocity_limits)
+    return RobotLimits(
+        half_sizes, biped.effort_limits, biped.position_limits, biped.velocity_limits, biped.weight, biped.ahead
+    )

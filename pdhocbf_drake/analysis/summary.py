@@ -42,6 +42,8 @@ def _straightness(metrics: Metrics) -> str:
     if metrics.lateral_drift is None:
         return "not judged: no whole gait was walked"
     text = f"lateral drift {_mm(metrics.lateral_drift)}"
+    if metrics.left_path:
+        text += ", more than a sole is wide: THE WALK LEFT ITS PATH"
     if metrics.stance_width is not None:
         text += f", feet {_mm(metrics.stance_width)} apart (commanded {_mm(metrics.stance_width_commanded)})"
     return text if metrics.template else f"{text}, yaw drift {_of(metrics.yaw_drift_deg, 'deg')}"

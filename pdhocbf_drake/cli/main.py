@@ -30,6 +30,11 @@ _CODES = (
 _VERBS: Final[dict[str, tuple[str, str]]] = {
     "list": ("scenarios that come with the package", "cli.list"),
     "run": ("simulate a scenario and write a run folder", "cli.run"),
+    "import": (
+        "a robot file and a scenario from a URDF, SDF or MJCF file",
+        "importing.command",
+    ),
+    "check": ("whether a robot's file fits its model, and a walk its robot", "cli.check"),
     "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
     "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),

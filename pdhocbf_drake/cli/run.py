@@ -21,15 +21,16 @@ from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unused_settings
-from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, Run
+from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, ROWS, Run, begin_run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.scenario_file import load_fitted
 from pdhocbf_drake.stopping import interruptible, stop_requests
 from pdhocbf_drake.terminal import say, shown_progress, table
 
 if TYPE_CHECKING:
     from pdhocbf_drake.analysis.metrics_schema import Metrics
+    from pdhocbf_drake.fitting.defaults import Fitted
 
 _STOPPED = "interrupted after the run"
 _ENDED_EARLY = 3  # exit code of a run that ended in a fall or a failure of Drake
@@ -48,8 +49,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Simulates, writes the run folder, prints the summary and returns the exit code."""
-    scenario = load_scenario(options.scenario, options.text)
+    scenario, fitted = load_fitted(options.scenario, options.text)
     check_scenario(scenario)
+    _say_fit(scenario, fitted)
     if options.meshcat:
         check_watchable(scenario)
     if unused := unused_settings(scenario):
@@ -59,9 +61,11 @@ def run(options: argparse.Namespace) -> int:
 
         for sentence in limited_commands(scenario):
             say(f"pdhocbf: {sentence}")
-    with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES) as folder:
+    with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES, keep=ROWS) as folder:
+        for saved in folder.saved:
+            say(f"pdhocbf: a run was killed as it was written to {place}; what it recorded is now in {saved}")
         with stop_requests() as stop:  # the log is written before such a request takes effect
-            recorded = _recorded(scenario, options.meshcat, options.verbose)
+            recorded = _recorded(scenario, options.meshcat, options.verbose, folder.path)
             # Here and below, for a quick start.
             with quick_imports():
                 from pdhocbf_drake.analysis.degraded import degraded_rows
@@ -82,6 +86,29 @@ def run(options: argparse.Namespace) -> int:
     if not stop.is_set():
         _complete(scenario, options.verbose)
     return _exit_code(recorded.log.ending, place) or bool(problem)
+
+
+def _say_fit(scenario: Scenario, fitted: Fitted | None) -> None:
+    """Says which values were made to fit the robot."""
+    if fitted is not None:
+        from pdhocbf_drake.fitting.said import sentences  # here, since it loads Drake
+
+        for sentence in sentences(fitted, scenario.robot):
+            say(f"pdhocbf: {sentence}")
+
+
+def _say_doubts(scenario: Scenario) -> None:
+    """Says what the robot may not be able to do; a walk that is refused has a sentence of its own."""
+    if scenario.system != "biped":
+        return
+    from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
+    from pdhocbf_drake.robot import Biped
+
+    box = None if scenario.mpc.recovery is None else scenario.mpc.recovery.zmp_box
+    found = walk_findings(Biped.load(scenario.robot), scenario.gait, box)
+    for finding in [] if is_refused(found) else found:
+        if finding.level != "ok":
+            say(f"pdhocbf: {finding.level}: {finding}")
 
 
 def _complete(scenario: Scenario, verbose: bool) -> None:
@@ -109,7 +136,8 @@ def _exit_code(ending: str, place: Path) -> int:
     return _ENDED_EARLY
 
 
-def _recorded(scenario: Scenario, live: bool, verbose: bool) -> Run:
+def _recorded(scenario: Scenario, live: bool, verbose: bool, folder: Path) -> Run:
+    """Simulates, and writes meanwhile to the folder what is recorded."""
     with quick_imports():
         from pdhocbf_drake.simulation.kept_walk import is_kept, walk_file
         from pdhocbf_drake.simulation.simulate import simulate
@@ -117,6 +145,7 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool) -> Run:
     if verbose and scenario.system != "van_der_pol":
         done = "read from" if is_kept(scenario) else "compiled, for"
         say(f"pdhocbf: programs are {done} {walk_file(scenario) or 'this run alone'}")
+    _say_doubts(scenario)
     started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
     with stop_requests() as stop, shown as progress:
@@ -132,7 +161,7 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool) -> Run:
 
             meshcat = Meshcat()
             say(f"live at {meshcat.web_url()}")
-        log = simulate(scenario, report, meshcat)
+        log = simulate(scenario, report, meshcat, begin_run(scenario, folder))
     return Run.of(scenario, log, time.perf_counter() - started)
 
 

@@ -7,6 +7,7 @@ import os
 import shutil
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager, nullcontext
+from itertools import count
 from pathlib import Path
 from typing import Final
 
@@ -22,10 +23,11 @@ class NewFolder:
     Attributes:
         path: where its files are written.
         finished: whether they have been moved to their place, or could not be and stay in `path`.
+        saved: where folders are now that killed processes have left of it, and that held something to keep.
     """
 
     def __init__(self, path: Path, place: Path, entries: Collection[str], what: str) -> None:
-        self.path, self.finished = path, False
+        self.path, self.finished, self.saved = path, False, list[Path]()
         self._place, self._home, self._entries, self._what = place, Path(os.path.realpath(place)), entries, what
 
     def finish(self) -> None:
@@ -48,11 +50,14 @@ class NewFolder:
 
 
 @contextmanager
-def new_folder(place: Path, entries: Collection[str], what: str = "a run folder") -> Iterator[NewFolder]:
+def new_folder(
+    place: Path, entries: Collection[str], what: str = "a run folder", keep: str = ""
+) -> Iterator[NewFolder]:
     """A folder to fill; it is finished when the block ends without an exception, and deleted otherwise.
 
     It is filled inside `place` where that exists, beside it otherwise. Links are followed. Of what is in `place`
-    already, only the given entries are replaced, and nothing else may be there.
+    already, only the given entries are replaced, and nothing else may be there. What a killed process has left of
+    `place` is deleted, or, if it has an entry `keep`, moved beside `place`, under its name and "-killed".
 
     Raises:
         RunFolderError: `place` cannot be written, holds something else than `what`, or is being written by another
@@ -75,7 +80,7 @@ def new_folder(place: Path, entries: Collection[str], what: str = "a run folder"
         with locked(path, busy), locked(home, busy) if kind else nullcontext():
             with writing(place):
                 (path / _MARK).touch()
-                _clear_others(home, path, busy)
+                new.saved += _clear_others(home, path, busy, keep)
             yield new
             if not new.finished:
                 new.finish()
@@ -111,14 +116,43 @@ def locked(folder: Path, busy: str) -> Iterator[bool]:
         os.close(descriptor)
 
 
-def _clear_others(home: Path, own: Path, busy: str) -> None:
-    """Deletes what killed processes of this user left of `home`; raises `RunFolderError` for one that is alive."""
-    for folder in (home, home.parent):
-        for other in _parts(folder, part_of(own)):
-            if other != own and other.exists():
-                with locked(other, busy) as dead:
-                    if dead and other.stat().st_uid == os.geteuid():
-                        shutil.rmtree(other, ignore_errors=True)
+def left_parts(place: Path) -> list[Path]:
+    """The folders that `new_folder` is filling for a place, or that a killed process was."""
+    home = Path(os.path.realpath(place))
+    return [part for folder in (home, home.parent) for part in _parts(folder, part_of(beside(home)))]
+
+
+def _clear_others(home: Path, own: Path, busy: str, keep: str) -> list[Path]:
+    """Deletes what killed processes of this user left of `home`; raises `RunFolderError` for one that is alive.
+
+    Those with an entry `keep` are moved; their new places are returned.
+    """
+    saved = []
+    for other in left_parts(home):
+        if other != own and other.exists():
+            with locked(other, busy) as dead:
+                if not dead or other.stat().st_uid != os.geteuid():
+                    continue
+                if not keep or not (other / keep).exists():
+                    shutil.rmtree(other, ignore_errors=True)
+                elif moved := _moved(other, home.with_name(f"{home.name}-killed")):
+                    saved.append(moved)
+    return saved
+
+
+def _moved(folder: Path, place: Path) -> Path | None:
+    """Moves a folder to a place, or to the first free one of its name and a number; None where that can't be done."""
+    for number in count(1):
+        target = place if number == 1 else place.with_name(f"{place.name}-{number}")
+        if target.exists():
+            continue
+        try:
+            folder.rename(target)
+            (target / _MARK).unlink()
+        except OSError:
+            return None
+        return target
+    return None
 
 
 def _parts(folder: Path, name: str | None) -> list[Path]:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Final
 
-from pdhocbf_drake.config import shown
+from pdhocbf_drake.config_errors import shown
 from pdhocbf_drake.errors import InputError, RunFolderError
 
 _KINDS: Final = {
@@ -20,7 +20,13 @@ _KINDS: Final = {
     stat.S_IFCHR: "a device", stat.S_IFBLK: "a device",
 }  # fmt: skip
 _PARTS: Final = re.compile(r"\.(?P<name>.+)\.[0-9a-f]{16}\.part")  # the names of `beside`
-_INSIDE: Final = (".png", ".csv", ".parquet")  # files that folders of results hold in their own folders
+_INSIDE: Final = (
+    ".png",
+    ".csv",
+    ".parquet",
+    ".obj",
+    ".gltf",
+)  # files in the folders of results
 
 
 def named(path: Path) -> str:

@@ -14,7 +14,7 @@ from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.digest import digest
-from pdhocbf_drake.mpc.kernels import write_plan
+from pdhocbf_drake.mpc.kernels import mark_acting, write_plan
 from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
 from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
@@ -279,7 +279,7 @@ class PeriodicMpc:
                 continue
             own = self._barrier_rows(axis, place)
             if len(result.active) == own.shape[1]:
-                acting[first : first + len(own)] = own @ np.abs(result.active) > 0.0
+                mark_acting(own, result.active, first, acting)
             first += len(own)
         return acting
 

@@ -31,6 +31,20 @@ def believe(
 
 
 @compiled
+def mark_acting(rows: np.ndarray, active: np.ndarray, place: int, acting: np.ndarray) -> None:
+    """Sets to 1 or 0 from `place` on whether each barrier has an active row.
+
+    Args:
+        rows: 1 where a row is one of a barrier, (n_b, m). active: flags of the rows, 0 if inactive (m,).
+    """
+    for i in range(len(rows)):
+        acting[place + i] = 0.0
+        for j in range(len(active)):
+            if rows[i, j] != 0.0 and active[j] != 0.0:
+                acting[place + i] = 1.0
+
+
+@compiled
 def write_plan(
     x: np.ndarray, y: np.ndarray, starts_x: np.ndarray, starts_y: np.ndarray, inputs: np.ndarray,
     footholds: np.ndarray, slacks: np.ndarray,

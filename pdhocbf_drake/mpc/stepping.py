@@ -10,7 +10,7 @@ from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.sides import BOTH, LEFT
 
-_MISSED = 2e-3  # [m]: a tail that is missed by more lets the robot fall
+_MISSED = 2e-3 / 0.58  # of the CoM's height: a tail that is missed by more lets the robot fall
 _FAR = 0.75  # share of the half box of a stand: a divergent component farther out leaves too little to balance with
 _SHORTEST = 5  # with less than a fifth of a step left no foot swings; it waits for the next step
 
@@ -36,7 +36,8 @@ def steps_again(mpc: PeriodicMpc, state: np.ndarray, centre: np.ndarray, plan: P
         return _out_of_a_stand(mpc, mpc.recovery, state, centre, plan)
     if end is None or end > step + 1:
         return known
-    if mpc.recovery.missed_tail(state, plan) <= _MISSED and _ends_well(mpc.recovery, state, plan, end):
+    missed = _MISSED * gait.config.com_height
+    if mpc.recovery.missed_tail(state, plan) <= missed and _ends_well(mpc.recovery, state, plan, end):
         return known
     if known.tick >= 0 and known.last >= step:
         return known._replace(last=end + 1)
@@ -63,7 +64,7 @@ def _out_of_a_stand(
     commanded = recovery.commanded.steps(step)
     away = _seen(state[:, 0] + state[:, 1] / mpc.divergent.omega[phase] - centre, commanded.yaw)
     within = np.abs(away) <= commanded.half[:, 1]
-    if np.all(within) and recovery.missed_tail(state, plan) <= _MISSED:
+    if np.all(within) and recovery.missed_tail(state, plan) <= _MISSED * gait.config.com_height:
         return known
     side = -LEFT if away[1] > 0.0 else LEFT  # it falls away from its stance foot
     last = first + 1

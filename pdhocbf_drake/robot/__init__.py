@@ -6,11 +6,12 @@ from pdhocbf_drake.lazy import lazy_names
 
 if TYPE_CHECKING:
     from pdhocbf_drake.robot.biped import Biped, Sole
-    from pdhocbf_drake.robot.config import ROLES, SIDES, RobotConfig, Side
+    from pdhocbf_drake.robot.config import SIDES, RobotConfig, Side
     from pdhocbf_drake.robot.feedforward import Feedforward, InverseDynamics, swing_lever
     from pdhocbf_drake.robot.ik import IkResult, Motion, WholeBodyIk
     from pdhocbf_drake.robot.kernels import left_share_of_zmp, zmp_of_wrenches
     from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_names
+    from pdhocbf_drake.robot.per_joint import ROLES
     from pdhocbf_drake.robot.posture import Posture, sole_pose
     from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, longest_stride, upright_posture
 
@@ -48,7 +49,6 @@ __getattr__, __dir__ = lazy_names(
             "Sole",
         ),
         "config": (
-            "ROLES",
             "SIDES",
             "RobotConfig",
             "Side",
@@ -72,6 +72,7 @@ __getattr__, __dir__ = lazy_names(
             "models_folder",
             "robot_names",
         ),
+        "per_joint": ("ROLES",),
         "posture": (
             "Posture",
             "sole_pose",

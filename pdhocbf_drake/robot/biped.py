@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex, RigidBody
 
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.config import SIDES, RobotConfig
+from pdhocbf_drake.robot.faults import Fault, faults_in
 from pdhocbf_drake.robot.locate import load_robot_config
-from pdhocbf_drake.robot.model import add_model, find_frame, find_joint, per_joint, sole_frame_name
+from pdhocbf_drake.robot.model import add_model, find_joint, sole_frame_name, torso_frame
+from pdhocbf_drake.robot.multibody.tree import tree_of
+from pdhocbf_drake.robot.per_joint import per_joint
+from pdhocbf_drake.robot.straight_pose import StraightPose
+
+_STIFFNESS = 3.64  # of a joint, over m g z [1/rad]
+_TIME = 0.137  # kd over kp, over √(z/g) [1]
 
 
 class Sole(NamedTuple):
@@ -30,23 +39,29 @@ class Biped:
     Attributes:
         config: the robot file.
         plant: the controller's copy of the model, continuous-time, without geometry and with nothing but the robot.
-        mass: total mass [kg].
+        mass: total mass [kg]. weight: its weight [N].
         joint_names: the model's names of the twelve joints.
         q_index, v_index, u_index: places of the twelve joints in q (19,), v (18,) and actuation (12,).
         base_q_index, base_v_index: places of the floating base in q (7,) and v (6,).
         effort_limits: (12,) [N m]; velocity_limits: (12,) [rad/s]; position_limits: (12, 2) [rad].
         kp, kd: gains (12,) [N m/rad, N m s/rad].
         soles: frame and half size of each sole.
-        torso_frame: the frame that is kept upright.
+        torso_frame: the frame that is kept upright. ahead: its x axis in the floating base (3,).
+        tree: links, joints and the frames of torso, left and right sole for the kernels; None where they don't model
+            all of the robot.
         bent_knee: q (19,) from which inverse kinematics starts.
     """
 
-    def __init__(self, config: RobotConfig) -> None:
+    def __init__(self, config: RobotConfig, checked: bool = True) -> None:
         """Loads the model.
+
+        Args:
+            config: the robot file.
+            checked: whether sides, roles, bent knees and soles are checked against the model's geometry.
 
         Raises:
             ModelError: the model lacks a link, frame, joint or actuator (the message lists those it has), has moving
-                joints beyond those of the legs, or left and right are swapped.
+                joints beyond those of the legs, or contradicts the robot file, see `robot.faults`.
         """
         self.config = config
         self.plant = plant = MultibodyPlant(0.0)
@@ -66,15 +81,20 @@ class Biped:
         self.effort_limits = np.array([actuators[joint].effort_limit() for joint in self.joint_names])
         self.velocity_limits = np.array([joint.velocity_upper_limit() for joint in joints])
         self.position_limits = np.array([[j.position_lower_limit(), j.position_upper_limit()] for j in joints])
-        self.kp, self.kd = per_joint(config.kp), per_joint(config.kd)
         self.soles = {
             side: Sole(plant.GetFrameByName(sole_frame_name(side)), np.array(config.leg(side).sole.half_size))
             for side in SIDES
         }
-        self.torso_frame = find_frame(plant, instance, config.torso_link or config.base_link, name)
+        self.torso_frame = torso_frame(plant, instance, config)
+        self.tree = tree_of(plant, [self.torso_frame, *(self.soles[side].frame for side in SIDES)])
         self.mass = float(plant.CalcTotalMass(plant.CreateDefaultContext()))
-        self.bent_knee = self._bent_knee()
-        self._check_sides()
+        self.weight = self.mass * float(np.linalg.norm(plant.gravity_field().gravity_vector()))
+        self.kp, self.kd = _gains(config, self.mass, self.weight)
+        upright = self.torso_frame.CalcPose(plant.CreateDefaultContext(), base.body_frame()).rotation()
+        self.ahead = upright.matrix()[:, 0]
+        self.bent_knee = self._bent_knee(upright)
+        if checked and (faults := [fault for fault in self.faults() if fault.fatal]):
+            raise ModelError(f"robot {name!r}: {'; '.join(map(str, faults))}")
 
     @classmethod
     def load(cls, robot: str) -> Biped:
@@ -96,28 +116,29 @@ class Biped:
         clipped[quaternion] /= max(float(np.linalg.norm(clipped[quaternion])), 1e-12)
         return clipped
 
-    def _check_sides(self) -> None:
-        """Forward is x and up is z, so the left sole is where y is greater."""
-        context = self.plant.CreateDefaultContext()
-        self.plant.SetPositions(context, self.bent_knee)
-        left, right = (self.soles[side].frame.CalcPoseInWorld(context).translation()[1] for side in SIDES)
-        if left <= right:
-            raise ModelError(
-                f"robot {self.config.name!r}: left and right are swapped: with the knees bent the left sole is at "
-                f"y = {left:.3g} m and the right one at {right:.3g} m, but left is where y is greater (x is forward)"
-            )
+    def faults(self) -> list[Fault]:
+        """Entries of the robot file that the model's geometry contradicts."""
+        soles = {side: sole.frame for side, sole in self.soles.items()}
+        return faults_in(StraightPose(self.plant, self.config, soles, self.bent_knee, self.q_index))
 
     def _actuators(self) -> dict[str, JointActuator]:
         actuators = (self.plant.get_joint_actuator(index) for index in self.plant.GetJointActuatorIndices())
         return {actuator.joint().name(): actuator for actuator in actuators}
 
-    def _bent_knee(self) -> np.ndarray:
+    def _bent_knee(self, upright: RotationMatrix) -> np.ndarray:
         q = np.zeros(self.plant.num_positions())
-        q[self.base_q_index[0]] = 1.0
+        q[self.base_q_index[:4]] = upright.inverse().ToQuaternion().wxyz()
         q[self.base_q_index[6]] = self.config.com_height
         angles = [list(self.config.leg(side).bent_knee.model_dump().values()) for side in SIDES]
         q[self.q_index] = np.ravel(angles)
         return self.clipped(q)
+
+
+def _gains(config: RobotConfig, mass: float, weight: float) -> tuple[np.ndarray, np.ndarray]:
+    """kp and kd (12,); where they are not given, a stiffness and a time constant that fit the robot's weight."""
+    kp = per_joint(_STIFFNESS * weight * config.com_height if config.kp is None else config.kp)
+    time = _TIME * math.sqrt(config.com_height * mass / weight)
+    return kp, time * kp if config.kd is None else per_joint(config.kd)
 
 
 def _floating_base(plant: MultibodyPlant, config: RobotConfig) -> RigidBody:

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Annotated, Any, Literal
+from collections import Counter
+from typing import Annotated, Literal
 
-from pydantic import Field, ValidationError, WrapValidator
+from pydantic import Field, model_validator
 
-from pdhocbf_drake.config import Config, Length, limited, within
+from pdhocbf_drake.config import Config, Length, within
+from pdhocbf_drake.robot.per_joint import ROLES, PerJoint, per_joint_within
 
 Side = Literal["left", "right"]
 SIDES: tuple[Side, Side] = ("left", "right")
 Angle = Annotated[float, within(-math.pi, math.pi, "rad")]
 Place = Annotated[float, within(-10.0, 10.0, "m")]
 HalfSide = Annotated[float, within(0.0, 1.0, "m", above=True)]
-ROLES = ("hip_yaw", "hip_roll", "hip_pitch", "knee_pitch", "ankle_pitch", "ankle_roll")
 
 
 class SoleConfig(Config):
@@ -70,31 +70,11 @@ class LegConfig(Config):
     bent_knee: LegAngles
 
 
-def _one_or_six(low: float, high: float, unit: str, *, above: bool = False) -> WrapValidator:
-    """Checks each number of a per-joint value; the error is one sentence."""
-    allowed = limited(low, high, unit, above=above)
-
-    def check(value: Any, parse: Callable[[Any], Any]) -> Any:
-        try:
-            parsed = parse(tuple(value) if isinstance(value, list) else value)
-        except ValidationError:
-            raise ValueError("must be one number for all joints, or six: " + ", ".join(ROLES)) from None
-        for number in parsed if isinstance(parsed, tuple) else (parsed,):
-            if number is not None:
-                allowed(number)
-        return parsed
-
-    return WrapValidator(check)
-
-
-_PerRole = float | tuple[float, float, float, float, float, float]
-
-
 class RobotConfig(Config):
     """A walking robot as data.
 
     Per-joint values are one number for all joints, or six in the order hip yaw, roll, pitch, knee pitch,
-    ankle pitch, roll, the same for both legs.
+    ankle pitch, roll, the same for both legs; or a map of `left` and `right` to such values.
 
     Attributes:
         name: its name in messages, logs and plots.
@@ -102,14 +82,18 @@ class RobotConfig(Config):
         packages: folders of the `package://` names in the model, relative to this YAML file.
         base_link: the floating link.
         torso_link: the link or frame that is kept upright; null takes the base.
+        torso_rpy: orientation, in that link or frame, of the axes that are kept upright, x ahead and z up,
+            roll-pitch-yaw [rad]; (0, 0, 3.14159) for one whose own x points backwards.
         left, right: the legs.
-        fixed_joints: further joints of the model (arms, neck), welded at these angles [rad].
+        fixed_joints: further joints of the model (waist, arms, neck), welded at these angles or lengths [rad, m].
+        keep_contact: whether the feet touch the ground with the model's own geometry; otherwise with four small
+            spheres at the corners of the sole.
         com_height: CoM height above the soles at which the robot stands and walks [m].
         stance_width: lateral distance between the soles' centres [m].
-        kp: proportional gains of the joints [N m/rad].
-        kd: derivative gains of the joints [N m s/rad].
-        effort_limits: greatest joint torques [N m]; null takes the model's. Where the model has no actuators,
-            they are added with these limits.
+        kp: proportional gains of the joints; null takes 3.64 m g z, z the CoM height [N m/rad].
+        kd: derivative gains of the joints; null takes kp times 0.137 √(z/g) [N m s/rad].
+        effort_limits: greatest joint torques [N m]; null takes those of the model's actuators, or where it has none,
+            of its `<limit>` tags.
         reflected_inertia: rotor inertia reflected to the joint [kg m²]; null takes the model's.
     """
 
@@ -118,15 +102,30 @@ class RobotConfig(Config):
     packages: dict[str, str] = Field(default_factory=dict)
     base_link: str
     torso_link: str | None = None
+    torso_rpy: tuple[Angle, Angle, Angle] = (0.0, 0.0, 0.0)
     left: LegConfig
     right: LegConfig
+    keep_contact: bool = False
     fixed_joints: dict[str, float] = Field(default_factory=dict)
     com_height: Length
     stance_width: Length
-    kp: Annotated[_PerRole, _one_or_six(0.0, 1e6, "N m/rad", above=True)] = 600.0
-    kd: Annotated[_PerRole, _one_or_six(0.0, 1e5, "N m s/rad")] = 20.0
-    effort_limits: Annotated[_PerRole | None, _one_or_six(0.0, 1e6, "N m", above=True)] = None
-    reflected_inertia: Annotated[_PerRole | None, _one_or_six(0.0, 1e3, "kg m²")] = None
+    kp: Annotated[PerJoint | None, per_joint_within(0.0, 1e6, "N m/rad", above=True)] = None
+    kd: Annotated[PerJoint | None, per_joint_within(0.0, 1e5, "N m s/rad")] = None
+    effort_limits: Annotated[PerJoint | None, per_joint_within(0.0, 1e6, "N m", above=True)] = None
+    reflected_inertia: Annotated[PerJoint | None, per_joint_within(0.0, 1e3, "kg m²")] = None
+
+    @model_validator(mode="after")
+    def _check_names(self) -> RobotConfig:
+        """Raises `ValueError` for a joint or sole that is named twice."""
+        twice = [name for name, count in Counter(self.joint_names).items() if count > 1]
+        if twice:
+            sides = [(side, self.leg(side).joints.model_dump()) for side in SIDES]
+            places = [f"{side}.joints.{role}" for side, joints in sides for role in ROLES if joints[role] == twice[0]]
+            raise ValueError(f"joint {twice[0]!r} is named for {' and '.join(places)}; each has a joint of its own")
+        fixed = [name for name in self.joint_names if name in self.fixed_joints]
+        if fixed:
+            raise ValueError(f"joint {fixed[0]!r} is in fixed_joints, and a joint of a leg too")
+        return self
 
     def leg(self, side: Side) -> LegConfig:
         """The leg of that side."""

@@ -8,7 +8,7 @@ from pydrake.math import RotationMatrix
 from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.config import SIDES, Side
 from pdhocbf_drake.robot.posture import TargetPoses
-from pdhocbf_drake.robot.task_space import TaskSpace
+from pdhocbf_drake.robot.task_space import TOLERANCE, TaskSpace
 
 _ITERATIONS = 40
 # Weights of the task error: the soles count ten times as much as CoM and torso.
@@ -31,7 +31,7 @@ def row_weights(loose: Side | None, yaw: float = 0.0) -> np.ndarray:
 
 
 def nearest_posture(
-    biped: Biped, task_space: TaskSpace, goal: TargetPoses, q: np.ndarray, tolerance: float, weights: np.ndarray
+    biped: Biped, task_space: TaskSpace, goal: TargetPoses, q: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Levenberg-Marquardt on the weighted task error e; joints that a limit blocks are left out of the step:
 
@@ -41,10 +41,10 @@ def nearest_posture(
         q (19,) within the limits, its task error (18,) [m, rad], and the number of iterations.
     """
     lower, upper = biped.position_limits.T
-    damping, iterations = 1e-3, 0
+    q, iterations, damping, done = task_space.descend(goal, q, weights, _ITERATIONS)
     task_space.set_positions(q)
     error = task_space.error(goal)
-    while iterations < _ITERATIONS and damping < 1e6 and abs(error).max() >= tolerance:
+    while not done and iterations < _ITERATIONS and damping < 1e6 and abs(error).max() >= TOLERANCE:
         iterations += 1
         jacobian = weights @ task_space.jacobian()
         gradient = jacobian.T @ (weights @ error)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.multibody.tree import MultibodyForces
 
 from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.ik import WholeBodyIk
 from pdhocbf_drake.robot.kernels import write_shared_wrench
 from pdhocbf_drake.robot.posture import LEFT
 from pdhocbf_drake.robot.task_space import TaskSpace
+from pdhocbf_drake.robot.tree_task_space import task_space_of
 
 
 class Feedforward(NamedTuple):
@@ -32,22 +32,18 @@ class InverseDynamics:
 
     def __init__(self, biped: Biped, task_space: TaskSpace | None = None) -> None:
         """Shares the kinematics of a `WholeBodyIk` when given its task space."""
-        self._plant = biped.plant
         self._base, self._joints = biped.base_v_index, biped.v_index
-        self._base_position = biped.base_q_index[4:]
-        self._task_space = task_space or TaskSpace(biped)
-        self._forces = MultibodyForces(biped.plant)
+        self._origin = biped.base_q_index[4:]
+        self._task_space = task_space or task_space_of(biped)
 
     def __call__(self, q: np.ndarray, v: np.ndarray, vdot: np.ndarray, left_share: float) -> Feedforward:
         """Torques of the motion (q (19,), v (18,), vdot (18,)); `left_share` in [0, 1]."""
-        task, plant = self._task_space, self._plant
+        task = self._task_space
         task.set_state(q, v)
-        # CalcInverseDynamics leaves gravity and joint damping out unless they are among the applied forces.
-        plant.CalcForceElementsContribution(task.context, self._forces)
-        needed = plant.CalcInverseDynamics(task.context, vdot, self._forces)
-        both, origin = np.empty(12), q[self._base_position]
-        write_shared_wrench(needed, self._base, origin, task.poses(), left_share, task.jacobian(), both)
-        return Feedforward(needed[self._joints], both[:6], both[6:])
+        needed = task.forces(vdot)
+        jacobian, out = task.jacobian(), np.empty(24)
+        write_shared_wrench(needed, self._base, self._joints, q, self._origin, task.poses(), left_share, jacobian, out)
+        return Feedforward(out[:12], out[12:18], out[18:])
 
 
 def swing_lever(biped: Biped, q: np.ndarray) -> np.ndarray:

@@ -10,20 +10,17 @@ import numpy as np
 from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.config import Side
 from pdhocbf_drake.robot.damped import nearest_posture, row_weights
-from pdhocbf_drake.robot.kernels import largest, limit, within_limits
+from pdhocbf_drake.robot.multibody.kernels import largest, limit
 from pdhocbf_drake.robot.posture import Posture, TargetPoses
-from pdhocbf_drake.robot.task_space import TaskSpace
+from pdhocbf_drake.robot.task_space import LARGEST_RATE, TOLERANCE
+from pdhocbf_drake.robot.tree_task_space import task_space_of
 
-TOLERANCE = 1e-8  # greatest entry of the task error [m, rad]
 LEVEL = (0.0,) * 9
 """An upright torso and level soles that face ahead: roll, pitch and yaw of torso, left and right sole [rad]."""
 
-_NEWTON_ITERATIONS = 12
-_LARGEST_STEP = 0.5  # [rad]: a larger joint step means that the Jacobian is near singular
 _STRETCHED_DAMPING = 0.1
 _FARTHEST = 1e6  # [m, rad]: targets and seeds beyond it are refused
 _REFUSED = f"the target is not finite, or beyond {_FARTHEST:g} m"
-_LARGEST_RATE = 1e3  # [rad/s, rad/s²]: a larger joint speed or acceleration is solved for anew, damped
 _PARTS = ("CoM", "torso rotation", "left sole", "left sole rotation", "right sole", "right sole rotation")
 _ROWS = tuple(f"{part} {axis}" for part in _PARTS for axis in "xyz")
 
@@ -69,7 +66,7 @@ class WholeBodyIk:
 
     def __init__(self, biped: Biped) -> None:
         self._biped = biped
-        self.task_space = TaskSpace(biped)
+        self.task_space = task_space_of(biped)
         self._quaternion = biped.base_q_index[:4]
         self._q_index, self._v_index, self._speed_limits = biped.q_index, biped.v_index, biped.velocity_limits
         self._lower, self._upper = np.ascontiguousarray(biped.position_limits.T)
@@ -108,6 +105,9 @@ class WholeBodyIk:
         weighted least squares: for a posture that misses its target, whose legs are stretched.
         """
         task = self.task_space
+        followed = task.follow(q, rates, accelerations) if weights is None else None
+        if followed is not None:
+            return followed
         task.set_positions(q)
         v = self._velocity(rates, weights)
         limit(v, self._v_index, self._speed_limits)
@@ -117,33 +117,16 @@ class WholeBodyIk:
     def _solve(self, goal: TargetPoses, seed: np.ndarray, loose: Side | None, yaw: float) -> IkResult:
         if not largest(goal.offset) < _FARTHEST:
             return self._refused(seed, _REFUSED)
-        q = self._start(seed)
-        q = q.copy() if self._within(q) else self._biped.clipped(q)
         task = self.task_space
-        for iteration in range(_NEWTON_ITERATIONS):
-            task.set_positions(q)
-            error = task.error(goal)
-            worst = largest(error)
-            if worst < TOLERANCE:
-                return IkResult(q, True, iteration, worst, "")
-            step = task.solve(error)
-            if step is None or not largest(step) <= _LARGEST_STEP:
-                return self._damped(goal, q, iteration, loose, yaw)
-            moved = task.moved(q, step)
-            if not self._within(moved):
-                return self._damped(goal, q, iteration, loose, yaw)
-            q = moved
-        return self._damped(goal, q, _NEWTON_ITERATIONS, loose, yaw)
-
-    def _within(self, q: np.ndarray) -> bool:
-        """Whether every joint of q (19,) is within its limits, and its quaternion has length one."""
-        return within_limits(q, self._q_index, self._lower, self._upper, self._quaternion)
+        good = task.within(seed) and largest(seed) < _FARTHEST
+        q, steps, worst = task.approach(goal, seed if good else self._biped.clipped(self._start(seed)))
+        return IkResult(q, True, steps, worst, "") if worst < TOLERANCE else self._damped(goal, q, steps, loose, yaw)
 
     def _velocity(self, wanted: np.ndarray, weights: np.ndarray | None) -> np.ndarray:
-        """J⁻¹ wanted (18,); damped least squares where that exceeds `_LARGEST_RATE`, or weights are given."""
+        """J⁻¹ wanted (18,); damped least squares where that exceeds `LARGEST_RATE`, or weights are given."""
         if weights is None:
             solution = self.task_space.solve(wanted)
-            if solution is not None and largest(solution) < _LARGEST_RATE:
+            if solution is not None and largest(solution) < LARGEST_RATE:
                 return solution
         jacobian = self.task_space.jacobian()
         if weights is not None:
@@ -154,7 +137,7 @@ class WholeBodyIk:
         return np.linalg.solve(jacobian.T @ jacobian + 1e-3 * np.eye(len(wanted)), jacobian.T @ wanted)
 
     def _damped(self, goal: TargetPoses, q: np.ndarray, iterations: int, loose: Side | None, yaw: float) -> IkResult:
-        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, TOLERANCE, row_weights(loose, yaw))
+        q, error, more = nearest_posture(self._biped, self.task_space, goal, q, row_weights(loose, yaw))
         worst = float(abs(error).max())
         reason = "" if worst < TOLERANCE else self._reason(q, error)
         return IkResult(q, not reason, iterations + more, worst, reason)

@@ -9,9 +9,11 @@ import numpy as np
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.ik import WholeBodyIk
+from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.robot.posture import Posture, sole_pose
 
-_RESOLUTION = 0.01  # of the limits named in messages [m]
+_RESOLUTION = 1.0 / 60.0  # of the limits named in messages, over the length of a leg
+_FARTHEST = 10.0 / 3.0  # step that is tried, likewise
 
 
 def upright_posture(biped: Biped, com: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -55,33 +57,39 @@ def check_walk(
         _check_stride(biped, stride, stance_width, height)
 
 
-def check_zmp_box(biped: Biped, zmp_box: tuple[float, float]) -> None:
+def check_zmp_box(biped: Biped, zmp_box: tuple[float, float], key: str = "gait.zmp_box") -> None:
     """Refuses a box of eq. (27) that is larger than the smaller sole: with the ZMP outside the sole the foot tips."""
     sole = 2 * np.min([biped.soles[side].half_size for side in ("left", "right")], axis=0)
     if (np.array(zmp_box) > sole + 1e-9).any():
         raise ModelError(
-            f"ZMP box {zmp_box[0]:g} x {zmp_box[1]:g} m is larger than the sole of robot {biped.config.name!r}; "
+            f"{key}: a ZMP box of {zmp_box[0]:g} x {zmp_box[1]:g} m is larger than the sole of robot "
+            f"{biped.config.name!r}; "
             f"allowed is up to {sole[0]:g} x {sole[1]:g} m"
         )
 
 
 def _check_com_height(biped: Biped, height: float, stance_width: float) -> None:
     """Refuses a height at which the robot can't stand upright on both feet at that width."""
-    if _reaches(biped, height, stance_width, 0.0):
+    if reaches(biped, height, stance_width, 0.0):
         return
-    resolution = max(_RESOLUTION, biped.config.com_height / 60.0)
-    heights = np.arange(0.0, 2.0 * biped.config.com_height, resolution)
-    good = [other for other in heights if _reaches(biped, other, stance_width, 0.0)]
-    allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if good else "no height is in reach"
+    good = reachable_heights(biped, stance_width)
+    allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if len(good) else "no height is in reach"
     raise ModelError(
         f"CoM height {height:g} m is out of reach of robot {biped.config.name!r} "
         f"with its feet {stance_width:g} m apart; {allowed}"
     )
 
 
+def reachable_heights(biped: Biped, stance_width: float) -> np.ndarray:
+    """The CoM heights at which the robot can stand upright on both feet, of those a sixtieth of a leg apart [m]."""
+    leg = leg_length(biped)
+    heights = np.arange(0.0, 2.0 * leg, leg * _RESOLUTION)
+    return np.array([height for height in heights if reaches(biped, height, stance_width, 0.0)])
+
+
 def _check_stride(biped: Biped, stride: float, stance_width: float, height: float) -> None:
     """Refuses a stride at which the robot can't stand on both feet with the CoM above their middle."""
-    if _reaches(biped, height, stance_width, stride):
+    if reaches(biped, height, stance_width, stride):
         return
     longest = longest_stride(biped, stance_width, height)
     raise ModelError(
@@ -92,17 +100,18 @@ def _check_stride(biped: Biped, stride: float, stance_width: float, height: floa
 
 def longest_stride(biped: Biped, stance_width: float, height: float) -> float:
     """The longest step at a CoM height, with both feet on the ground and the CoM above their middle [m]."""
-    return _largest(lambda length: _reaches(biped, height, stance_width, length))
+    return _largest(lambda length: reaches(biped, height, stance_width, length), leg_length(biped))
 
 
-def _reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
+def reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
+    """Whether it can stand upright on both feet, a stride and a width apart [m], with its CoM above their middle."""
     left, right = sole_pose(stride / 2, width / 2), sole_pose(-stride / 2, -width / 2)
     return WholeBodyIk(biped).solve(Posture(np.array([0.0, 0.0, height]), left, right), biped.bent_knee).ok
 
 
-def _largest(possible: Callable[[float], bool]) -> float:
-    low, high = 0.0, 2.0
-    while high - low > _RESOLUTION:
+def _largest(possible: Callable[[float], bool], leg: float) -> float:
+    low, high = 0.0, leg * _FARTHEST
+    while high - low > leg * _RESOLUTION:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if possible(middle) else (low, middle)
     return low

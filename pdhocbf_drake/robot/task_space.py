@@ -1,81 +1,85 @@
-"""The eighteen task coordinates of the robot: poses, Jacobian J(q) and bias J̇v, from Drake's kinematics."""
+"""The eighteen task coordinates of the robot, Newton's method for them, and the motion that follows them."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import numpy as np
 from pydrake.math import RotationMatrix
-from pydrake.multibody.tree import JacobianWrtVariable
 
 from pdhocbf_drake.robot.biped import Biped
-from pdhocbf_drake.robot.kernels import (
-    factorize,
-    move_along,
-    substitute,
-    write_bias,
-    write_error,
-    write_jacobian,
-    write_poses,
-)
+from pdhocbf_drake.robot.multibody.kernels import factorize, largest, limit, substitute, within_limits, write_error
 from pdhocbf_drake.robot.posture import TURNS, TargetPoses
 
-_ORIGIN = np.zeros(3)
-_REST = np.zeros(6)
+TOLERANCE = 1e-8  # greatest entry of the task error [m, rad]
+NEWTON_STEPS = 12
+LARGEST_STEP = 0.5  # [rad]: a larger joint step means that the Jacobian is near singular
+FIRST_DAMPING = 1e-3  # of `damped.nearest_posture`
+LARGEST_RATE = 1e3  # [rad/s, rad/s²]: a larger joint speed or acceleration is none to follow
 
 
-class TaskSpace:
+class TaskSpace(ABC):
     """Task velocity of the floating robot, linear in the generalized velocity:
 
         [v_com; ω_torso; v_left; ω_left; v_right; ω_right] = J(q) v,     its derivative = J(q) v̇ + J̇(q, v) v.
 
-    J is square (18 x 18) for two six-joint legs. It is kept for the last q, so that inverse kinematics, velocities and
-    inverse dynamics at the same q evaluate it once.
-
-    Attributes:
-        context: the plant's context, at the last q and v that were set.
+    J is square (18 x 18) for two six-joint legs. What is computed is kept for the last q, so that inverse kinematics,
+    velocities and inverse dynamics at the same q evaluate it once.
     """
 
     def __init__(self, biped: Biped) -> None:
-        self._plant = biped.plant
-        self.context = biped.plant.CreateDefaultContext()
-        self._world = biped.plant.world_frame()
-        self._torso = biped.torso_frame
-        self._left, self._right = biped.soles["left"].frame, biped.soles["right"].frame
-        self._quaternion = biped.base_q_index[:4]
-        self._base, self._mass = biped.base_v_index, biped.mass
-        base = biped.plant.GetBodyByName(biped.config.base_link)
-        # A torso welded to the floating base turns with the base's ω, whatever the posture.
-        welded = [body.index() for body in biped.plant.GetBodiesWeldedTo(base)]
-        self._torso_is_base = biped.torso_frame.body().index() in welded
-        self._turning_base = np.zeros((6, 18), order="F")
-        self._turning_base[np.arange(3), self._base[:3]] = 1.0
-        self._key = self._velocity_key = b""
-        self._poses, self._posed = np.empty(39), False
-        self._jacobian: np.ndarray | None = None
+        self._joints, self._speeds = biped.v_index, biped.velocity_limits
+        self._q_index, self._quaternion = biped.q_index, int(biped.base_q_index[0])
+        self._lower, self._upper = np.ascontiguousarray(biped.position_limits.T)
+        self._key = b""
         self._factors, self._pivots = np.empty((18, 18)), np.empty(18, dtype=np.int64)
         self._factorized: bool | None = None
+
+    @abstractmethod
+    def set_state(self, q: np.ndarray, v: np.ndarray) -> None:
+        """Sets q (19,) and the generalized velocity v (18,)."""
+
+    @abstractmethod
+    def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """q ⊕ step (18,): along q̇ = N(q) v, with the quaternion normalized."""
+
+    @abstractmethod
+    def poses(self) -> np.ndarray:
+        """CoM (3), then rotation and origin, (3, 4) row by row, of torso, left and right sole; shape (39,).
+
+        The next call overwrites the array.
+        """
+
+    @abstractmethod
+    def com_velocity(self) -> np.ndarray:
+        """Velocity of the CoM (3,) [m/s]."""
+
+    @abstractmethod
+    def jacobian(self) -> np.ndarray:
+        """J(q) (18, 18); do not write into it, the next call overwrites it."""
+
+    @abstractmethod
+    def bias(self) -> np.ndarray:
+        """J̇(q, v) v (18,) [m/s², rad/s²]."""
+
+    @abstractmethod
+    def forces(self, vdot: np.ndarray) -> np.ndarray:
+        """M(q) v̇ + C(q, v) v − τ_g(q) (18,), which joints and ground have to apply, damping included [N m, N]."""
+
+    @abstractmethod
+    def _place(self, q: np.ndarray) -> None:
+        """Sets q (19,), another one than the last."""
 
     def set_positions(self, q: np.ndarray) -> None:
         """Sets q (19,)."""
         key = q.tobytes()
         if key != self._key:
-            self._plant.SetPositions(self.context, q)
-            self._key = key
-            self._posed, self._jacobian, self._factorized = False, None, None
+            self._key, self._factorized = key, None
+            self._place(q)
 
-    def set_state(self, q: np.ndarray, v: np.ndarray) -> None:
-        """Sets q (19,) and the generalized velocity v (18,)."""
-        self.set_positions(q)
-        key = v.tobytes()
-        if key != self._velocity_key:
-            self._plant.SetVelocities(self.context, v)
-            self._velocity_key = key
-
-    def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """q ⊕ step (18,): along q̇ = N(q) v, with the quaternion normalized; sets q, not the result."""
-        self.set_positions(q)
-        moved = np.empty(len(q))
-        move_along(q, self._plant.MapVelocityToQDot(self.context, step), self._quaternion, moved)
-        return moved
+    def within(self, q: np.ndarray) -> bool:
+        """Whether every joint of q (19,) is within its limits, and its quaternion has length one."""
+        return within_limits(q, self._q_index, self._lower, self._upper, self._quaternion)
 
     def error(self, target: TargetPoses) -> np.ndarray:
         """(18,) small motion [m, rad] in task coordinates that leads from here to the target.
@@ -89,38 +93,10 @@ class TaskSpace:
                 error[turn] = _rotation_vector(rotation, pose[:, :3])
         return error
 
-    def poses(self) -> np.ndarray:
-        """CoM (3), then rotation and origin, (3, 4) row by row, of torso, left and right sole; shape (39,).
-
-        The next call overwrites the array.
-        """
-        if not self._posed:
-            com = self._plant.CalcCenterOfMassPositionInWorld(self.context)
-            torso = self._torso.CalcPoseInWorld(self.context).GetAsMatrix34()
-            left = self._left.CalcPoseInWorld(self.context).GetAsMatrix34()
-            right = self._right.CalcPoseInWorld(self.context).GetAsMatrix34()
-            write_poses(com, torso, left, right, self._poses)
-            self._posed = True
-        return self._poses
-
-    def jacobian(self) -> np.ndarray:
-        """J(q) (18, 18); do not write into it."""
-        if self._jacobian is None:
-            plant, context, world, kind = self._plant, self.context, self._world, JacobianWrtVariable.kV
-            com = plant.CalcJacobianCenterOfMassTranslationalVelocity(context, kind, world, world)
-            torso = self._turning_base
-            if not self._torso_is_base:
-                torso = plant.CalcJacobianSpatialVelocity(context, kind, self._torso, _ORIGIN, world, world)
-            left = plant.CalcJacobianSpatialVelocity(context, kind, self._left, _ORIGIN, world, world)
-            right = plant.CalcJacobianSpatialVelocity(context, kind, self._right, _ORIGIN, world, world)
-            self._jacobian = np.empty((18, 18))
-            write_jacobian(com, torso, left, right, self._jacobian, self._factors)
-        return self._jacobian
-
     def solve(self, right: np.ndarray) -> np.ndarray | None:
         """J(q)⁻¹ right (18,), with one factorization for each q; None where J is singular."""
         if self._factorized is None:
-            self.jacobian()
+            self._factors[:] = self.jacobian()
             self._factorized = factorize(self._factors, self._pivots)
         if not self._factorized:
             return None
@@ -128,16 +104,58 @@ class TaskSpace:
         substitute(self._factors, self._pivots, right, solution)
         return solution
 
-    def bias(self) -> np.ndarray:
-        """J̇(q, v) v (18,) [m/s², rad/s²]."""
-        plant, context, world, kind = self._plant, self.context, self._world, JacobianWrtVariable.kV
-        bias, torso = np.empty(18), _REST
-        if not self._torso_is_base:
-            torso = plant.CalcBiasSpatialAcceleration(context, kind, self._torso, _ORIGIN, world, world).get_coeffs()
-        left = plant.CalcBiasSpatialAcceleration(context, kind, self._left, _ORIGIN, world, world).get_coeffs()
-        right = plant.CalcBiasSpatialAcceleration(context, kind, self._right, _ORIGIN, world, world).get_coeffs()
-        write_bias(plant.CalcBiasTerm(context), self._base, self._mass, torso, left, right, bias)
-        return bias
+    def approach(self, goal: TargetPoses, q: np.ndarray) -> tuple[np.ndarray, int, float]:
+        """Newton's method q ← q ⊕ J(q)⁻¹ (x* ⊖ x(q)) from q (19,), which is within its limits.
+
+        It gives up where J is near singular, a joint would leave its limits, or after `NEWTON_STEPS`.
+
+        Returns:
+            The last q within the limits, steps taken, and the largest entry of its task error, infinite if it gave up.
+        """
+        return self._approach(goal, q.copy(), 0)
+
+    def _approach(self, goal: TargetPoses, q: np.ndarray, first: int) -> tuple[np.ndarray, int, float]:
+        """The same after the first steps have been taken."""
+        for done in range(first, NEWTON_STEPS):
+            self.set_positions(q)
+            error = self.error(goal)
+            worst = largest(error)
+            if worst < TOLERANCE:
+                return q, done, worst
+            step = self.solve(error)
+            if step is None or not largest(step) <= LARGEST_STEP:
+                return q, done, np.inf
+            moved = self.moved(q, step)
+            if not self.within(moved):
+                return q, done, np.inf
+            q = moved
+        return q, NEWTON_STEPS, np.inf
+
+    def descend(
+        self, goal: TargetPoses, q: np.ndarray, weights: np.ndarray, steps: int
+    ) -> tuple[np.ndarray, int, float, bool]:
+        """The first steps of `damped.nearest_posture`, as far as there is a faster way to take them: here none.
+
+        Returns:
+            q (19,), the steps taken, the damping λ, and whether it is done.
+        """
+        return q, 0, FIRST_DAMPING, False
+
+    def follow(
+        self, q: np.ndarray, rates: np.ndarray, accelerations: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray] | None:
+        """v and v̇ (18,) with J v = rates and J v̇ + J̇v = accelerations, both (18,), at q (19,).
+
+        Joint speeds are clipped to their limits. None where J is singular or `LARGEST_RATE` is exceeded.
+        """
+        self.set_positions(q)
+        v = self.solve(rates)
+        if v is None or not largest(v) < LARGEST_RATE:
+            return None
+        limit(v, self._joints, self._speeds)
+        self.set_state(q, v)
+        vdot = self.solve(accelerations - self.bias())
+        return None if vdot is None or not largest(vdot) < LARGEST_RATE else (v, vdot)
 
 
 def _rotation_vector(target: np.ndarray, present: np.ndarray) -> np.ndarray:

@@ -13,10 +13,11 @@ import numpy as np
 
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope
+from pdhocbf_drake.sets.flat import Rows, flat_predecessor, positive, step_rows
+from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope, bounding_box
 
-Rows = tuple[Array, Array]
-
+_LOOSE = 1e-3  # share of its limits below which a state's extent is no longer resolved well
+_FIXED = 1e-12  # share of what one tick makes of a state below which its extent is rounding
 _ROUNDING = 1e-13  # share of its terms below which an entry of a computed row is 0
 
 
@@ -73,8 +74,10 @@ def invariant_set(
 
     Args:
         system: x(k+1) = A_k x + B_k u + c_k of period N.
-        states: X_k, N of them or one; None for an empty one, with which there is no invariant set.
-        inputs: U_k, N of them or one.
+        states: X_k, N of them or one; None for an empty one, with which there is no invariant set. Where one is flat,
+            as a box with a fixed state is, the equations that it makes within n sweeps leave flat sets. A set without
+            an interior, or one within what they leave, counts as none.
+        inputs: U_k, N of them or one, flat or not.
         tolerance: a sweep that cuts off less than this anywhere is the last one, where half the extent of the limits
             is the unit of each state [1].
         max_sweeps: largest number of passes around the cycle.
@@ -82,40 +85,110 @@ def invariant_set(
     Raises:
         InputError: sizes that do not fit; or no fixed point within the sweeps.
     """
-    started = time.perf_counter()
     period = system.period
     present = [part for part in states if part is not None]
     if len(present) < len(states):
         return InvariantSet((), states.index(None), 0, np.nan, 0.0)
     limits = _one_per_phase(present, period, system.n, "state")
-    allowed = _one_per_phase(inputs, period, system.m, "input")
-    sets, unit = list(limits), np.max([part.unit for part in limits], axis=0)
-    stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were computed
-    residual = np.zeros(period)
-    for sweep in range(1, max_sweeps + 1):
-        cut = 0.0
-        for k in reversed(range(period)):
-            if not stale[k]:
-                continue
-            rows, bounds = predecessor_rows(system, k, sets[(k + 1) % period], allowed[k])
-            size = np.maximum(np.linalg.norm(rows * unit, axis=1), THINNEST)  # a row of zeros holds anywhere or nowhere
-            excess = float(((sets[k].vertices @ rows.T - bounds) / size).max())
-            stale[k], residual[k], cut = False, max(excess, 0.0), max(cut, excess)
-            if excess <= tolerance:
-                continue
-            smaller = Polytope.from_rows(
-                np.vstack([limits[k].A, rows]), np.concatenate([limits[k].b, bounds]), sets[k].centre, unit
-            )
-            if smaller is None:
-                return InvariantSet((), k, sweep, np.nan, time.perf_counter() - started)
-            sets[k], residual[k] = smaller, 0.0
-            stale[k - 1] = True
-        if not stale.any():
-            return InvariantSet(tuple(sets), None, sweep, float(residual.max()), time.perf_counter() - started)
-    raise InputError(
-        f"no invariant set was found within {max_sweeps} sweeps (the last one still cut off {cut:.1e}): "
-        "allow more of them or a larger tolerance"
-    )
+    problem = _Problem(system, limits, _one_per_phase(inputs, period, system.m, "input"), tolerance, max_sweeps)
+    if any(part.rank < system.n for part in limits):
+        return problem.solve(problem.tight_unit(), flat=True)
+    unit = np.max([part.unit for part in limits], axis=0)
+    found = problem.solve(unit)
+    if found.sets and np.all(np.max([part.unit for part in found.sets], axis=0) > _LOOSE * unit):
+        return found
+    tight = problem.tight_unit()  # a limit that others imply is no unit
+    return problem.solve(tight) if np.any(tight < _LOOSE * unit) else found
+
+
+@dataclass(frozen=True)
+class _Problem:
+    system: PeriodicAffineSystem
+    limits: tuple[Polytope, ...]
+    inputs: tuple[Polytope, ...]
+    tolerance: float
+    max_sweeps: int
+
+    def solve(self, unit: Array, flat: bool = False) -> InvariantSet:
+        """The invariant set; `unit` is that of each state, in which the tolerance and `THINNEST` are meant."""
+        started = time.perf_counter()
+        period, sets = self.system.period, list(self.limits)
+        cut = self._cut_flat if flat else self._cut
+        stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were computed
+        residual = np.zeros(period)
+        for sweep in range(1, self.max_sweeps + 1):
+            largest = 0.0
+            for k in reversed(range(period)):
+                if not stale[k]:
+                    continue
+                excess, smaller = cut(k, sets[k], sets[(k + 1) % period], unit)
+                stale[k], residual[k], largest = False, max(excess, 0.0), max(largest, excess)
+                if excess <= self.tolerance:
+                    continue
+                if smaller is None or (flat and sweep > self.system.n and smaller.rank < sets[k].rank):
+                    return InvariantSet((), k, sweep, np.nan, time.perf_counter() - started)
+                sets[k], residual[k] = smaller, 0.0
+                stale[k - 1] = True
+            if not stale.any():
+                seconds = time.perf_counter() - started
+                return InvariantSet(tuple(sets), None, sweep, float(residual.max()), seconds)
+        raise InputError(
+            f"no invariant set was found within {self.max_sweeps} sweeps (the last one still cut off {largest:.1e}): "
+            "allow more of them or a larger tolerance"
+        )
+
+    def _cut(self, k: int, here: Polytope, following: Polytope, unit: Array) -> tuple[float, Polytope | None]:
+        """By how much C_k lies outside Pre_k(C_{k+1}), and what is left of it; None where nothing is."""
+        rows, bounds = predecessor_rows(self.system, k, following, self.inputs[k])
+        excess = _excess(here, rows, bounds, unit)
+        if excess <= self.tolerance:
+            return excess, here
+        all_rows, all_bounds = np.vstack([self.limits[k].A, rows]), np.concatenate([self.limits[k].b, bounds])
+        return excess, Polytope.from_rows(all_rows, all_bounds, here.centre, unit)
+
+    def _cut_flat(self, k: int, here: Polytope, following: Polytope, unit: Array) -> tuple[float, Polytope | None]:
+        """The same for sets that may be flat."""
+        target = (following.A, following.b)
+        left = flat_predecessor(self.system, k, self.limits[k], self.inputs[k], target, unit)
+        return (np.inf, None) if left is None else (_excess(here, left.A, left.b, unit), left)
+
+    def tight_unit(self) -> Array:
+        """Half the extent of the limits of each state, (n,), where limits that others imply are tightened.
+
+        What is demanded of a state some ticks on limits the others now: a position, the velocity. So the boxes around
+
+            {x ∈ X_k : A_k x + B_k u + c_k ∈ the box of phase k + 1 for some u ∈ U_k}
+
+        are computed backward for as many ticks as there are states, from those around X_k. The extent of a fixed state
+        is that of what one tick makes of it.
+        """
+        n, period = self.system.n, self.system.period
+        boxes = [Polytope.box(part.vertices.min(axis=0), part.vertices.max(axis=0)) for part in self.limits]
+        ones = np.ones(n)
+        for _ in range(n):
+            for k in reversed(range(period)):
+                following = boxes[(k + 1) % period]
+                rows = step_rows(self.system, k, self.limits[k], self.inputs[k], (following.A, following.b), ones)
+                box = bounding_box(*rows)
+                if box is None:  # the sweeps will find it out
+                    continue
+                boxes[k] = Polytope.box(box[0][:n], np.maximum(box[0], box[1])[:n])
+        unit = np.max([box.unit for box in boxes], axis=0)
+        made = [self._after(k, boxes[k]) for k in range(period)]
+        change = np.max([0.5 * np.ptp(part, axis=0) for part in made], axis=0)
+        largest = np.max([np.abs(part).max(axis=0) for part in made], axis=0)
+        return positive(np.where(unit > _FIXED * change, unit, change), largest)
+
+    def _after(self, k: int, box: Polytope) -> Array:
+        """A_k x + B_k u + c_k at the corners of a box of x and of the limits of u, (v, n)."""
+        states, inputs = box.vertices @ self.system.A(k).T, self.inputs[k].vertices @ self.system.B(k).T
+        return np.concatenate([states + each for each in inputs]) + self.system.c(k)
+
+
+def _excess(part: Polytope, rows: Array, bounds: Array, unit: Array) -> float:
+    """The largest distance of a vertex beyond a row, in the unit of each state."""
+    size = np.maximum(np.linalg.norm(rows * unit, axis=1), THINNEST)  # a row of zeros holds anywhere or nowhere
+    return float(((part.vertices @ rows.T - bounds) / size).max())
 
 
 def broken_phases(
@@ -133,8 +206,7 @@ def broken_phases(
         there = parts[(k + 1) % system.period]
         if here is not None and there is not None:
             rows, bounds = predecessor_rows(system, k, there, inputs[k])
-            size = np.maximum(np.linalg.norm(rows * here.unit, axis=1), THINNEST)
-            if ((here.vertices @ rows.T - bounds) / size).max() <= THINNEST:
+            if _excess(here, rows, bounds, here.unit) <= THINNEST:
                 continue
         broken.append(k)
     return tuple(broken)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,17 +20,17 @@ THINNEST = 1e-7
 """A polytope without an inscribed ball of this radius is empty, in its unit of each coordinate."""
 _FLAT = 1e-12  # a side that is shorter than this share of its coordinates is none
 _SAME = 1e-10  # unit rows and vertices that differ by less are one
-_ROUNDED = "a polytope was lost to rounding: scale the states to similar sizes"
+ROUNDED = "a polytope was lost to rounding: scale the states to similar sizes"
 _UNBOUNDED = "a polytope must be bounded: limit every state, if only loosely"
 _DEEP = 1e-3  # margin from which on an inner point is good enough, in the same unit
 
 
 @dataclass(frozen=True)
 class Polytope:
-    """P = {x : A x ≤ b} = hull of its vertices, bounded and with an interior.
+    """P = {x : A x ≤ b} = hull of its vertices, bounded; flat where limits fix a coordinate, else with an interior.
 
     Attributes:
-        A: outward unit normals of the facets, shape (r, n).
+        A: outward unit normals of the facets, shape (r, n); each equation of a flat one is two of them.
         b: their offsets, shape (r,) [unit of x].
         vertices: shape (v, n) [unit of x].
     """
@@ -98,21 +99,26 @@ class Polytope:
             inner = inner_point(rows, bounds)  # the deepest one is the best conditioned
             corners = None if inner is None else _corners(rows, bounds, inner)
         if corners is None:
-            raise InputError(_ROUNDED)
+            raise InputError(ROUNDED)
         if not np.isfinite(corners).all():
             raise InputError(_UNBOUNDED)
-        return cls.from_vertices(centre + scale * _unique(corners))
+        return _body(cls.from_vertices(centre + scale * _unique(corners)))
 
     @classmethod
     def box(cls, lower: ArrayLike, upper: ArrayLike) -> Polytope:
-        """{x : lower ≤ x ≤ upper}; raises `InputError` if the limits are not finite, or leave no interior."""
+        """{x : lower ≤ x ≤ upper}, flat where an entry has lower = upper.
+
+        Raises:
+            InputError: limits that are not finite, or leave nothing.
+        """
         low, high = np.atleast_1d(np.asarray(lower, dtype=float)), np.atleast_1d(np.asarray(upper, dtype=float))
-        if low.shape != high.shape or not np.all(np.isfinite([low, high])) or np.any(low >= high):
-            raise InputError(f"a box needs finite limits with lower < upper, given {low.tolist()} and {high.tolist()}")
+        if low.shape != high.shape or not np.all(np.isfinite([low, high])) or np.any(low > high):
+            raise InputError(f"a box needs finite limits with lower ≤ upper, given {low.tolist()} and {high.tolist()}")
         eye = np.eye(len(low))
-        return _body(
-            cls.from_rows(np.vstack([eye, -eye]), np.concatenate([high, -low]), 0.5 * (low + high), 0.5 * (high - low))
-        )
+        rows, bounds = np.vstack([eye, -eye]), np.concatenate([high, -low])
+        if np.any(low == high):
+            return cls(rows, bounds, np.unique(list(product(*zip(low, high, strict=True))), axis=0))
+        return _body(cls.from_rows(rows, bounds, 0.5 * (low + high), 0.5 * (high - low)))
 
     @property
     def dimension(self) -> int:
@@ -133,11 +139,30 @@ class Polytope:
         """max_i (A_i x − b_i) at each point, shape (p, n) → (p,); ≤ 0 inside [unit of x]."""
         return np.asarray((np.asarray(points) @ self.A.T - self.b).max(axis=-1))
 
+    @property
+    def free(self) -> tuple[int, ...]:
+        """The first coordinates that determine the others, as many as P has dimensions; all where P has an interior."""
+        offsets = self.vertices - self.centre
+        offsets = offsets / np.where(self.unit > 0.0, self.unit, 1.0)
+        free: list[int] = []
+        for i in range(self.dimension):
+            among = offsets[:, [*free, i]]
+            if self.unit[i] > 0.0 and np.linalg.matrix_rank(among, tol=THINNEST) > len(free):
+                free.append(i)
+        return tuple(free)
+
+    @property
+    def rank(self) -> int:
+        """The number of dimensions that P has, n unless it is flat."""
+        return len(self.free)
+
     def volume(self) -> float:
-        """Length, area, volume, … [unit of x to the power n]."""
-        if self.dimension == 1:
-            return float(np.ptp(self.vertices))
-        return float(ConvexHull((self.vertices - self.centre) / self.unit).volume * np.prod(self.unit))
+        """Length, area, volume, … of the free coordinates [their unit]; 0 for a point."""
+        free = list(self.free)
+        corners, unit = self.vertices[:, free], self.unit[free]
+        if len(free) < 2:
+            return float(np.ptp(corners)) if free else 0.0
+        return float(ConvexHull((corners - corners.mean(axis=0)) / unit).volume * np.prod(unit))
 
     @property
     def outline(self) -> Array:
@@ -146,7 +171,7 @@ class Polytope:
         return np.asarray(self.vertices[np.argsort(np.arctan2(around[:, 1], around[:, 0]))])
 
     def sample(self, random: np.random.Generator) -> Array:
-        """A random point, uniform in P, shape (n,)."""
+        """A random point, uniform in P, shape (n,); P must have an interior."""
         low, high = self.vertices.min(axis=0), self.vertices.max(axis=0)
         while True:
             point = random.uniform(low, high)
@@ -190,7 +215,7 @@ def _is_flat(low: Array, high: Array) -> bool:
 def _body(polytope: Polytope | None) -> Polytope:
     """A polytope that has an interior by its construction."""
     if polytope is None:  # pragma: no cover
-        raise InputError(_ROUNDED)
+        raise InputError(ROUNDED)
     return polytope
 
 

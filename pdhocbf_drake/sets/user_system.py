@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from pdhocbf_drake.barriers import PeriodicAffineSystem
 from pdhocbf_drake.config import Config, parse_config
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.sets.flat import flat_polytope, flat_predecessor, positive
 from pdhocbf_drake.sets.invariant_set import InvariantSet, invariant_set
-from pdhocbf_drake.sets.polytope import Array, Polytope, bounding_box
+from pdhocbf_drake.sets.polytope import Polytope
 
 Vector = tuple[float, ...]
 Matrix = tuple[Vector, ...]
@@ -39,14 +39,8 @@ class PolytopeConfig(Config):
             raise ValueError(f"as many rows as bounds are needed, not {len(self.rows)} and {len(self.bounds)}")
         return self
 
-    def polytope(self, size: int, where: str, fixed: bool = False) -> Polytope:
-        """The polytope in `size` dimensions; raises `InputError`.
-
-        Args:
-            size: number of entries.
-            where: for messages.
-            fixed: whether entries with lower = upper are allowed; the polytope is then a face of a box, without volume.
-        """
+    def polytope(self, size: int, where: str) -> Polytope:
+        """The polytope of `size` entries, flat where the limits fix some of them; raises `InputError`."""
         A, b = [np.zeros((0, size))], [np.zeros(0)]
         if self.lower is not None and self.upper is not None:
             A += [np.eye(size), -np.eye(size)]
@@ -59,18 +53,13 @@ class PolytopeConfig(Config):
         if not sum(len(part) for part in A):
             raise InputError(f"{where}: give lower and upper, or rows and bounds")
         rows, bounds = np.vstack(A), np.concatenate(b)
-        still = np.zeros(size, dtype=bool)
-        if self.lower is not None and self.upper is not None:
-            still = np.array(self.lower) == np.array(self.upper)
-            if still.any() and fixed:
-                return _with_fixed(rows, bounds, still, np.array(self.lower), where)
-        found = Polytope.from_rows(rows, bounds)
-        if found is not None:
-            return found
-        if bounding_box(rows, bounds) is None:
+        try:
+            found = Polytope.from_rows(rows, bounds) or flat_polytope(rows, bounds)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
+        if found is None:
             raise InputError(f"{where}: the limits leave nothing")
-        which = f"entry {int(np.flatnonzero(still)[0])} is fixed" if still.any() else "the limits leave a flat set"
-        raise InputError(f"{where}: {which}, but a set with an interior is needed")
+        return found
 
 
 class LinearSystemConfig(Config):
@@ -97,8 +86,8 @@ class LinearSystemConfig(Config):
         wrapped |= {key: [data[key]] for key in ("states", "inputs") if isinstance(data.get(key), dict)}
         return parse_config(cls, {**data, **wrapped}, where)
 
-    def certify(self) -> InvariantSet:
-        """The largest sets in which the system can be kept for ever; raises `InputError`."""
+    def problem(self) -> tuple[PeriodicAffineSystem, list[Polytope], list[Polytope]]:
+        """Dynamics, X_k and U_k at every phase; raises `InputError`."""
         try:
             system = PeriodicAffineSystem(np.array(self.A), np.array(self.B), np.array(self.c) if self.c else None)
         except ValueError as error:  # an InputError too, or rows of different lengths
@@ -109,23 +98,25 @@ class LinearSystemConfig(Config):
         phases = range(period)
         system = PeriodicAffineSystem(*(np.array([part(k) for k in phases]) for part in (system.A, system.B, system.c)))
         states = [p.polytope(system.n, f"{self.name}.states.{i}") for i, p in enumerate(self.states)]
-        inputs = [p.polytope(system.m, f"{self.name}.inputs.{i}", fixed=True) for i, p in enumerate(self.inputs)]
-        return invariant_set(
-            system, [states[k % len(states)] for k in phases], [inputs[k % len(inputs)] for k in phases]
-        )
+        inputs = [p.polytope(system.m, f"{self.name}.inputs.{i}") for i, p in enumerate(self.inputs)]
+        return system, [states[k % len(states)] for k in phases], [inputs[k % len(inputs)] for k in phases]
 
+    def certify(self) -> InvariantSet:
+        """The largest sets in which the system can be kept for ever; raises `InputError`."""
+        return invariant_set(*self.problem())
 
-def _with_fixed(rows: Array, bounds: Array, still: NDArray[np.bool_], values: Array, where: str) -> Polytope:
-    """{x : rows·x ≤ bounds} where some entries of x have one value: the polytope of the others, with these added."""
-    left, free = bounds - rows[:, still] @ values[still], rows[:, ~still]
-    among = np.any(free, axis=1)
-    part = Polytope.from_rows(free[among], left[among]) if len(free.T) else None
-    if np.any(left[~among] < 0) or (part is None and len(free.T)):
-        raise InputError(f"{where}: the limits leave nothing")
-    vertices = np.tile(np.where(still, values, 0.0), (1 if part is None else len(part.vertices), 1))
-    if part is not None:
-        vertices[:, ~still] = part.vertices
-    return Polytope(rows, bounds, vertices)
+    def lost_state(self) -> str | None:
+        """Which fixed state no input brings to its value, from any state within the limits; None if there is none."""
+        system, states, inputs = self.problem()
+        for k in range(system.period):
+            after = (k + 1) % system.period
+            there = states[after]
+            for i in np.flatnonzero(there.unit == 0.0):
+                value, row = there.centre[i], np.eye(system.n)[[i]]
+                only = np.vstack([row, -row]), np.array([value, -value])
+                if flat_predecessor(system, k, states[k], inputs[k], only, positive(there.unit, there.centre)) is None:
+                    return f"no input brings state {i} to {value:g}, where it is fixed at phase {after}"
+        return None
 
 
 def _depth(data: Any) -> int:

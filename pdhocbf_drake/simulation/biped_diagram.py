@@ -11,7 +11,9 @@ from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
+from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import add_controller, connect_controller
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
@@ -29,7 +31,7 @@ from pdhocbf_drake.systems.turning_zmp_offset import TurningZmpOffset
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 
-_GROUND = (400.0, 400.0, 2.0)  # box [m]; Drake warns of a half space at every start
+_GROUND = (2e4, 2e4, 2.0)  # box [m]; Drake warns of a half space at every start
 
 
 def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None) -> LoggedDiagram:
@@ -59,7 +61,9 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
         "inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick, walk.gait.turns))
     )
     lever = swing_lever(biped, standing_posture(walk, biped))
-    zmp_offset = TurningZmpOffset if walk.gait.turns else ZmpOffset
+    # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.
+    mirrored = is_mirrored(preview(biped, Step.of(config)), leg_length(biped))
+    zmp_offset = ZmpOffset if mirrored and not walk.gait.turns else TurningZmpOffset
     offset = wiring.add("zmp_offset", zmp_offset(walk.gait, walk.mpc.config.horizon, lever))
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))

@@ -8,6 +8,7 @@ import platform
 import subprocess
 import sys
 from datetime import datetime, timezone
+from functools import cache
 from pathlib import Path
 
 import pdhocbf_drake
@@ -62,6 +63,7 @@ class Provenance(Config):
         )
 
 
+@cache
 def _commit(package: Path) -> tuple[str | None, bool | None]:
     """Commit and modified state of this package's checkout, not of a repository around its environment."""
     checkout = package.parent

@@ -11,8 +11,9 @@ from typing import Final, NamedTuple
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError, RunFolderError
 from pdhocbf_drake.files.file import replaced_file, write_text
-from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.files.folder import left_parts, new_folder
 from pdhocbf_drake.files.places import writing
+from pdhocbf_drake.simulation.log_rows import delete_rows
 from pdhocbf_drake.simulation.provenance import Provenance
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -22,6 +23,7 @@ from pdhocbf_drake.yaml_text import read_yaml, write_yaml
 SCENARIO: Final = "scenario.yaml"
 PROVENANCE: Final = "provenance.json"
 LOG: Final = "log.npz"
+ROWS: Final = "log.rows"  # of a run that goes on, or whose process was killed
 METRICS: Final = "metrics.json"
 REPLAY: Final = "replay.html"
 REPORT: Final = "report.html"
@@ -47,11 +49,22 @@ class Run(NamedTuple):
 
     def save(self, folder: Path) -> None:
         """Writes the scenario with every default, the provenance and the log into a folder."""
-        with replaced_file(folder / SCENARIO) as staging:
-            write_yaml(self.scenario.to_dict(), staging)
-        write_text(folder / PROVENANCE, self.provenance.model_dump_json(indent=2) + "\n")
+        _save_origin(self.scenario, self.provenance, folder)
         with writing(folder):
             self.log.save(folder / LOG)
+        delete_rows(folder / ROWS)
+
+
+def begin_run(scenario: Scenario, folder: Path) -> Path:
+    """Writes to a folder what is needed to read the rows of a run that is killed; returns the place of these."""
+    _save_origin(scenario, Provenance.of_run(scenario, datetime.now(timezone.utc), 0.0), folder)
+    return folder / ROWS
+
+
+def _save_origin(scenario: Scenario, provenance: Provenance, folder: Path) -> None:
+    with replaced_file(folder / SCENARIO) as staging:
+        write_yaml(scenario.to_dict(), staging)
+    write_text(folder / PROVENANCE, provenance.model_dump_json(indent=2) + "\n")
 
 
 @contextmanager
@@ -62,12 +75,15 @@ def new_run_folder(place: Path) -> Iterator[Path]:
 
 
 def read_run(folder: str | Path) -> Run:
-    """The run in a folder; raises `RunFolderError`."""
+    """The run in a folder, or what a process that was killed has recorded of it; raises `RunFolderError`."""
     folder = Path(folder)
-    if not folder.is_dir():
+    killed = None if (folder / LOG).is_file() else _killed(folder)
+    if killed is None and not folder.is_dir():
         problem = "it is a file" if folder.exists() else "there is no such folder"
         raise RunFolderError(f"{folder} is not a run folder: {problem}")
-    missing = [name for name in (SCENARIO, PROVENANCE, LOG) if not (folder / name).is_file()]
+    folder = killed or folder
+    needed = (SCENARIO, PROVENANCE) if killed else (SCENARIO, PROVENANCE, LOG)
+    missing = [name for name in needed if not (folder / name).is_file()]
     if missing:
         raise RunFolderError(f"{folder} is not a run folder: it has no {', '.join(missing)}")
     try:
@@ -77,10 +93,10 @@ def read_run(folder: str | Path) -> Run:
         raise RunFolderError(f"{folder} is not a run folder of this version: {error}") from None
     from pdhocbf_drake.mpc.terms import constraints_of  # here, since it loads Drake: what is no run is refused at once
 
-    log = RunLog.load(folder / LOG)
-    needed = {"biped": "robot_state", "vhip": "lip_state", "van_der_pol": "oscillator_state"}[scenario.system]
-    if needed not in log:
-        raise RunFolderError(f"{folder} is not a run folder: its log is of another scenario, since it has no {needed}")
+    log = RunLog.of_killed(folder / ROWS) if killed else RunLog.load(folder / LOG)
+    state = {"biped": "robot_state", "vhip": "lip_state", "van_der_pol": "oscillator_state"}[scenario.system]
+    if state not in log:
+        raise RunFolderError(f"{folder} is not a run folder: its log is of another scenario, since it has no {state}")
     barriers = 4 if scenario.system == "van_der_pol" else len(scenario.barriers)
     constraints = len(constraints_of(scenario.mpc))
     for signal in ("h", "barrier_slack", "barrier_active", "unmet"):
@@ -90,3 +106,9 @@ def read_run(folder: str | Path) -> Run:
             problem = f"its log's {signal} has {there} columns, and its scenario needs {columns}"
             raise RunFolderError(f"{folder} is not a run folder: {problem}")
     return Run(scenario, log, provenance)
+
+
+def _killed(place: Path) -> Path | None:
+    """The folder with the rows of a run whose process was killed: `place`, or the last that it was filled in."""
+    found = [part for part in (place, *left_parts(place)) if (part / ROWS).is_dir()]
+    return max(found, key=lambda part: part.stat().st_mtime, default=None)

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.lib.format import write_array
 from numpy.typing import NDArray
 
 from pdhocbf_drake.errors import InputError, RunFolderError
 from pdhocbf_drake.files.file import replaced_file
+from pdhocbf_drake.simulation.log_rows import MappedTables, read_rows
 from pdhocbf_drake.systems.signals import LOGGED
 
 Array = NDArray[np.float64]
@@ -44,17 +46,19 @@ class RunLog:
 
     def __init__(self, signals: Mapping[str, Array], time: Array, ending: str = FINISHED) -> None:
         self.time: Array = np.asarray(time, dtype=float)
-        self.signals: dict[str, Array] = {}
         self.ending = ending
         if self.time.ndim != 1:
             raise InputError(f"a log's time must be one row of numbers, given shape {self.time.shape}")
-        for name, values in signals.items():
-            table = np.asarray(values, dtype=float)
+        if isinstance(signals, MappedTables):
+            self.signals: Mapping[str, Array] = signals
+            return
+        tables = {name: np.asarray(values, dtype=float) for name, values in signals.items()}
+        for name, table in tables.items():
             if name in _RESERVED:
                 raise InputError(f"a log's signal cannot be called '{name}', which is a column of its own")
             if table.ndim != 2 or len(table) != len(self.time):
                 raise InputError(f"signal '{name}' must have shape ({len(self.time)}, size), given {table.shape}")
-            self.signals[name] = table
+        self.signals = tables
 
     @property
     def complete(self) -> bool:
@@ -83,21 +87,35 @@ class RunLog:
 
     def after(self, time: float) -> RunLog:
         """The rows from `time` on (half a microsecond early, against rounding)."""
-        return self._rows(self.time >= time - 5e-7)
+        return self._rows(int(np.searchsorted(self.time, time - 5e-7)), len(self))
+
+    def before(self, time: float) -> RunLog:
+        """The rows up to `time` (half a microsecond late, against rounding)."""
+        return self._rows(0, int(np.searchsorted(self.time, time + 5e-7)))
 
     def finite(self) -> RunLog:
         """The rows before the first one with NaN or infinity."""
-        finite = np.isfinite(np.hstack([np.zeros((len(self), 1)), *self.signals.values()])).all(axis=1)
-        return self._rows(np.logical_and.accumulate(finite))
+        finite = np.ones(len(self), bool)
+        for table in self.signals.values():
+            finite &= np.isfinite(table).all(axis=1)
+        return self._rows(0, len(self) if finite.all() else int(finite.argmin()))
 
-    def _rows(self, rows: NDArray[np.bool_]) -> RunLog:
-        return RunLog({name: table[rows] for name, table in self.signals.items()}, self.time[rows], self.ending)
+    def _rows(self, start: int, stop: int) -> RunLog:
+        tables = self.signals
+        if isinstance(tables, MappedTables):
+            tables = tables.rows(start, stop)
+        else:
+            tables = {name: table[start:stop] for name, table in tables.items()}
+        return RunLog(tables, self.time[start:stop], self.ending)
 
     def save(self, path: Path) -> None:
         """Writes an `.npz` that numpy can read; raises as `replaced_file` does."""
         path = path if path.suffix == ".npz" else path.with_name(f"{path.name}.npz")
-        with replaced_file(path) as staging, staging.open("wb") as file:
-            np.savez_compressed(file, allow_pickle=False, **self.signals, time=self.time, ending=np.array(self.ending))
+        with replaced_file(path) as staging, zipfile.ZipFile(staging, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in (*self.signals, *_RESERVED):  # one at a time, since a long log is larger than memory should be
+                value = self.signals[name] if name in self.signals else np.asarray(getattr(self, name))
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                    write_array(member, value, allow_pickle=False)
 
     @classmethod
     def load(cls, path: Path) -> RunLog:
@@ -125,6 +143,15 @@ class RunLog:
             problem = "it is damaged"
         if problem:
             raise RunFolderError(f"{path} is not a run's log: {problem}")
+        return log
+
+    @classmethod
+    def of_killed(cls, folder: Path) -> RunLog:
+        """The log of a run whose process was killed, from the rows that it left; raises `RunFolderError`."""
+        tables, time = read_rows(folder)
+        log = cls(tables, time, INTERRUPTED)
+        if problem := log._problem():
+            raise RunFolderError(f"{folder} has no rows of a run: {problem}")
         return log
 
     def _problem(self) -> str:

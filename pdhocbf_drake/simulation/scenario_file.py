@@ -9,15 +9,20 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pdhocbf_drake.config import as_name, shown
+from pdhocbf_drake.config import as_name
+from pdhocbf_drake.config_errors import shown
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot.locate import load_robot_config
 from pdhocbf_drake.simulation.scenario import DEFAULT_ROBOT, Scenario
 from pdhocbf_drake.yaml_text import merge, parse_yaml, read_yaml
 
+if TYPE_CHECKING:
+    from pdhocbf_drake.fitting.defaults import Fitted
+
 _PACKAGED = Path(__file__).resolve().parent.parent / "scenarios"
+_Layers = tuple[dict[str, Any], dict[str, Any]]  # a scenario's values, and the keys that a user's file gives
 
 
 def scenario_names() -> list[str]:
@@ -28,10 +33,46 @@ def scenario_names() -> list[str]:
 def load_scenario(scenario: str, text: str = "") -> Scenario:
     """The scenario called `scenario` (a name, `FILE` or `FILE:NAME`) with the YAML `text` merged on top.
 
+    Values that neither the file nor `text` gives fit the scenario's robot, see `fitting.rules`.
+
     Raises:
         InputError: it does not exist, is not YAML, or holds a wrong key or value.
+        ModelError: the robot's file or model can't be used.
     """
-    data, name, folder = _find(scenario)
+    return load_fitted(scenario, text)[0]
+
+
+def load_fitted(scenario: str, text: str = "") -> tuple[Scenario, Fitted | None]:
+    """The same, with what has been made to fit the robot; None where nothing had to be."""
+    written = load_written(scenario, text)
+    found = written.scenario
+    if found.system != "biped" or found.robot == DEFAULT_ROBOT:
+        return found, None
+    # Here, since it loads Drake, which the packaged robot does not need yet.
+    from pdhocbf_drake.fitting.defaults import fitted, is_complete
+    from pdhocbf_drake.robot import Biped
+
+    if is_complete(written.given):
+        return found, None
+    fit = fitted(found.to_dict(), written.given, Biped.load(found.robot))
+    return Scenario.from_dict(fit.data, written.where), fit if fit.changed else None
+
+
+class Written(NamedTuple):
+    """A scenario with default values as they are written, for the packaged robot.
+
+    Attributes:
+        given: the keys that a user's file or overrides give. where: its name in messages.
+    """
+
+    scenario: Scenario
+    given: dict[str, Any]
+    where: str
+
+
+def load_written(scenario: str, text: str = "") -> Written:
+    """The scenario before anything is made to fit its robot; arguments and errors as in `load_scenario`."""
+    (data, given), name, folder = _find(scenario)
     data = _anchored({**data, "name": data.get("name", name)}, folder)
     if text:
         overrides = parse_yaml(text, "--text")
@@ -40,9 +81,10 @@ def load_scenario(scenario: str, text: str = "") -> Scenario:
         if "extends" in overrides:
             raise InputError("--text overrides a scenario and cannot extend another one; name that one as SCENARIO")
         data = _merged(data, _anchored(overrides, Path.cwd()), "--text")
-    given = data["name"]
-    where = given if isinstance(given, str) and as_name(given) == given else name
-    return Scenario.from_dict(_completed(data), where)
+        given = merge(given, overrides)
+    named = data["name"]
+    where = named if isinstance(named, str) and as_name(named) == named else name
+    return Written(Scenario.from_dict(_completed(data), where), given, where)
 
 
 def _completed(data: dict[str, Any]) -> dict[str, Any]:
@@ -55,16 +97,16 @@ def _completed(data: dict[str, Any]) -> dict[str, Any]:
     return {**data, "gait": {"com_height": config.com_height, "stance_width": config.stance_width, **gait}}
 
 
-def _find(scenario: str) -> tuple[dict[str, Any], str, Path]:
-    """Data, name and folder of a packaged scenario, or of the one at FILE or FILE:NAME."""
+def _find(scenario: str) -> tuple[_Layers, str, Path]:
+    """Layers, name and folder of a packaged scenario, or of the one at FILE or FILE:NAME."""
     head, _, entry = scenario.rpartition(":")
     if _is_file(head):
         siblings = _map(read_yaml(Path(head)), head)
         if entry not in siblings:
             raise InputError(f"{Path(head)} has no scenario {shown(entry)}; it has {_listed(siblings)}")
         where = f"{Path(head)}:{entry}"
-        data = _extended(_map(siblings[entry], where), siblings, where, (entry,))
-        return data, as_name(entry), Path(head).resolve().parent
+        layers = _extended(_map(siblings[entry], where), siblings, where, (entry,))
+        return layers, as_name(entry), Path(head).resolve().parent
     if not _is_file(scenario):
         return _packaged(scenario), scenario, _PACKAGED
     file = Path(scenario)
@@ -79,10 +121,8 @@ def _is_file(text: str) -> bool:
     return "/" in text or text.endswith((".yaml", ".yml"))
 
 
-def _packaged(
-    name: str, extending: tuple[str, ...] = (), siblings: Iterable[str] = (), where: str = ""
-) -> dict[str, Any]:
-    """A scenario of the package; `where` is the scenario that extends it, empty for that of the command line."""
+def _packaged(name: str, extending: tuple[str, ...] = (), siblings: Iterable[str] = (), where: str = "") -> _Layers:
+    """A scenario of the package, which no user has given; `where` extends it, empty for that of the command line."""
     names = scenario_names()
     if name not in names and where:
         there = ", ".join([*siblings, *names])
@@ -90,15 +130,16 @@ def _packaged(
     if name not in names:
         folder = f"; {name} is a folder, give a YAML file in it" if os.path.isdir(name) else ", or give a YAML file"
         raise InputError(f"unknown scenario {shown(name)}; there are {', '.join(names)}{folder}")
-    return _extended(_map(read_yaml(_PACKAGED / f"{name}.yaml"), name), {}, name, (*extending, name))
+    data, _ = _extended(_map(read_yaml(_PACKAGED / f"{name}.yaml"), name), {}, name, (*extending, name))
+    return data, {}
 
 
-def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, extending: tuple[str, ...]) -> dict[str, Any]:
+def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, extending: tuple[str, ...]) -> _Layers:
     """`data` merged into the scenario that it extends, and that one into its own; `extending` is the chain so far."""
     if not data:
         raise InputError(f"{where} holds no scenario: at least `extends: NAME` or `system: NAME` is needed")
     if "extends" not in data:
-        return _merged({}, data, where)
+        return _merged({}, data, where), data
     base = data["extends"]
     if not isinstance(base, str):
         raise InputError(f"{where}.extends must be the name of a scenario, given {shown(base)}")
@@ -106,12 +147,13 @@ def _extended(data: dict[str, Any], siblings: dict[str, Any], where: str, extend
         raise InputError(f"{where} extends itself: {' -> '.join((*extending, base))}")
     if base in siblings:
         place = f"{where.rpartition(':')[0]}:{base}"
-        parent = _extended(_map(siblings[base], place), siblings, place, (*extending, base))
+        parent, given = _extended(_map(siblings[base], place), siblings, place, (*extending, base))
     else:
-        parent = _packaged(base, extending, siblings, where)
+        parent, given = _packaged(base, extending, siblings, where)
     # A scenario's own name and description are not inherited.
     inherited = {key: value for key, value in parent.items() if key not in ("name", "description")}
-    return _merged(inherited, {key: value for key, value in data.items() if key != "extends"}, where)
+    own = {key: value for key, value in data.items() if key != "extends"}
+    return _merged(inherited, own, where), merge(given, own)
 
 
 def _merged(base: dict[str, Any], over: dict[str, Any], where: str) -> dict[str, Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
@@ -14,12 +15,14 @@ from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable
 from pdhocbf_drake.simulation.diagram import oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
+from pdhocbf_drake.simulation.log_rows import LogRows
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import LoggedDiagram
 
 Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress
+_ROWS = 500  # ticks of which the log is kept in memory where it goes to disk
 
 
 @without_garbage_collection()
@@ -42,27 +45,41 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None, walk: Walk 
         biped, stride=config.stride, stance_width=config.stance_width, com_heights=heights, zmp_box=config.zmp_box
     )
     if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
-        check_zmp_box(biped, scenario.mpc.recovery.zmp_box)
+        check_zmp_box(biped, scenario.mpc.recovery.zmp_box, "mpc.recovery.zmp_box")
     return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat)
 
 
-def simulate(scenario: Scenario, progress: Progress | None = None, meshcat: Meshcat | None = None) -> RunLog:
+def simulate(
+    scenario: Scenario,
+    progress: Progress | None = None,
+    meshcat: Meshcat | None = None,
+    rows: Path | None = None,
+) -> RunLog:
     """The log of a scenario up to its duration, a fall, a failure in Drake or Ctrl-C; `RunLog.ending` says which.
 
     Args:
         progress: called every 0.1 s of simulated time, with that time [s].
         meshcat: shows the robot while it walks, no faster than real time.
+        rows: a new folder to which the log is written while the run goes on. The log that is returned reads from it,
+            so that a long run takes no memory; `RunLog.of_killed` reads it if the process is killed.
 
     Raises:
         InputError, ModelError: the scenario can't be built; nothing has been simulated.
+        RunFolderError: `rows` can't be made.
     """
-    return advance(scenario, make_diagram(scenario, meshcat), progress, meshcat)
+    return advance(scenario, make_diagram(scenario, meshcat), progress, meshcat, rows)
 
 
 def advance(
-    scenario: Scenario, logged: LoggedDiagram, progress: Progress | None = None, meshcat: Meshcat | None = None
+    scenario: Scenario,
+    logged: LoggedDiagram,
+    progress: Progress | None = None,
+    meshcat: Meshcat | None = None,
+    rows: Path | None = None,
 ) -> RunLog:
     """What `simulate` does once the scenario's diagram is built."""
+    columns = {name: place.stop - place.start for name, place in logged.columns.items()}
+    written = None if rows is None else LogRows(rows, columns)
     simulator = Simulator(logged.diagram)
     ApplySimulatorConfig(simulator_config(scenario.simulator), simulator)
     if meshcat is not None:
@@ -76,6 +93,8 @@ def advance(
         while now < end:
             now = min(now + _CHUNK, end)
             status = simulator.AdvanceTo(now)
+            if written is not None:
+                logged.hand_over(simulator.get_context(), written, _ROWS)
             if progress is not None:
                 progress(simulator.get_context().get_time())
             if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:
@@ -86,7 +105,9 @@ def advance(
     except RuntimeError as error:
         # Drake's plant raises where its state or inputs are NaN; the log holds the ticks before.
         ending = f"{FAILED}: {str(error).splitlines()[0].split('. ')[0]}"
-    return logged.recorded(simulator.get_context(), ending)
+    if written is not None:
+        logged.hand_over(simulator.get_context(), written)
+    return logged.recorded(simulator.get_context(), ending, written)
 
 
 def _end(scenario: Scenario) -> float:

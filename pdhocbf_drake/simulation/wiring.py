@@ -9,6 +9,7 @@ import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSink
 
+from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 
 _MEASURED = "_measured"
@@ -29,8 +30,28 @@ class LoggedDiagram:
     columns: dict[str, slice]
     adjust: list[Callable[[Context], None]] = field(default_factory=list)
 
-    def recorded(self, context: Context, ending: str = FINISHED) -> RunLog:
-        """A copy of the log in a context of the diagram.
+    def recorded(self, context: Context, ending: str = FINISHED, rows: LogRows | None = None) -> RunLog:
+        """A copy of the log in a context of the diagram, after the rows that were handed over."""
+        tables, time = self._samples(context)
+        if rows is None:
+            return RunLog(tables, time, ending)
+        before, then = rows.read()
+        if not len(time):
+            return RunLog(before, then, ending)
+        joined = {name: np.concatenate([before[name], table]) for name, table in tables.items()}
+        return RunLog(joined, np.concatenate([then, time]), ending)
+
+    def hand_over(self, context: Context, rows: LogRows, at_least: int = 0) -> None:
+        """Moves the log in a context to disk, once it has so many rows; they stay where that can't be done."""
+        if self.sink.FindLog(context).num_samples() >= at_least and rows.append(*self._samples(context)):
+            self.forget(context)
+
+    def forget(self, context: Context) -> None:
+        """Empties the log of a context."""
+        self.sink.FindMutableLog(context).Clear()
+
+    def _samples(self, context: Context) -> tuple[dict[str, Array], Array]:
+        """The table of each signal and the time of its rows [s].
 
         A simulator that goes on from a context at a tick logs that tick once more; the later row, which the run
         continues from, is kept.
@@ -39,12 +60,7 @@ class LoggedDiagram:
         times = log.sample_times()
         kept = np.flatnonzero(np.diff(times, append=np.inf))
         samples = log.data().T[kept]
-        signals = {name: np.ascontiguousarray(samples[:, place]) for name, place in self.columns.items()}
-        return RunLog(signals, times[kept], ending)
-
-    def forget(self, context: Context) -> None:
-        """Empties the log of a context."""
-        self.sink.FindMutableLog(context).Clear()
+        return {name: np.ascontiguousarray(samples[:, place]) for name, place in self.columns.items()}, times[kept]
 
 
 @dataclass

@@ -8,6 +8,7 @@ from pydrake.systems.framework import Context, EventStatus, LeafSystem
 
 from pdhocbf_drake.systems.signals import places, size
 
+_STANDS = EventStatus.Succeeded()
 _FRACTION = 0.7  # of the nominal CoM height
 (_Z,) = places("com_z", "z")
 
@@ -33,7 +34,7 @@ class FallDetector(LeafSystem):
     def _check(self, context: Context) -> EventStatus:
         height = self._com_z.Eval(context)[_Z]
         if math.isfinite(height) and height > self._least:
-            return EventStatus.Succeeded()
+            return _STANDS
         return EventStatus.ReachedTermination(self, f"fell: the CoM is below {self._least:.2f} m")
 
 
@@ -60,5 +61,5 @@ class LeanDetector(LeafSystem):
         x, _, x_zmp, y, _, y_zmp = self._lip.Eval(context).tolist()
         lean = math.hypot(x - x_zmp, y - y_zmp)
         if lean <= self._height:
-            return EventStatus.Succeeded()
+            return _STANDS
         return EventStatus.ReachedTermination(self, f"fell: the CoM is {lean:.2f} m beside the ZMP")

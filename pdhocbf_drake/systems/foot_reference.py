@@ -44,7 +44,7 @@ class FootReference(LeafSystem):
         tick, step, support = self._phase.Eval(context).tolist()
         gait = self._gait
         if self._resumed.HasValue(context):
-            gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context))))
+            gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context).tolist())))
         before = context.get_discrete_state_vector().value()
         output.SetFromVector(
             self._swing.feet(round(tick), support, self._plan.Eval(context), before, gait.lift_off(round(step)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.systems.signals import size, sizes
@@ -39,7 +40,7 @@ class ChangedGait:
         if self._last.HasValue(context):
             gait = gait.ended_by(self._last.Eval(context)[0])
         if self._resumed.HasValue(context):
-            gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context))))
+            gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context).tolist())))
         return gait
 
 
@@ -60,7 +61,7 @@ class GaitReference(LeafSystem):
         super().__init__()
         self.parts = sizes("gait_phase", "com_height")
         self._period = gait.period
-        self._heights = [gait.height(tick) for tick in range(gait.period)]
+        self._commanded = np.array([[tick, 0.0, 0.0, *gait.height(tick)] for tick in range(gait.period)])
         self._gait = ChangedGait(self, gait)
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._advance)
@@ -68,8 +69,10 @@ class GaitReference(LeafSystem):
         self.DeclareVectorOutputPort("commanded", sum(self.parts.values()), self._calc, prerequisites)
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value([context.get_discrete_state_vector()[0] + 1.0])
+        values.set_value(context.get_discrete_state_vector().value() + 1.0)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         step, tick = divmod(round(context.get_discrete_state_vector()[0]), self._period)
-        output.SetFromVector([tick, step, self._gait(context).support(step), *self._heights[tick]])
+        commanded = self._commanded[tick].copy()
+        commanded[1], commanded[2] = step, self._gait(context).support(step)
+        output.SetFromVector(commanded)

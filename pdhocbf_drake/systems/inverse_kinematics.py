@@ -15,7 +15,7 @@ from pdhocbf_drake.robot import (
 )
 from pdhocbf_drake.robot.ik import LEVEL
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
-from pdhocbf_drake.systems.kernels import write_step, write_targets, write_wanted
+from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.signals import places, size, sizes
 
 _INPUTS = ("gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
@@ -62,17 +62,14 @@ class InverseKinematics(LeafSystem):
         self._turn = self.DeclareVectorInputPort("turn_reference", size("turn_reference")) if turns else None
         ports += [] if self._turn is None else [self._turn]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
-        self._still = np.zeros(3 * self._velocities)
         self._q = slice(positions)
-        self._vdot = slice(positions + self._velocities, positions + 2 * self._velocities)
-        motion = np.concatenate([initial, self._still])
+        motion = np.concatenate([initial, np.zeros(3 * self._velocities)])
         self._motion = slice(sum(self.parts.values()), None)  # the coming state, behind the parts
         self.DeclareDiscreteState(motion)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
-        self._solution = self.DeclareVectorOutputPort(
-            "solution", self._motion.start + len(motion), self._calc, prerequisites
-        )
+        self._size = self._motion.start + len(motion)
+        self._solution = self.DeclareVectorOutputPort("solution", self._size, self._calc, prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._solution.Eval(context)[self._motion])
@@ -105,9 +102,7 @@ class InverseKinematics(LeafSystem):
         else:
             share = left_share_of_zmp(self._zmp.Eval(context)[_ZMP], left, right)
         torque = self._dynamics(q, v, vdot, share)
-        targets = np.empty(self.parts["desired_state"])
-        write_targets(q, last, self._joints, self._tick, targets)
         zmp = zmp_of_wrenches(torque.left, left, torque.right, right)
-        status = found.ok, min(found.error, _LARGEST_ERROR), found.iterations
-        motion = (q, v, vdot, state[self._vdot]) if found.ok else (q, self._still)
-        output.SetFromVector(np.concatenate([targets, torque.tau, zmp, status, *motion]))
+        status, solution = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), np.empty(self._size)
+        write_motion(q, v, vdot, state, self._joints, self._tick, torque.tau, zmp, status, solution)
+        output.SetFromVector(solution)

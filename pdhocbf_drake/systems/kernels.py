@@ -16,11 +16,10 @@ from pdhocbf_drake.jit import compiled
 AXES = 3
 FOOT, ACCELERATION = 9, 6  # of foot_reference: a sole's elements, and where its acceleration starts among them
 COM, LEFT, RIGHT = 0, 6, 12  # of task coordinates
-COM_Z, LEFT_POSE, RIGHT_POSE, ANGLES = 6, 8, 14, 3  # of the state estimate: lip_state (6), com_z (2), foot_state (12),
-LOAD = 20  # ground_load (1)
-LEAST_LOAD = 1.0  # [N]: with less vertical force no foot carries the robot, and there is no ZMP
+COM_Z, FEET, LOAD = 6, 8, 20  # of the state estimate: lip_state (6), com_z (2), foot_state (12), ground_load (1)
+LEFT_POSE, RIGHT_POSE = 15, 27  # of poses
+LEAST_LOAD = 0.0035  # share of the weight: with less vertical force no foot carries the robot, and there is no ZMP
 LEARNING_RATE = 0.5  # weight of a new sample in the table of ZMP offsets [1]
-LARGEST_OFFSET = 0.08  # [m]: a larger difference of the ZMP is a fall, not a swinging leg
 
 
 @compiled
@@ -47,44 +46,41 @@ def write_h(
 
 
 @compiled
-def write_lip_state(
-    com: np.ndarray, velocity: np.ndarray, q: np.ndarray, origin: np.ndarray, force: np.ndarray, base: np.ndarray,
-    held: np.ndarray, out: np.ndarray,
+def write_estimate(
+    poses: np.ndarray, velocity: np.ndarray, q: np.ndarray, origin: np.ndarray, force: np.ndarray, base: np.ndarray,
+    least: float, held: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """lip_state, com_z and ground_load of the state estimate, see `StateEstimator`.
+    """The state estimate, see `StateEstimator`: lip_state, com_z, foot_state and ground_load.
+
+    A sole's rotation matrix is R_z(yaw) R_y(pitch) R_x(roll), as in Drake's `RollPitchYaw`, which takes four calls.
 
     Args:
-        com, velocity: of the CoM (3,) [m, m/s].
+        poses: CoM (3), then rotation and origin (3, 4) of torso, left and right sole, see `robot.task_space` (39,).
+        velocity: of the CoM (3,) [m/s].
         q: positions. origin: places of the base's origin in q (3,).
         force: generalized contact forces (18,). base: places of the base's moment and force among them (6,).
+        least: vertical force above which there is a ZMP [N].
         held: the last ZMP (2,) [m]; NaN where there has been none.
     """
     mx, my = force[base[0]], force[base[1]]
     fx, fy, fz = force[base[3]], force[base[4]], force[base[5]]
     x, y, z = q[origin[0]], q[origin[1]], q[origin[2]]
     zmp_x, zmp_y = held[0], held[1]
-    if fz > LEAST_LOAD:
+    if fz > least:
         zmp_x, zmp_y = x - (my + z * fx) / fz, y + (mx - z * fy) / fz
     elif math.isnan(zmp_x):
-        zmp_x, zmp_y = com[0], com[1]
-    out[0], out[1], out[2] = com[0], velocity[0], zmp_x
-    out[3], out[4], out[5] = com[1], velocity[1], zmp_y
+        zmp_x, zmp_y = poses[0], poses[1]
+    out[0], out[1], out[2] = poses[0], velocity[0], zmp_x
+    out[3], out[4], out[5] = poses[1], velocity[1], zmp_y
     out[LOAD] = fz
-    out[COM_Z], out[COM_Z + 1] = com[2], velocity[2]
-
-
-@compiled
-def write_foot_state(left: np.ndarray, right: np.ndarray, out: np.ndarray) -> None:
-    """foot_state of the state estimate from two poses (3, 4): xyz, then roll, pitch and yaw.
-
-    The rotation matrix is R_z(yaw) R_y(pitch) R_x(roll), as in Drake's `RollPitchYaw`, which takes four calls a sole.
-    """
-    for start, pose in ((LEFT_POSE, left), (RIGHT_POSE, right)):
+    out[COM_Z], out[COM_Z + 1] = poses[2], velocity[2]
+    for start, pose in ((FEET, LEFT_POSE), (FEET + 6, RIGHT_POSE)):
         for i in range(3):
-            out[start + i] = pose[i, 3]
-        out[start + ANGLES] = math.atan2(pose[2, 1], pose[2, 2])
-        out[start + ANGLES + 1] = math.atan2(-pose[2, 0], math.hypot(pose[2, 1], pose[2, 2]))
-        out[start + ANGLES + 2] = math.atan2(pose[1, 0], pose[0, 0])
+            out[start + i] = poses[pose + 4 * i + 3]
+        down, across, up = poses[pose + 8], poses[pose + 9], poses[pose + 10]  # the last row of the rotation
+        out[start + 3] = math.atan2(across, up)
+        out[start + 4] = math.atan2(-down, math.hypot(across, up))
+        out[start + 5] = math.atan2(poses[pose + 4], poses[pose])
 
 
 @compiled
@@ -102,12 +98,35 @@ def write_step(motion: np.ndarray, tick: float, step: np.ndarray) -> None:
 
 
 @compiled
-def write_targets(q: np.ndarray, last: np.ndarray, joints: np.ndarray, tick: float, out: np.ndarray) -> None:
-    """desired_state: the joints' angles in q, then the constant rates that lead there from those in `last`."""
-    count = len(joints)
+def write_motion(
+    q: np.ndarray, v: np.ndarray, vdot: np.ndarray, last: np.ndarray, joints: np.ndarray, tick: float, tau: np.ndarray,
+    zmp: tuple[float, float], status: tuple[bool, float, int], out: np.ndarray,
+) -> None:  # fmt: skip
+    """desired_state, feedforward, whole_body_zmp and ik_status, then the state of `InverseKinematics` to come.
+
+    The joints' targets are their angles in q, their rates the constant ones that lead there from the last tick's. The
+    state is q, v, v̇ and the last v̇; where the target is not met, q and zeros.
+
+    Args:
+        last: the present state. joints: places of the joints in q (n,). tick: δ [s]. tau: torques (n,).
+        status: met, greatest error, iterations.
+    """
+    count, positions, n = len(joints), len(q), len(v)
     for i in range(count):
         out[i] = q[joints[i]]
         out[count + i] = (q[joints[i]] - last[joints[i]]) / tick
+        out[2 * count + i] = tau[i]
+    start = 3 * count
+    out[start], out[start + 1] = zmp
+    out[start + 2], out[start + 3], out[start + 4] = status[0], status[1], status[2]
+    start += 5
+    for i in range(positions):
+        out[start + i] = q[i]
+    start += positions
+    for i in range(n):
+        out[start + i], out[start + n + i], out[start + 2 * n + i] = 0.0, 0.0, 0.0
+        if status[0]:
+            out[start + i], out[start + n + i], out[start + 2 * n + i] = v[i], vdot[i], last[positions + n + i]
 
 
 @compiled
@@ -141,7 +160,7 @@ def write_table_offset(phase: int, side: np.ndarray, table: np.ndarray, out: np.
 @compiled
 def update_table(
     phase: int, support: float, zmp: np.ndarray, planned: np.ndarray, feet: np.ndarray, lever: tuple[float, float],
-    table: np.ndarray,
+    most: float, table: np.ndarray,
 ) -> None:  # fmt: skip
     """Moves the table's entries of this tick towards the ZMP offset, less the part that the swing foot explains.
 
@@ -151,11 +170,12 @@ def update_table(
         phase: tick of the step. support: the stance foot, +1 left, −1 right.
         zmp: whole_body_zmp (2,). planned: zmp_reference (4,). feet: foot_reference (18,). table: as above.
         lever: ZMP displacement per unit of the swing foot's acceleration [s²].
+        most: largest offset that is learned [m].
     """
     period = len(table) // 2
     swing = (FOOT if support > 0.0 else 0) + ACCELERATION
     x = zmp[0] - planned[0] - lever[0] * feet[swing]
     y = (zmp[1] - planned[2] - lever[1] * feet[swing + 1]) * support
     if math.isfinite(x) and math.isfinite(y):
-        table[phase] += LEARNING_RATE * (min(max(x, -LARGEST_OFFSET), LARGEST_OFFSET) - table[phase])
-        table[period + phase] += LEARNING_RATE * (min(max(y, -LARGEST_OFFSET), LARGEST_OFFSET) - table[period + phase])
+        table[phase] += LEARNING_RATE * (min(max(x, -most), most) - table[phase])
+        table[period + phase] += LEARNING_RATE * (min(max(y, -most), most) - table[period + phase])

@@ -62,7 +62,8 @@ class MpcController(LeafSystem):
         self.parts = {name: self._layout.sizes[name] for name in outputs}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
-        self._columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
+        columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
+        self._columns = slice(None) if np.array_equal(columns, np.arange(len(columns))) else columns
         count, horizon = len(barriers), mpc.config.horizon
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
@@ -71,13 +72,18 @@ class MpcController(LeafSystem):
         self._offset = self.DeclareVectorInputPort("zmp_offset", size("zmp_offset", horizon=horizon))
         self._feet = self.DeclareVectorInputPort("foot_state", size("foot_state"))
         self._command = self.DeclareVectorInputPort("command", 4) if mpc.gait.turns else None
-        start = self._layout.pack(Memory.at_start(mpc, initial, feet))
+        memory = Memory.at_start(mpc, initial, feet)
+        start = self._layout.pack(memory)
+        # The last memory with its bytes: where the state holds these, it need not be taken apart.
+        self._packed = start[self._layout.carried].tobytes(), memory
         self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(start))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
     def memory(self, context: Context) -> Memory:
         """What the controller remembers before its update, in a context of this block."""
-        return self._layout.unpack_carried(context.get_discrete_state_vector().value()[self._layout.carried])
+        carried = context.get_discrete_state_vector().value()[self._layout.carried]
+        packed, memory = self._packed
+        return memory if carried.tobytes() == packed else self._layout.unpack_carried(carried)
 
     def measurement(self, context: Context) -> Measurement:
         """What the controller is given at the tick of a context of this block."""
@@ -105,4 +111,6 @@ class MpcController(LeafSystem):
         memory, plan = control(self.mpc, self.memory(context), self.measurement(context), self.latency)
         memory.barrier_slack, memory.barrier_active = plan.slacks[self._columns], plan.acting[self._columns]
         memory.solver_status[1] = time.perf_counter() - started
-        values.set_value(self._layout.pack(memory))
+        vector = self._layout.pack(memory)
+        values.set_value(vector)
+        self._packed = vector[self._layout.carried].tobytes(), memory

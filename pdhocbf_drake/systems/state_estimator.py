@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.robot import SIDES, Biped
-from pdhocbf_drake.systems.kernels import write_foot_state, write_lip_state
-from pdhocbf_drake.systems.signals import places, size, sizes
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.robot.tree_task_space import task_space_of
+from pdhocbf_drake.systems.kernels import LEAST_LOAD, write_estimate
+from pdhocbf_drake.systems.signals import size, sizes, stretch
 
-_ZMP = places("lip_state", "x_zmp", "y_zmp")
+_ZMP = stretch("lip_state", "x_zmp", "y_zmp")
 
 
 class StateEstimator(LeafSystem):
@@ -35,12 +36,11 @@ class StateEstimator(LeafSystem):
         super().__init__()
         self.parts = sizes("lip_state", "com_z", "foot_state", "ground_load")
         self._size = sum(self.parts.values())
-        self._biped = biped
-        self._context = biped.plant.CreateDefaultContext()
+        self._task_space, self._positions = task_space_of(biped), biped.plant.num_positions()
         self._state = self.DeclareVectorInputPort("robot_state", size("robot_state"))
         self._forces = self.DeclareVectorInputPort("contact_forces", size("contact_forces"))
+        self._least = LEAST_LOAD * biped.weight
         self._origin, self._base = biped.base_q_index[4:], biped.base_v_index
-        self._left, self._right = (biped.soles[side].frame for side in SIDES)
         self.DeclareDiscreteState(np.full(2, np.nan))  # the last ZMP
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self._state.ticket(), self._forces.ticket(), self.xd_ticket()}
@@ -50,13 +50,10 @@ class StateEstimator(LeafSystem):
         values.set_value(self._estimate.Eval(context)[_ZMP])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        plant, here, state = self._biped.plant, self._context, self._state.Eval(context)
-        plant.SetPositionsAndVelocities(here, state)
-        com = plant.CalcCenterOfMassPositionInWorld(here)
-        velocity = plant.CalcCenterOfMassTranslationalVelocityInWorld(here)
-        left = self._left.CalcPoseInWorld(here).GetAsMatrix34()
-        right = self._right.CalcPoseInWorld(here).GetAsMatrix34()
+        task, state = self._task_space, self._state.Eval(context)
+        task.set_state(state[: self._positions], state[self._positions :])
+        poses, velocity = task.poses(), task.com_velocity()
         held, estimate = context.get_discrete_state_vector().value(), np.empty(self._size)
-        write_lip_state(com, velocity, state, self._origin, self._forces.Eval(context), self._base, held, estimate)
-        write_foot_state(left, right, estimate)
+        forces = self._forces.Eval(context)
+        write_estimate(poses, velocity, state, self._origin, forces, self._base, self._least, held, estimate)
         output.SetFromVector(estimate)

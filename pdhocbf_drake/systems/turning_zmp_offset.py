@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
-from pdhocbf_drake.systems.zmp_offset import LARGEST_SWING, STANCE_AFTER, ZmpOffset
+from pdhocbf_drake.systems.zmp_offset import STANCE_AFTER, ZmpOffset
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.frame import rotation
 
@@ -32,7 +32,7 @@ class TurningZmpOffset(ZmpOffset):
             planned = np.zeros(4)
             planned[_X_AND_Y] = seen @ self._planned_zmp.Eval(context)[_X_AND_Y]
             zmp, table = seen @ self._whole_body_zmp.Eval(context), tables.reshape(2, -1)[0 if support > 0.0 else 1]
-            update_table(round(tick), support, zmp, planned, feet.ravel(), self._lever, table)
+            update_table(round(tick), support, zmp, planned, feet.ravel(), self._lever, self._most, table)
         values.set_value(tables)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
@@ -52,7 +52,8 @@ class TurningZmpOffset(ZmpOffset):
         reference[..., :2] = reference[..., :2] @ seen.T
         plan = self._foot_plan.Eval(context).reshape(2, 2, 2) @ seen.T
         after = seen @ self._stance_plan.Eval(context)[STANCE_AFTER]
-        self._swing.add_accelerations(round(tick), side, reference, plan, after, self._lever, LARGEST_SWING, expected)
+        most = self._most_of_swing
+        self._swing.add_accelerations(round(tick), side, reference, plan, after, self._lever, most, expected)
         output.SetFromVector((back @ expected).ravel())
 
     def _turn_coming(self, expected: np.ndarray, yaws: list[float], tick: int) -> None:

@@ -9,14 +9,15 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Leaf
 
 from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
-from pdhocbf_drake.systems.signals import places, size
+from pdhocbf_drake.systems.signals import size, stretch
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.swing import Swing
 
 _INPUTS = "gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "foot_plan", "stance_plan"
-STANCE_AFTER = places("stance_plan", "x_after", "y_after")
+STANCE_AFTER = stretch("stance_plan", "x_after", "y_after")
 _AT_REST = np.zeros(size("foot_reference"))
-LARGEST_SWING = 0.12  # [m]: limit of the offset that a swing foot is expected to cause
+_LARGEST = 0.08 / 0.58  # learned offset, over the CoM's height: a larger difference is a fall, not a swinging leg
+_LARGEST_SWING = 0.12 / 0.58  # offset that a swing foot is expected to cause, likewise
 
 
 class ZmpOffset(LeafSystem):
@@ -52,6 +53,8 @@ class ZmpOffset(LeafSystem):
         self._swing = Swing(gait)
         x, y = (0.0, 0.0) if lever is None else np.asarray(lever, dtype=float).tolist()
         self._lever = (x, y)
+        height = gait.config.com_height
+        self._most, self._most_of_swing = _LARGEST * height, _LARGEST_SWING * height
         self._has_lever = any(self._lever)
         self._sides = lru_cache(maxsize=4)(self._sides_from)
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
@@ -70,7 +73,7 @@ class ZmpOffset(LeafSystem):
         if support:
             feet = self._foot_reference.Eval(context) if self._has_lever else _AT_REST
             zmp, planned = self._whole_body_zmp.Eval(context), self._planned_zmp.Eval(context)
-            update_table(round(tick), support, zmp, planned, feet, self._lever, table)
+            update_table(round(tick), support, zmp, planned, feet, self._lever, self._most, table)
         values.set_value(table)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
@@ -84,7 +87,7 @@ class ZmpOffset(LeafSystem):
             plan = self._foot_plan.Eval(context).reshape(2, 2, 2)
             after = self._stance_plan.Eval(context)[STANCE_AFTER]
             self._swing.add_accelerations(
-                round(tick), side, reference, plan, after, self._lever, LARGEST_SWING, expected
+                round(tick), side, reference, plan, after, self._lever, self._most_of_swing, expected
             )
         output.SetFromVector(expected.ravel())
 

@@ -1,17 +1,19 @@
-"""Clocks around the Python of every block, for the part of each in a tick's time, and around Drake's arithmetic."""
+"""Clocks around the Python of every block, for the part of each in a tick's time, and around the robot's arithmetic."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from inspect import isfunction
 from typing import Any
 
-from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame
 from pydrake.systems.framework import LeafSystem
 
 from pdhocbf_drake import systems
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.robot.drake_task_space import DrakeTaskSpace
+from pdhocbf_drake.robot.task_space import TaskSpace
+from pdhocbf_drake.robot.tree_task_space import TreeTaskSpace
 from pdhocbf_drake.simulation import simulate as _every_block_is_loaded_by  # noqa: F401
 from pdhocbf_drake.studies.bench.recording import now
 
@@ -65,14 +67,11 @@ def block_clock() -> Iterator[BlockClock]:
 
 
 @contextmanager
-def drake_clock() -> Iterator[BlockClock]:
-    """Times Drake's kinematics and dynamics of the robot under the name "Drake"; the classes are put back afterwards.
-
-    A profiler would not do: calls into nanobind, which binds Drake from 1.52 on, are invisible to it.
-    """
-    owners = (MultibodyPlant, Frame)
-    names = [(owner, name) for owner in owners for name in vars(owner) if name.startswith(("Calc", "Map", "Set"))]
-    with _clock_around([(owner, name, "Drake") for owner, name in names]) as clock:
+def robot_clock() -> Iterator[BlockClock]:
+    """Times kinematics and dynamics of the robot under the name "robot"; the classes are put back afterwards."""
+    owners = (TaskSpace, TreeTaskSpace, DrakeTaskSpace)
+    methods = [(owner, name) for owner in owners for name in vars(owner) if isfunction(vars(owner)[name])]
+    with _clock_around([(owner, name, "robot") for owner, name in methods if name != "__init__"]) as clock:
         yield clock
 
 

@@ -16,7 +16,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
 from pdhocbf_drake.studies.bench.bare_plant import bare_plant, replayed_plant
-from pdhocbf_drake.studies.bench.block_clock import block_clock, drake_clock
+from pdhocbf_drake.studies.bench.block_clock import block_clock, robot_clock
 from pdhocbf_drake.studies.bench.recording import now, record
 from pdhocbf_drake.systems.unbundled import leaf_of
 
@@ -97,20 +97,20 @@ def _warm(scenario: Scenario) -> Simulator:
 
 
 def calls(scenario: Scenario, duration: float) -> dict[str, float]:
-    """Calls from Python in a tick, and the time of Drake's own arithmetic on the robot in them (kinematics, …) [s].
+    """Calls from Python in a tick, and the time of kinematics and dynamics of the robot in them [s].
 
     The calls are those that Python's profiler counts: with pybind11 (Drake before 1.52) those into Drake as well.
     """
     ticks = duration / scenario.tick
     simulator, profile = _warm(scenario), Profile()
     profile.runcall(_advanced, simulator, duration)
-    with drake_clock() as clock:
+    with robot_clock() as clock:
         simulator = _warm(scenario)
         clock.clear()
         _advanced(simulator, duration)
     return {
         "python_calls_per_tick": float(sum(entry.callcount for entry in profile.getstats()) / ticks),
-        "drake_seconds_per_tick": clock.seconds.get("Drake", 0.0) / ticks,
+        "kinematics_seconds_per_tick": clock.seconds.get("robot", 0.0) / ticks,
     }
 
 

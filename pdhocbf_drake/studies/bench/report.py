@@ -72,9 +72,9 @@ def _blocks(results: dict[str, Any]) -> str:
         ["(the same plant walking from a recording)", 1e6 * robot["replayed_plant_seconds_per_tick"], None],
     ]
     text = table([*rows, ["all", 1e6 * whole, 1.0], *plants], ["block", "µs", "share"])
-    drake = 1e6 * robot["drake_seconds_per_tick"]
+    own = 1e6 * robot["kinematics_seconds_per_tick"]
     count = robot["python_calls_per_tick"]
-    return f"{text}\n{count:.0f} calls from Python a tick; Drake's arithmetic on the robot takes {drake:.0f} µs of it"
+    return f"{text}\n{count:.0f} calls from Python a tick; kinematics and dynamics of the robot take {own:.0f} µs of it"
 
 
 def _plant_steps(results: dict[str, Any]) -> str:

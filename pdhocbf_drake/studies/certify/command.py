@@ -70,10 +70,13 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
         data = system_data(config, config.certify(), time.perf_counter() - started)
         write_json(folder.path / CERTIFICATE, data)
     if data["enforceable"]:
-        areas = [phase["area"] for phase in data["phases"]]
+        areas, free = ([phase[key] for phase in data["phases"]] for key in ("area", "free"))
         verdict = f"enforceable, found in {data['sweeps']} sweeps; volume {min(areas):.4g} to {max(areas):.4g}"
+        least, states = min(map(len, free)), len(data["phases"][0]["vertices"][0])
+        verdict += f"; flat, of {least} instead of {states} dimensions" if least < states else ""
     else:
-        verdict = f"not enforceable: going backward, no state is left at phase {data['first_failing_phase']}"
+        failed = f"going backward, no set with an interior is left at phase {data['first_failing_phase']}"
+        verdict = f"not enforceable: {config.lost_state() or failed}"
     print(table([(config.name, verdict), ("certificate", place / CERTIFICATE)]))
     return 0
 
@@ -100,7 +103,8 @@ def _trial_lines(trial: dict[str, Any]) -> list[tuple[str, str]]:
     ticks = f"{trial['inside']} starts of {trial['ticks']} ticks"
     slack = f"largest slack {trial['slack_max']:.2g} m/s"
     lost = f"{trial['unsavable']} of {trial['outside']} starts proved lost by an independent program"
+    least = f"least excess over a limit {1e3 * trial['excess_min']:.2g} mm or mm/s"
     return [
         ("trial, inside", f"{ticks}: {trial['infeasible_ticks']} infeasible ticks, {slack}"),
-        ("trial, outside", lost),
+        ("trial, outside", f"{lost}, {least}"),
     ]

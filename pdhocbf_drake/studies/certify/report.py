@@ -132,6 +132,7 @@ def system_data(config: LinearSystemConfig, found: InvariantSet, seconds: float)
         {
             "phase": phase,
             "area": part.volume(),
+            "free": part.free,
             "vertices": part.vertices.tolist(),
             "rows": part.A.tolist(),
             "bounds": part.b.tolist(),

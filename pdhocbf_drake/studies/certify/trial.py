@@ -35,6 +35,7 @@ class Trial(NamedTuple):
         slack_max: largest slack of a barrier row in these walks [m/s].
         outside: starts outside, along the main axis, that meet all limits at first.
         unsavable: number of these that the rescue program proves lost.
+        excess_min: their least excess over a limit, whatever is done [m or m/s].
     """
 
     inside: int
@@ -44,6 +45,7 @@ class Trial(NamedTuple):
     slack_max: float
     outside: int
     unsavable: int
+    excess_min: float
 
 
 def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, report: Done = lambda done: None) -> Trial:
@@ -59,8 +61,10 @@ def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, report: Done
         infeasible += walked.infeasible_ticks
         h_min, slack = min(h_min, walked.h_min), max(slack, walked.slack)
         report(index + 1)
-    lost = _lost(found, count, random, lambda index: report(count + index))
-    return Trial(count, TICKS, infeasible, float(h_min) if np.isfinite(h_min) else None, slack, count, lost)
+    excesses = _excesses(found, count, random, lambda index: report(count + index))
+    lost = sum(excess > SAVED for excess in excesses)
+    least_h = float(h_min) if np.isfinite(h_min) else None
+    return Trial(count, TICKS, infeasible, least_h, slack, count, lost, min(excesses))
 
 
 def _drawn(
@@ -81,19 +85,18 @@ def _drawn(
     return start, float(random.uniform(low, high))
 
 
-def _lost(found: ScenarioCertificate, count: int, random: np.random.Generator, report: Done) -> int:
-    """The number of starts outside, of `count`, that the rescue program proves lost."""
+def _excesses(found: ScenarioCertificate, count: int, random: np.random.Generator, report: Done) -> list[float]:
+    """The least excess over a limit of each of `count` starts outside, by the rescue program [m or m/s]."""
     certificate = found.axes[found.main_axis]
     barriers = [bound.barrier for bound in certificate.bounds]
     starts = outside_starts(certificate.template.with_barriers(barriers), certificate.kept, count, random)
-    done = lost = 0
+    excesses: list[float] = []
     for phase, group in groupby(sorted(starts, key=lambda start: start.phase), lambda start: start.phase):
         program = Rescue(certificate.template, [*barriers, *certificate.input_limits], found.reach, phase)
         for start in group:
-            lost += program.excess(start.state) > SAVED
-            done += 1
-            report(done)
-    return lost
+            excesses.append(float(program.excess(start.state)))
+            report(len(excesses))
+    return excesses
 
 
 # Reasons of plans that meet the scenario's constraints; under a soft barrier slacks are part of the problem.

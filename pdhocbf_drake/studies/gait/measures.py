@@ -10,7 +10,7 @@ from pdhocbf_drake.analysis.feet import zmp_margins
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.robot.config import ROLES
+from pdhocbf_drake.robot.per_joint import ROLES
 from pdhocbf_drake.sets.invariant_set import invariant_set
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Final
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from pdhocbf_drake.analysis.heading import commanded_path
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.walking.com_height import GRAVITY
 from pdhocbf_drake.walking.config import GaitConfig
 
 SURVIVED: Final = "survived"
@@ -16,7 +18,7 @@ LEGS_TOUCHED: Final = "legs touched"
 DID_NOT_WALK_ON: Final = "did not walk on"
 GAVE_UP: Final = "simulation gave up"
 
-_SPEED_ERROR = 0.1  # largest error of the mean velocity over the last gait of a walk that goes on [m/s]
+_SPEED_ERROR = 0.042  # largest error of the mean velocity over the last gait of a walk that goes on, over √(g z) [1]
 
 
 def ending_of(scenario: Scenario, log: RunLog, sole_half: np.ndarray | None) -> str:
@@ -54,7 +56,7 @@ def walks_on(gait: GaitConfig, log: RunLog) -> bool:
     if "path" in log:
         path = commanded_path(log, gait.ticks_per_step, gait.tick)[:, :2]
         commanded = (path[-1] - path[-1 - gait.ticks_per_gait]) / (gait.ticks_per_gait * gait.tick)
-    return bool(np.abs(velocity - commanded).max() < _SPEED_ERROR)
+    return bool(np.abs(velocity - commanded).max() < _SPEED_ERROR * math.sqrt(GRAVITY * gait.com_height))
 
 
 def soles_overlap(poses: np.ndarray, halves: np.ndarray) -> bool:

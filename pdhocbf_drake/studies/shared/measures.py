@@ -22,7 +22,7 @@ ACTS: Final = 1e-3
 
 The action is the largest difference, in x and y, between the planned ZMP velocity and the one that the same controller
 without barriers plans from the same memory and measurement. No threshold on the action itself fits all barriers, since
-they act in an undisturbed walk too: on `vhip` by 1.8 to 4.4 mm/s for γ ≥ 0.5, and by 82 mm/s under DCBF with γ = 0.1.
+they act in an undisturbed walk too: on `vhip` by 5 to 12 mm/s for γ ≥ 0.5, and by 71 mm/s under DCBF with γ = 0.2.
 But that action repeats from gait to gait to 1 µm/s, so 1 mm/s more is an answer to an event.
 """
 _ROUNDING = 1e-9  # as h: by so much rounding may miss a bound

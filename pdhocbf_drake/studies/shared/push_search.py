@@ -13,9 +13,9 @@ from pdhocbf_drake.studies.shared.events import force
 from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.pushing import PushedWalk
 
-_LIMIT = 60.0  # [N s]
-# Impulses that a robot of this mass is likely to survive, at which the search begins [N s], [kg].
+# Impulses that a robot of this mass is likely to survive, at which a search begins, and most that it tries [N s], [kg].
 _LIKELY, _LIKELY_MASS = {"+x": 16.0, "-x": 16.0, "+y": 8.0, "-y": 8.0}, 29.0
+_MOST = 60.0
 
 _MIRRORED = {"+x": "+x", "-x": "-x", "+y": "-y", "-y": "+y"}
 
@@ -38,7 +38,7 @@ class Settings(NamedTuple):
 
 
 class Search(NamedTuple):
-    """The search in one direction at one of the phases, from a guess [N s]: one piece of work for a process."""
+    """The search in one direction at one of the phases, from a guess up to a limit [N s]: one piece of work."""
 
     scenario: str
     barrier: str
@@ -46,6 +46,7 @@ class Search(NamedTuple):
     phases: tuple[int, ...]
     phase: int
     guess: float
+    limit: float
     settings: Settings
 
 
@@ -63,7 +64,7 @@ def search_all(
         directions: some of `DIRECTIONS`. phases: ticks of the gait.
         settings: shared by all searches.
         workers: number of processes.
-        mass: of the robot, from which the first guesses are scaled [kg].
+        mass: of the robot, with which guesses and limits are scaled [kg].
 
     Raises:
         PdhocbfError: a worker process died.
@@ -73,7 +74,7 @@ def search_all(
     wanted = set(product(directions, at))
 
     def piece(barrier: str, direction: str, phase: int, guess: float) -> Search:
-        return Search(text, barrier, direction, at, phase, guess, settings)
+        return Search(text, barrier, direction, at, phase, guess, _MOST * mass / _LIKELY_MASS, settings)
 
     def then(found: Impulse) -> list[Search]:
         if found.barrier not in first:
@@ -102,7 +103,7 @@ def search(work: Search) -> Impulse:
         pushed = force(work.direction, impulse, settings.duration)
         return walk.trial(work.phase, pushed, settings.duration, settings.watch).survived
 
-    found = largest_survived(survives, work.guess, settings.tolerance, _LIMIT)
+    found = largest_survived(survives, work.guess, settings.tolerance, work.limit)
     return Impulse(work.barrier, work.direction, work.phase, found)
 
 

@@ -24,7 +24,7 @@ from pdhocbf_drake.walking.vhip import Vhip
 FASTEST = 5.0
 """Bound on the CoM's speed, which makes the polytopes bounded; no state this fast can be saved [m/s]."""
 
-_TEMPLATE_REACH = 0.23  # of the CoM from the stance foot where a scenario has no robot: that of the packaged biped [m]
+_TEMPLATE_REACH = 0.23 / 0.58  # of the CoM from the stance foot where a scenario has no robot, over the CoM's height
 
 
 @dataclass(frozen=True)
@@ -203,7 +203,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
 def com_reach(scenario: Scenario) -> float:
     """How far the CoM may be from the stance foot: half the robot's longest stride [m]."""
     if scenario.system != "biped":
-        return _TEMPLATE_REACH
+        return _TEMPLATE_REACH * scenario.gait.com_height
     gait = scenario.gait
     height = gait.com_height + gait.com_height_amplitude
     return longest_stride(Biped.load(scenario.robot), gait.stance_width, height) / 2.0

@@ -1,0 +1,152 @@
+"""How each default value changes with the robot: one rule a key."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, Final, NamedTuple
+
+from pdhocbf_drake.fitting.facts import PACKAGED, RobotFacts
+from pdhocbf_drake.walking.config import GaitConfig
+
+_BOX: Final = GaitConfig().zmp_box[1]
+_DIGITS = 4  # of a value that a rule has changed
+
+
+class Scale(NamedTuple):
+    """A robot and its step over the packaged robot and its step.
+
+    Attributes:
+        length: of the legs. time: of a step's duration. ticks: of a step's ticks.
+        sole: of the sole's length and width. facts: the robot.
+    """
+
+    length: float
+    time: float
+    ticks: float
+    sole: tuple[float, float]
+    facts: RobotFacts
+
+
+Rule = Callable[[Any, Scale], Any]
+
+
+def sizes_of(facts: RobotFacts) -> tuple[float, tuple[float, float]]:
+    """Length of the legs, and length and width of the soles, over those of the packaged robot."""
+    length, width = (half / whole for half, whole in zip(facts.sole, PACKAGED.sole, strict=True))
+    return facts.leg / PACKAGED.leg, (length, width)
+
+
+def _by(factor: Callable[[Scale], float]) -> Rule:
+    def rule(value: Any, scale: Scale) -> Any:
+        return [_rounded(number, factor(scale)) for number in value] if _is_list(value) else _rounded(
+            value, factor(scale)
+        )  # fmt: skip
+
+    return rule
+
+
+def _rounded(value: float, factor: float) -> float:
+    return value if factor == 1.0 or not value else float(f"{value * factor:.{_DIGITS}g}")
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, list | tuple)
+
+
+def _ticks(value: int, scale: Scale) -> int:
+    return round(value * scale.ticks) if value else 0
+
+
+def _at_least_one(value: int, scale: Scale) -> int:
+    return max(1, _ticks(value, scale))
+
+
+def _horizon(value: int, scale: Scale) -> int:
+    """As many gaits as before; the step's ticks are whole."""
+    return round(value * scale.ticks)
+
+
+def _box(value: tuple[float, float], scale: Scale) -> list[float]:
+    """Sides over those of the sole; rounded down, since no box may be larger than the sole."""
+    return [_floored(side, factor) for side, factor in zip(value, scale.sole, strict=True)]
+
+
+def _floored(value: float, factor: float) -> float:
+    return value if factor == 1.0 else math.floor(value * factor * 1e4 + 1e-6) / 1e4
+
+
+def _margin(value: float, scale: Scale) -> float:
+    """With the legs, unless the soles are smaller than they."""
+    return _rounded(value, min(scale.length, *scale.sole))
+
+
+def _least_width(value: float, scale: Scale) -> float:
+    """As much less than the stance width, as a share of the gap between the soles or of the legs, the smaller one."""
+    usual = PACKAGED.stance_width - 2.0 * PACKAGED.sole[1]
+    facts = scale.facts
+    gap = min(facts.stance_width - 2.0 * facts.sole[1], scale.length * usual)
+    if gap == usual and facts.stance_width == PACKAGED.stance_width:
+        return value
+    return _rounded(max(facts.stance_width - (PACKAGED.stance_width - value) * gap / usual, 0.0), 1.0 + 1e-15)
+
+
+def _centring(value: float, scale: Scale) -> float:
+    """A price at each tick, as that of the ZMP's speed, which grows with the square of its way from box to box.
+
+    Where it is too low beside that of the speed, nothing brings a walk back whose sway is larger to one side, and it
+    leaves its path sideways.
+    """
+    way = scale.facts.stance_width - scale.sole[1] * _BOX
+    return _rounded(value, max(1.0, way / (scale.length * (PACKAGED.stance_width - _BOX))) ** 2 / scale.time**2)
+
+
+def _slack(value: tuple[float, float], scale: Scale) -> list[float]:
+    """The price of a speed to the power of one is a speed; to the power of two it is a number."""
+    return [_rounded(value[0], scale.length / scale.time), value[1]]
+
+
+LENGTH: Final = _by(lambda scale: scale.length)
+SPEED: Final = _by(lambda scale: scale.length / scale.time)
+TIME: Final = _by(lambda scale: scale.time)
+ONCE: Final = _by(lambda scale: scale.ticks / scale.time**2)  # [1/s²], a price beside one of ZMP speeds at each tick
+
+RULES: Final[dict[str, Rule]] = {
+    "from_time": TIME,
+    "path_speed": SPEED,
+    "gait.double_support_ticks": _ticks,
+    "gait.zmp_box": _box,
+    "gait.com_height_amplitude": LENGTH,
+    "gait.swing_height": LENGTH,
+    "mpc.horizon": _horizon,
+    "mpc.foothold_weight": ONCE,
+    "mpc.zmp_centre_weight": _centring,
+    "mpc.path_correction": LENGTH,
+    "mpc.step_tolerance": LENGTH,
+    "mpc.stance_width_min": _least_width,
+    "mpc.slack_weight": _slack,
+    "mpc.zmp_margin": _margin,
+    "mpc.zmp_velocity_max": SPEED,
+    "mpc.freeze_ticks": _ticks,
+    "mpc.stop_ticks": _at_least_one,
+    "mpc.step_reach": LENGTH,
+    "mpc.tail_weight": ONCE,
+    "mpc.recovery.noticed": LENGTH,
+    "mpc.recovery.calm": LENGTH,
+    "mpc.recovery.calm_ticks": _at_least_one,
+    "mpc.recovery.foothold_weight": ONCE,
+    "mpc.recovery.tail_weight": ONCE,
+    "mpc.recovery.zmp_box": _box,
+    "mpc.recovery.step_reach": LENGTH,
+    "mpc.recovery.stance_width_min": _least_width,
+    "mpc.recovery.path_correction": LENGTH,
+    "mpc.recovery.slack_weight": _slack,
+    "mpc.recovery.freeze_ticks": _ticks,
+    "plant.penetration_allowance": LENGTH,
+    "plant.stiction_tolerance": SPEED,
+}
+"""The rule of each default value. Accelerations and counts of steps are the same for every robot; stride, tick and
+ticks per step are those of `fitting.step`; CoM height, stance width and gains are those of the robot."""
+
+OF_BARRIERS: Final[dict[str, Rule]] = {"m": LENGTH, "m/s": SPEED}
+"""The rule of the margin of a bound, by the unit of its quantity."""

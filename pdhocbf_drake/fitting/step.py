@@ -1,0 +1,124 @@
+"""The default stride and duration of a step: what legs, joints and soles allow."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.fitting.preview import Step, preview, zmp_shift
+from pdhocbf_drake.robot import Biped, longest_stride, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.walking.config import GaitConfig
+
+SHIFT, LARGEST_SHIFT = 0.6, 0.9
+"""How far the swing leg may move the ZMP, over half the sole's length: by default, and before a step is stretched."""
+
+_STEP = GaitConfig()
+_REACH = 0.5  # of the longest step that the legs can stand in
+_SPEED = 0.8  # of the joints' limits
+_SLOWER = 1.5  # longest step over that of the size of the legs; from there on the stride gets shorter
+_SHORTER = 0.9  # factor of the stride in one attempt
+_ATTEMPTS = 12
+_FEWEST_TICKS = 25  # of a step; with fewer, a robot of 0.3 of the packaged one's size keeps a barrier's bound barely
+
+
+class FittedStep(NamedTuple):
+    """A step that suits a robot.
+
+    Attributes:
+        stride: [m]. tick: δ [s]. ticks: of a step.
+        reasons: a sentence for each limit that has changed it.
+    """
+
+    stride: float
+    tick: float
+    ticks: int
+    reasons: tuple[str, ...]
+
+
+def fitted_step(biped: Biped, gait: dict[str, Any], given: dict[str, Any], length: float) -> FittedStep:
+    """The stride, tick and ticks of a step.
+
+    Args:
+        gait: the keys of `gait` with their default values.
+        given: those that the user has given, which stay as they are.
+        length: of the legs over those of the packaged robot.
+    """
+    stride = gait["stride"] if "stride" in given else _rounded(gait["stride"] * length)
+    tick, usual = gait["tick"], gait["ticks_per_step"] * gait["tick"]
+    if "ticks_per_step" not in given:
+        usual = _STEP.ticks_per_step * _STEP.tick * math.sqrt(length)
+        while "tick" not in given and usual / tick < _FEWEST_TICKS:
+            tick /= 2.0
+    step = gait if {"double_support_ticks", "ticks_per_step"} <= given.keys() else _STEP.model_dump()
+    share = 1.0 - step["double_support_ticks"] / step["ticks_per_step"]
+    wanted = _Wanted(biped, gait, length, share)
+    duration, reasons = usual, list[str]()
+    if "ticks_per_step" not in given:
+        duration, reason = wanted.duration(stride, usual, LARGEST_SHIFT if "stride" in given else SHIFT)
+        reasons += [reason] if reason else []
+    if "stride" not in given:
+        stride, reason = wanted.stride(stride, duration)
+        reasons += [reason] if reason else []
+    ticks = round(duration / tick) if duration == usual else math.ceil(duration / tick - 1e-9)
+    return FittedStep(stride, tick, ticks, tuple(reasons))
+
+
+class _Wanted:
+    """What limits a robot's steps; where it can't even stand, nothing does, and the walk is refused later."""
+
+    def __init__(self, biped: Biped, gait: dict[str, Any], length: float, share: float) -> None:
+        self._biped, self._share = biped, share
+        self._width, self._height = gait["stance_width"], gait["com_height"]
+        self._swing_height = gait["swing_height"] * length
+        self._highest = self._height + gait["com_height_amplitude"] * length
+        self._half = min(float(sole.half_size[0]) for sole in biped.soles.values())
+        com, half = np.array([0.0, 0.0, self._height]), self._width / 2.0
+        try:
+            posture = upright_posture(biped, com, sole_pose(0.0, half), sole_pose(0.0, -half))
+            self._lever = float(swing_lever(biped, posture)[0])
+        except ModelError:
+            self._lever = math.nan
+
+    def shift(self, stride: float, duration: float) -> float:
+        """How far the swing leg moves the ZMP at most, over half the sole's length."""
+        return zmp_shift(self._lever, stride, duration * self._share) / self._half
+
+    def speed(self, stride: float, duration: float) -> float:
+        """The largest joint speed over its limit; 0 where the step is out of reach."""
+        step = Step(stride, self._width, self._height, self._swing_height, duration, duration * self._share)
+        found = preview(self._biped, step)
+        return 0.0 if found.missed else float((found.speeds / self._biped.velocity_limits).max())
+
+    def duration(self, stride: float, usual: float, most: float) -> tuple[float, str]:
+        """The shortest step, from the usual one on, that soles and joints allow, with the reason; it may not do."""
+        shift, speed = self.shift(stride, usual), self.speed(stride, usual)
+        longer = max(math.sqrt(shift / most), speed / _SPEED)
+        if not longer > 1.0:
+            return usual, ""
+        why = "the swing leg's pull on the ZMP" if math.sqrt(shift / most) >= speed / _SPEED else "the joints' speed"
+        # A share of the way is enough: of the default stride more would make a slow walk.
+        duration = usual * (min(longer, _SLOWER) if most == SHIFT else longer)
+        return duration, f"steps of {duration:.3g} s instead of {usual:.3g} s for {why}"
+
+    def stride(self, stride: float, duration: float) -> tuple[float, str]:
+        """The longest stride up to the default one that legs, soles and joints allow, with the reason."""
+        first, why = stride, ""
+        if math.isnan(self._lever) or not stride:
+            return stride, ""
+        reach = _REACH * longest_stride(self._biped, self._width, self._highest)
+        if abs(stride) > reach:
+            stride, why = math.copysign(reach, stride), "the legs' reach"
+        for _ in range(_ATTEMPTS):
+            if self.shift(stride, duration) <= SHIFT * 1.01 and self.speed(stride, duration) <= _SPEED * 1.01:
+                break
+            stride, why = stride * _SHORTER, "the swing leg's pull on the ZMP and the joints' speed"
+        if stride == first:
+            return stride, ""
+        return _rounded(stride), f"a stride of {stride:.3g} m instead of {first:.3g} m for {why}"
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.4g}")

@@ -1,0 +1,140 @@
+"""Checks of a walk against its robot, without a simulation: reach, swing leg, torques, speeds, time of a step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.fitting.findings import Finding, level_of
+from pdhocbf_drake.fitting.preview import Step, preview, zmp_shift
+from pdhocbf_drake.fitting.step import LARGEST_SHIFT, SHIFT
+from pdhocbf_drake.robot import (
+    SIDES,
+    Biped,
+    InverseDynamics,
+    WholeBodyIk,
+    check_walk,
+    check_zmp_box,
+    sole_pose,
+    swing_lever,
+    upright_posture,
+)
+from pdhocbf_drake.walking.com_height import GRAVITY
+from pdhocbf_drake.walking.config import GaitConfig
+
+_GOOD = 0.8  # share of a joint's limit
+_ROUNDED = 1.05  # what rounding to whole ticks does to the swing leg's share
+_GOOD_TIME, _LONGEST_TIME = 2.3, 3.0  # ω T of a step, in which a fall grows by e^(ω T)
+
+
+def walk_findings(biped: Biped, gait: GaitConfig, recovery_box: tuple[float, float] | None) -> list[Finding]:
+    """Every check of a walk; where its postures are out of reach those of its motion are left out.
+
+    Args:
+        recovery_box: `mpc.recovery.zmp_box`, None where there is none [m].
+    """
+    found = [_box(biped, "gait.zmp_box", gait.zmp_box), _box(biped, "mpc.recovery.zmp_box", recovery_box)]
+    found += [*_reach(biped, gait), _time(gait)]
+    if all(finding.level != "fault" for finding in found if finding.check == "reach"):
+        found += [*motion_findings(biped, gait)]
+    return found
+
+
+def is_refused(found: Sequence[Finding]) -> bool:
+    """Whether `simulate` refuses the walk."""
+    return any(finding.level == "fault" for finding in found if finding.check in ("reach", "ZMP box"))
+
+
+def motion_findings(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
+    """The checks of a walk's motion, some hundredths of a second; nothing where it can't even stand."""
+    swing = Step.of(gait).swing
+    half, height = gait.stance_width / 2.0, gait.com_height
+    feet = sole_pose(0.0, half), sole_pose(0.0, -half)
+    try:
+        posture, on_one = (upright_posture(biped, np.array([0.0, y, height]), *feet) for y in (0.0, half))
+    except ModelError:
+        return
+    yield _swing(biped, gait, float(swing_lever(biped, posture)[0]), swing)
+    yield _torque("static torque", "standing on one foot", _static_torques(biped, on_one), biped, "gait.com_height")
+    seen = preview(biped, Step.of(gait))
+    if seen.missed:
+        yield Finding("step", "note", "gait.stride, gait.com_height", f"in a step, {seen.missed}", _LOWER)
+        return
+    yield _torque("walking torque", "in a step", seen.torques, biped, "gait.stride, gait.com_height")
+    yield _share(
+        "joint speed", "in a step", seen.speeds, biped.velocity_limits, biped, "rad/s",
+        "gait.stride, gait.ticks_per_step", "a shorter stride or more ticks per step",
+    )  # fmt: skip
+
+
+_LOWER = "a lower com_height or a shorter stride"
+
+
+def _box(biped: Biped, key: str, box: tuple[float, float] | None) -> Finding:
+    try:
+        if box is not None:
+            check_zmp_box(biped, box, key)
+    except ModelError as error:
+        return Finding("ZMP box", "fault", key, str(error), "make it as large as the smaller sole at most")
+    return Finding("ZMP box", "ok", key, "none" if box is None else f"{box[0]:g} x {box[1]:g} m is within the soles")
+
+
+def _reach(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
+    for key, stride in (("gait.com_height", 0.0), ("gait.stride", gait.stride)):
+        # The highest one first, at which the legs reach least.
+        heights = gait.com_height + gait.com_height_amplitude, gait.com_height - gait.com_height_amplitude
+        small = (1e-6, 1e-6)  # boxes have a check of their own
+        try:
+            check_walk(biped, stride=stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=small)
+        except ModelError as error:
+            yield Finding("reach", "fault", key, str(error), "choose one that is allowed")
+            return
+        said = f"CoM at {heights[1]:.3g} to {heights[0]:.3g} m" if not stride else f"steps of {stride:g} m"
+        yield Finding("reach", "ok", key, f"{said} within the legs' reach")
+
+
+def _swing(biped: Biped, gait: GaitConfig, lever: float, swing: float) -> Finding:
+    half = min(float(biped.soles[side].half_size[0]) for side in SIDES)
+    shift = zmp_shift(lever, gait.stride, swing)
+    level = level_of(shift / half, SHIFT * _ROUNDED, LARGEST_SHIFT)
+    said = f"the swing leg shifts the ZMP by up to {1e3 * shift:.0f} mm, {shift / half:.2f} of the half sole"
+    time = swing * math.sqrt(shift / half / SHIFT)
+    ticks = math.ceil(time / gait.tick) + gait.double_support_ticks
+    shorter = gait.stride * SHIFT * half / shift if shift else 0.0
+    fix = f"up to {SHIFT:g} walks well: gait.ticks_per_step {ticks}, or gait.stride {shorter:.3g}"
+    return Finding("swing leg", level, "gait.stride, gait.ticks_per_step", said, "" if level == "ok" else fix)
+
+
+def _static_torques(biped: Biped, posture: np.ndarray) -> np.ndarray:
+    ik = WholeBodyIk(biped)
+    rest = np.zeros(biped.plant.num_velocities())
+    # The other leg's torques are those of a mirror image, which stands on the right foot.
+    return abs(InverseDynamics(biped, ik.task_space)(posture, rest, rest, 1.0).tau)
+
+
+def _torque(check: str, when: str, torques: np.ndarray, biped: Biped, key: str) -> Finding:
+    key = f"{key}, effort_limits of the robot"
+    fix = "straighter knees, by a higher com_height, carry more; or give the limits of the real motors"
+    return _share(check, when, torques, biped.effort_limits, biped, "N m", key, fix)
+
+
+def _share(
+    check: str, when: str, values: np.ndarray, limits: np.ndarray, biped: Biped, unit: str, key: str, fix: str
+) -> Finding:
+    joint = int((values / limits).argmax())
+    share = float(values[joint] / limits[joint])
+    name = biped.joint_names[joint]
+    said = f"{name} needs {values[joint]:.3g} {unit} {when}, {share:.2f} of its limit"
+    level = level_of(share, _GOOD, 1.0)
+    return Finding(check, level, key, said, "" if level == "ok" else fix)
+
+
+def _time(gait: GaitConfig) -> Finding:
+    duration, omega = gait.ticks_per_step * gait.tick, math.sqrt(GRAVITY / gait.com_height)
+    level = level_of(omega * duration, _GOOD_TIME, _LONGEST_TIME)
+    said = f"steps of {duration:.3g} s, in which a fall grows {math.exp(omega * duration):.3g} times"
+    fix = f"gait.ticks_per_step {int(_GOOD_TIME / omega / gait.tick)} or fewer"
+    return Finding("step time", level, "gait.ticks_per_step", said, "" if level == "ok" else fix)

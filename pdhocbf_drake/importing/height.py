@@ -1,0 +1,70 @@
+"""The CoM height at which a robot can walk, and the longest step there, from a scan of its reach."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.importing.inferred import Inferred
+from pdhocbf_drake.robot import Biped, longest_stride
+from pdhocbf_drake.robot.reach import reachable_heights, reaches
+
+_BEND = 0.091  # by which the CoM is below its highest place, as a share of the leg: knees bent by 54°, as ours
+_AMPLITUDE = 1.0 / 60.0  # of the CoM's height in a walk, as a share of the leg
+_STRIDE = 0.25  # of a walk, as a share of the leg
+_SPARE = 1.1
+
+
+def com_height(biped: Biped, leg: float, width: float) -> tuple[float, float, list[Inferred]]:
+    """The CoM height with the knees well bent, and the longest step there [m].
+
+    Where the legs are too stiff for a usual stride at that height, it is the height of the longest step.
+
+    Args:
+        biped: the robot. leg: length of thigh and shank [m]. width: lateral distance of the feet [m].
+
+    Raises:
+        ModelError: the robot can't stand at any height.
+    """
+    grid = leg / 60.0
+    band = reachable_heights(biped, width)
+    if len(band) == 0:
+        raise ModelError("the robot can't stand on both feet at any height; is a joint's role or limit wrong?")
+    low, high = (_end(biped, width, float(inside), step) for inside, step in ((band[0], -grid), (band[-1], grid)))
+    height = max(high - _BEND * leg, 0.5 * (low + min(high, low + 2.0 * _AMPLITUDE * leg)))
+    longest = _longest_step(biped, leg, width, height)
+    if longest < _SPARE * _STRIDE * leg:
+        tried = np.linspace(low, high, 12)[1:-1]
+        steps = [_longest_step(biped, leg, width, float(other)) for other in tried]
+        if max(steps) > longest:
+            longest, height = max(steps), float(tried[int(np.argmax(steps))])
+    height = float(np.round(height, 3))
+    text = f"in reach with level feet are {low:.3g} to {high:.3g} m"
+    return (
+        height,
+        longest,
+        [
+            Inferred("CoM height", f"{height:g} m", text, "likely"),
+            Inferred("longest step in reach", f"{longest:.3g} m", f"both feet on the ground, CoM at {height:g} m"),
+        ],
+    )
+
+
+def stride(longest: float, leg: float) -> float | None:
+    """A stride that is shorter than the usual one, where the legs reach no further [m]; None for the usual one."""
+    return None if longest >= _SPARE * _STRIDE * leg else float(np.round(longest / _SPARE, 3))
+
+
+def _longest_step(biped: Biped, leg: float, width: float, height: float) -> float:
+    """The longest step at the heights that a walk there has [m]."""
+    amplitude = _AMPLITUDE * leg
+    return min(longest_stride(biped, width, height + change) for change in (-amplitude, 0.0, amplitude))
+
+
+def _end(biped: Biped, width: float, inside: float, step: float) -> float:
+    """The end of the band between a height in reach and one that is not, a step further [m]."""
+    outside = inside + step
+    for _ in range(10):
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if reaches(biped, middle, width, 0.0) else (inside, middle)
+    return inside

@@ -1,0 +1,64 @@
+"""Bipeds of any size walk with nothing edited: copies of the packaged one, and generated ones."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import bipeds
+import pytest
+
+from pdhocbf_drake.analysis.metrics import compute_metrics
+from pdhocbf_drake.analysis.metrics_schema import Metrics
+from pdhocbf_drake.analysis.robot_limits import robot_limits
+from pdhocbf_drake.fitting.walk_checks import motion_findings
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import simulate
+
+SHAPES = {f"{size} of the packaged biped": bipeds.resized(size) for size in (0.3, 0.5, 1.5, 1.8)}
+SHAPES |= {f"generated {seed}": bipeds.random_shape(seed) for seed in range(10)}
+GAITS = 9  # walked, after a standing start
+
+
+def walked(folder: Path, shape: bipeds.Shape, text: str = "") -> Metrics:
+    """A walk of some seconds with the defaults of `walking`."""
+    robot = f"robot: {bipeds.write(folder, shape)}{text}"
+    gait = load_scenario("walking", f"{{{robot}}}").gait
+    duration = (gait.start_steps + 2 * GAITS) * gait.ticks_per_step * gait.tick
+    scenario = load_scenario("walking", f"{{{robot}, duration: {duration:.3f}}}")
+    assert [f for f in motion_findings(Biped.load(scenario.robot), scenario.gait) if f.level != "ok"] == []
+    return compute_metrics(scenario, simulate(scenario), 1.0, robot_limits(scenario))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_it_walks_with_nothing_edited(name: str, tmp_path: Path) -> None:
+    found = walked(tmp_path, SHAPES[name])
+    assert not found.fell
+    assert found.distance is not None
+    assert found.distance_commanded is not None
+    assert found.distance > 0.95 * found.distance_commanded
+    assert found.lateral_drift is not None
+    assert found.lateral_drift < 0.02 * found.distance
+    assert found.yaw_drift_deg is not None
+    assert found.yaw_drift_deg < 0.5  # some bases lie on their side
+    assert found.zmp_outside_fraction is not None
+    assert found.zmp_outside_fraction < 0.08
+    assert found.torque_limit_hits == 0
+    assert found.joint_speed_margin_min is not None
+    assert found.joint_speed_margin_min > 0.0
+    assert found.sole_gap_min is not None
+    assert found.sole_gap_min > 0.0
+    assert found.mpc is not None
+    assert (found.mpc.fallbacks, found.mpc.degraded) == (0, {})
+    h_min = found.barriers["forward_speed"].h_min
+    assert h_min is not None
+    assert h_min >= 0.0
+
+
+def test_a_lopsided_robot_learns_a_table_for_each_foot(tmp_path: Path) -> None:
+    found = walked(tmp_path, dataclasses.replace(bipeds.resized(1.0), right=1.6))
+    assert not found.fell
+    assert found.zmp_outside_fraction is not None
+    assert found.zmp_outside_fraction < 0.05  # 0.08 with one table for both
+    assert found.barriers["forward_speed"].violations == 0

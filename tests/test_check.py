@@ -1,0 +1,210 @@
+"""`pdhocbf check`: a wrong robot file is named as what it is, and a walk beyond its robot too."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import bipeds
+import pytest
+import yaml
+
+from pdhocbf_drake.cli.main import main
+from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.fitting.walk_checks import walk_findings
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+
+SEEDS = (None, 0, 3, 6)
+Data = dict[str, Any]
+
+
+def both(data: Data, change: Callable[[Data], None]) -> None:
+    for side in ("left", "right"):
+        change(data[side])
+
+
+def sole_off(data: Data) -> None:
+    size = data["left"]["sole"]["half_size"][1] / 0.06  # 20 mm of the packaged biped's
+    data["left"]["sole"]["xyz"][0] += 0.02 * size
+
+
+def sole_too_large(data: Data) -> None:
+    both(
+        data, lambda leg: leg["sole"].update(half_size=[1.3 * leg["sole"]["half_size"][0], leg["sole"]["half_size"][1]])
+    )
+
+
+def yaw_and_roll_swapped(data: Data) -> None:
+    joints = data["right"]["joints"]
+    joints["hip_yaw"], joints["hip_roll"] = joints["hip_roll"], joints["hip_yaw"]
+
+
+def ankles_swapped(data: Data) -> None:
+    joints = data["left"]["joints"]
+    joints["ankle_pitch"], joints["ankle_roll"] = joints["ankle_roll"], joints["ankle_pitch"]
+
+
+def knee_backwards(data: Data) -> None:
+    both(data, lambda leg: leg.update(bent_knee={role: -angle for role, angle in leg["bent_knee"].items()}))
+
+
+def one_hip_sign(data: Data) -> None:
+    data["left"]["bent_knee"]["hip_pitch"] *= -1.0
+
+
+def sides_exchanged(data: Data) -> None:
+    data["left"], data["right"] = data["right"], data["left"]
+
+
+def joints_exchanged(data: Data) -> None:
+    data["left"]["joints"], data["right"]["joints"] = data["right"]["joints"], data["left"]["joints"]
+
+
+def knee_is_ankle(data: Data) -> None:
+    joints = data["left"]["joints"]
+    joints["knee_pitch"], joints["ankle_pitch"] = joints["ankle_pitch"], joints["knee_pitch"]
+
+
+WRONG = {
+    sole_off: ("left.sole", r"its rectangle reaches \d+ mm beyond the foot; one of half_size .* fits, with its centre"),
+    sole_too_large: ("left.sole", r"its rectangle reaches \d+ mm beyond the foot; one of half_size"),
+    yaw_and_roll_swapped: ("right.joints.hip_yaw", r"'right_hip_roll' turns about the axis ahead \(roll\)"),
+    ankles_swapped: ("left.joints.ankle_pitch", r"'left_ankle_roll' turns about the axis ahead \(roll\)"),
+    knee_backwards: ("left.bent_knee.knee_pitch", r"-?0\.8 rad bends the knee backwards; it bends forward with "),
+    one_hip_sign: ("left.bent_knee", r"tilted by \d+°.*with hip_pitch of the other sign by [0-9]°"),
+    sides_exchanged: ("left, right", r"left and right are exchanged: the left sole is at y = -"),
+    joints_exchanged: ("left.sole.link", r"'left_foot' is not moved by joint 'right_hip_yaw'.*exchange left.joints"),
+    knee_is_ankle: ("left.joints", r"the knee, 'left_ankle_pitch', must come after the hip's joints"),
+}
+
+
+def checked(path: Path, capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, list[dict[str, str]]]:
+    """Exit code and findings of `pdhocbf check`."""
+    code = main(["check", str(path), "--json", *words])
+    return code, json.loads(capsys.readouterr().out)
+
+
+def robot_file(folder: Path, seed: int | None, change: Callable[[Data], None] | None = None) -> Path:
+    path = bipeds.write(folder, bipeds.resized(1.0) if seed is None else bipeds.random_shape(seed))
+    data = yaml.safe_load(path.read_text())
+    if change is not None:
+        change(data)
+    path.write_text(yaml.safe_dump(data))
+    return path
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("change", WRONG, ids=lambda change: change.__name__)
+def test_a_wrong_entry_is_named_as_what_it_is(
+    change: Callable[[Data], None], seed: int | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, findings = checked(robot_file(tmp_path, seed, change), capsys)
+    wrong = [finding for finding in findings if finding["level"] != "ok"]
+    key, pattern = WRONG[change]
+    assert wrong[0]["key"].startswith(key)
+    assert re.search(pattern, f"{wrong[0]['said']}; {wrong[0]['fix']}")
+    assert code == int(wrong[0]["level"] == "fault")
+
+
+@pytest.mark.parametrize("seed", [None, 0, 2, 7])
+def test_a_torso_that_faces_backwards_is_no_exchange_of_sides(
+    seed: int | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def backwards(data: Data) -> None:
+        data["torso_rpy"] = [0.0, 0.0, 3.14159 if data["torso_rpy"][2] == 0.0 else 0.0]
+
+    code, findings = checked(robot_file(tmp_path, seed, backwards), capsys)
+    assert code == 1
+    assert findings[-2]["key"] == "torso_rpy"
+    assert findings[-2]["said"].startswith("the torso faces backwards: the knees bend towards its −x")
+
+
+def test_a_torso_that_faces_sideways_or_lies_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for turn, says in (([0.0, 0.0, 1.5708], "points sideways"), ([0.0, 1.5708, 0.0], "don't hang down")):
+        path = robot_file(tmp_path, None, lambda data, turn=turn: data.update(torso_rpy=turn))  # type: ignore[misc]
+        _, findings = checked(path, capsys)
+        assert says in next(finding["said"] for finding in findings if finding["key"] == "torso_rpy")
+
+
+def test_a_fatal_entry_is_refused_by_every_command_in_the_same_words(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"left and right are exchanged: .*; exchange the two entries"):
+        load_scenario("walking", f"robot: {robot_file(tmp_path, None, sides_exchanged)}")
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_right_file_has_no_fault(seed: int | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    code, findings = checked(robot_file(tmp_path, seed), capsys)
+    assert code == 0
+    assert {finding["level"] for finding in findings} == {"ok"}
+
+
+def levels(text: str) -> dict[str, tuple[str, str, str]]:
+    """By its name, the worst finding of a packaged walk with overrides: level, key, and what it says."""
+    scenario = load_scenario("walking", text)
+    recovery = scenario.mpc.recovery
+    found = walk_findings(Biped.load("biped"), scenario.gait, recovery and recovery.zmp_box)
+    order = ["ok", "note", "fault"]
+    return {f.check: (f.level, f.key, f"{f.said}; {f.fix}") for f in sorted(found, key=lambda f: order.index(f.level))}
+
+
+@pytest.mark.parametrize(
+    ("text", "check", "level", "key", "says"),
+    [
+        ("gait: {stride: 0.2}", "swing leg", "note", "gait.stride", "0.66 of the half sole; .* gait.stride 0.182"),
+        ("gait: {stride: 0.3}", "swing leg", "fault", "gait.stride", "0.9. of the half sole; up to 0.6 walks well"),
+        ("gait: {stride: 0.7}", "reach", "fault", "gait.stride", "allowed is up to 0.4"),
+        ("gait: {com_height: 0.7}", "reach", "fault", "gait.com_height", "allowed is 0.32 to 0.63 m"),
+        ("gait: {zmp_box: [0.3, 0.1]}", "ZMP box", "fault", "gait.zmp_box", "allowed is up to 0.2 x 0.12 m"),
+        ("mpc: {recovery: {zmp_box: [0.3, 0.1]}}", "ZMP box", "fault", "mpc.recovery.zmp_box", "larger than the sole"),
+        ("{gait: {ticks_per_step: 70}, mpc: {horizon: 140}}", "step time", "note", "gait.ticks_per_step", "or fewer"),
+        ("{gait: {stride: 0.3, ticks_per_step: 16}, mpc: {horizon: 32}}", "joint speed", "fault", "gait", "rad/s"),
+    ],
+)  # fmt: skip
+def test_a_walk_beyond_its_robot_is_named_with_key_and_fix(
+    text: str, check: str, level: str, key: str, says: str
+) -> None:
+    found = levels(text)[check]
+    assert found[0] == level
+    assert found[1].startswith(key)
+    assert re.search(says, found[2])
+
+
+def test_weak_motors_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def weak(data: Data) -> None:
+        data["effort_limits"] = [60.0, 100.0, 120.0, 40.0, 80.0, 60.0]
+
+    code, findings = checked(robot_file(tmp_path, None, weak), capsys)
+    (torque,) = (finding for finding in findings if finding["check"] == "walking torque")
+    assert (code, torque["level"]) == (1, "fault")
+    assert re.match(r"(left|right)_knee_pitch needs \d+\.?\d* N m in a step, 1\.\d\d of its limit", torque["said"])
+
+
+def test_a_template_has_no_robot_to_check(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "vhip"]) == 1
+    assert "only a robot's walk can be checked" in capsys.readouterr().err
+
+
+def test_findings_are_printed_with_their_keys(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", "biped", "--text", "gait: {stride: 0.2}"]) == 0
+    out, err = capsys.readouterr()
+    assert "note  swing leg" in out
+    assert "(gait.stride, gait.ticks_per_step); up to 0.6 walks well: gait.ticks_per_step " in err
+
+
+def test_run_says_what_was_made_to_fit_and_what_it_doubts(
+    tmp_path: Path, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    robot = robot_file(tmp_path / "robot", 5)
+    text = f"{{robot: {robot}, duration: 0.5, gait: {{stride: 0.25}}}}"
+    assert main(["run", "walking", "--text", text, "--out", "run", "--no-replay"]) == 0
+    err = capsys.readouterr().err
+    assert f"values that fit {robot} (legs 0.765 m" in err
+    assert "gait.swing_height 0.06379 (0.05)" in err
+    assert re.search(r"note: swing leg: .*0\.8\d of the half sole .*gait\.ticks_per_step \d+, or gait\.stride", err)
+    written = yaml.safe_load((elsewhere / "run" / "scenario.yaml").read_text())
+    assert written["gait"]["stride"] == 0.25
+    assert load_scenario(str(elsewhere / "run" / "scenario.yaml")).to_dict() == written

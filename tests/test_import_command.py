@@ -1,0 +1,132 @@
+"""`pdhocbf import`: what it writes, where it does not write, and its messages."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import bipeds
+import pytest
+
+from pdhocbf_drake.cli import main
+from pdhocbf_drake.importing.finding import find_model
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+
+WRITTEN = {"robot.yaml", "walking.yaml", "import.html", "model.urdf"}
+
+
+@pytest.fixture
+def model(elsewhere: Path) -> Path:
+    path = elsewhere / "mine.urdf"
+    path.write_text(bipeds.urdf(bipeds.Shape()))
+    return path
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def test_it_writes_a_folder(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(model), "--out", "bot"]) == 0
+    assert names(Path("bot")) == WRITTEN
+    output = capsys.readouterr()
+    assert "left sole" in output.out
+    assert output.out.endswith("next: pdhocbf run bot/walking.yaml\n")
+    assert "mine.urdf: reading the model" in output.err
+    page = Path("bot/import.html").read_text()
+    assert page.count('<img src="data:image/png;base64,') == 1
+    for word in ("left_knee_pitch", "four spheres", "the way the knees bend", "half_size: [0.1, 0.06]"):
+        assert word in page
+    assert load_scenario("bot/walking.yaml").robot == str(Path("bot/robot.yaml").resolve())
+
+
+def test_nothing_is_overwritten_without_being_asked(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(model), "--out", "bot"]) == 0
+    Path("bot/robot.yaml").write_text("mine")
+    assert main(["import", str(model), "--out", "bot"]) == 1
+    assert capsys.readouterr().err.endswith(
+        "pdhocbf: bot is not empty; give another folder with --out, or --force to import anew\n"
+    )
+    assert Path("bot/robot.yaml").read_text() == "mine"
+    assert main(["import", str(model), "--out", "bot", "--force"]) == 0
+    assert Path("bot/robot.yaml").read_text() != "mine"
+    Path("bot/notes.txt").write_text("mine")
+    assert main(["import", str(model), "--out", "bot", "--force"]) == 1
+    assert "not an imported robot, since it holds notes.txt" in capsys.readouterr().err
+    assert main(["import", str(model), "--out", ".", "--force"]) == 1
+    assert "pdhocbf: . holds the model itself" in capsys.readouterr().err
+
+
+def test_a_model_that_is_refused_leaves_nothing(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model.write_text(model.read_text().replace('type="revolute"', 'type="fixed"'))
+    assert main(["import", str(model), "--out", "bot"]) == 1
+    assert capsys.readouterr().err.count("\n") <= 4
+    assert names(Path()) == {"mine.urdf"}
+
+
+def test_the_folder_has_the_models_name(model: Path) -> None:
+    assert main(["import", str(model)]) == 0
+    assert names(Path("mine")) == WRITTEN
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--left-joints", "a,b"], "six names are needed, hip_yaw, hip_roll, hip_pitch, knee_pitch, ankle_pitch, "),
+        (["--fix", "arm"], "JOINT=ANGLE is needed; given: 'arm'"),
+        (["--effort", "-3"], "must be above 0 and up to 1e+06 N m; given: '-3'"),
+        (["--package", "a=nowhere"], "NAME=DIR with a folder that is there is needed; given: 'a=nowhere'"),
+        (["--forward", "up"], "invalid choice: 'up'"),
+    ],
+)
+def test_flags_that_say_nothing(model: Path, words: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        main(["import", str(model), *words])
+    assert ended.value.code == 2
+    assert says in capsys.readouterr().err
+
+
+def test_joints_of_one_leg_alone(model: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", str(model), "--left-joints", "a,b,c,d,e,f"]) == 1
+    assert capsys.readouterr().err == "pdhocbf: --left-joints and --right-joints are needed both, or none\n"
+
+
+def test_a_model_that_is_not_there(elsewhere: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["import", "gone.urdf"]) == 1
+    assert capsys.readouterr().err == "pdhocbf: there is no model file 'gone.urdf'\n"
+    Path("notes.txt").write_text("")
+    assert main(["import", "notes.txt"]) == 1
+    assert capsys.readouterr().err == (
+        "pdhocbf: notes.txt is no model: a file ending in .urdf, .sdf, .xml, .mjcf is needed\n"
+    )
+    assert main(["import", "nobody_knows_it"]) == 1
+    assert "pdhocbf: no model 'nobody_knows_it': give a URDF, SDF or MJCF file, or a name of a package; " in (
+        capsys.readouterr().err
+    )
+
+
+def test_a_name_of_a_package_of_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A package as pip installs it: its files are listed in RECORD."""
+    place = tmp_path / "cmeel.prefix" / "share" / "robots" / "walker.urdf"
+    place.parent.mkdir(parents=True)
+    place.write_text(bipeds.urdf(bipeds.Shape()))
+    about = tmp_path / "example_robot_data-1.0.dist-info"
+    about.mkdir()
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: example-robot-data\nVersion: 1.0\n")
+    (about / "RECORD").write_text("cmeel.prefix/share/robots/walker.urdf,,\n")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert find_model("walker") == place.resolve()
+
+
+def test_a_missing_library_is_named(
+    model: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("shell.stl").write_text("solid shell\nendsolid shell\n")
+    mesh = '<visual><geometry><mesh filename="shell.stl"/></geometry></visual></link>'
+    model.write_text(model.read_text().replace("</link>", mesh, 1))
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    assert main(["import", str(model), "--out", "bot"]) == 1
+    assert capsys.readouterr().err.endswith(
+        "pdhocbf: meshes are converted with the packages 'trimesh', 'fast-simplification' and 'pycollada'; "
+        "install them with pip install 'pdhocbf-drake[import]'\n"
+    )
