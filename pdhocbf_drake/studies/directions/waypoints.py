@@ -11,7 +11,7 @@ from pdhocbf_drake.studies.directions.checks import Outcome, least, most
 from pdhocbf_drake.studies.directions.work import Work, bounded, fallen, upright, walked
 
 _SIDE = 2.0  # [m]
-_QUICK = {"square": (0.4, 22.0), "S": (0.8, 14.0)}  # side [m] and duration [s]; of a shorter S turns are too sharp
+_QUICK = {"square": (0.4, 22.0), "S": (0.8, 16.0)}  # side [m] and duration [s]; of a shorter S turns are too sharp
 _FROM_PATH = 0.06  # [m]
 _DURATION = 60.0  # longer than any of them takes [s]
 ROWS: Final = ("square", "S")
