@@ -6,8 +6,11 @@ import os
 import shutil
 from collections.abc import Iterator
 
+import hypothesis
 import pytest
 
+hypothesis.settings.register_profile("any machine", deadline=None)  # a busy machine is no fault
+hypothesis.settings.load_profile("any machine")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ["PDHOCBF_CACHE"] = "off"  # what one test changes in a program must not be read by another
 
