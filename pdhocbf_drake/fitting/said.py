@@ -4,17 +4,24 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from itertools import groupby
 from typing import Any
 
 from pdhocbf_drake.fitting.defaults import Fitted
 
 
 def sentences(fitted: Fitted, robot: str) -> Iterator[str]:
-    """The robot, every value that was changed with the packaged one's in brackets, and why the step is another one."""
+    """The robot, a line for each part of the scenario with the values that were changed, and why the step is another.
+
+    The packaged robot's values are in brackets.
+    """
     facts = fitted.facts
-    values = ", ".join(f"{key} {_shown(new)} ({_shown(old)})" for key, (old, new) in fitted.changed.items())
     sole = " x ".join(f"{2.0 * half:.3g}" for half in facts.sole)
-    yield f"values that fit {robot} (legs {facts.leg:.3g} m, {facts.mass:.3g} kg, soles {sole} m): {values}"
+    yield f"values that fit {robot} (legs {facts.leg:.3g} m, {facts.mass:.3g} kg, soles {sole} m); before, in brackets:"
+    parts = groupby(sorted(fitted.changed.items()), key=lambda change: change[0].partition(".")[0])
+    for part, changes in parts:
+        values = [f"{key.removeprefix(f'{part}.')} {_shown(new)} ({_shown(old)})" for key, (old, new) in changes]
+        yield f"  {part}: {', '.join(values)}"
     yield from fitted.reasons
 
 
