@@ -93,7 +93,7 @@ def invariant_set(
     problem = _Problem(system, limits, _one_per_phase(inputs, period, system.m, "input"), tolerance, max_sweeps)
     if any(part.rank < system.n for part in limits):
         return problem.solve(problem.tight_unit(), flat=True)
-    unit = np.max([part.unit for part in limits], axis=0)
+    unit = np.stack([part.unit for part in limits]).max(axis=0)
     found = problem.solve(unit)
     if found.sets and np.all(np.max([part.unit for part in found.sets], axis=0) > _LOOSE * unit):
         return found
