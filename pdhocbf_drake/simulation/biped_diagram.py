@@ -52,8 +52,17 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
     estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
     wiring.connect(estimator, "robot_state", "contact_forces")
-    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
+    sensed = scenario.measurement.source == "sensors"
+    if sensed:
+        # This loads Drake's sensors and the estimator's machine code, which other walks do not need.
+        from pdhocbf_drake.simulation.estimator import add_estimator, connect_estimator
+        from pdhocbf_drake.simulation.sensors import add_sensors
+
+        seed = scenario.seed if scenario.measurement.seed is None else scenario.measurement.seed
+        add_sensors(wiring, scenario.measurement, seed, plant, biped, posture[biped.q_index])
+        add_estimator(wiring, scenario.measurement, biped, walk.gait.step(-1))
+    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
 
     controller = add_controller(wiring, walk, LATENCY * plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
@@ -81,6 +90,8 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
         wiring.connect(turn_reference, "gait_phase", *changes)
         wiring.connect(kinematics, "turn_reference")
         wiring.log("turn_reference")
+    if sensed:
+        connect_estimator(wiring)
     wiring.connect(detector, "com_z")
     wiring.connect(targets, "desired_state", "feedforward")
     connect_joints(wiring.builder, plant, biped, targets)

@@ -47,10 +47,11 @@ def _pushed_point(push: Push, plant: MultibodyPlant, biped: Biped) -> tuple[Body
 
 def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names: str) -> None:
     """Adds the delay of each named port, and the noise of `lip_state`; nothing for an exact measurement."""
-    for name in names if config.delay_ticks else ():
-        port = wiring.port(name)
+    ticks = config.delay_ticks + config.sensor_delay * (config.source == "sensors")
+    for name in names if ticks else ():
+        port = wiring.port(name, measured=True)
         # The delay is updated at the instant at which the controller reads it, which is a delay of one tick itself.
-        delay = DiscreteTimeDelay(wiring.tick, config.delay_ticks - 1, port.size())
+        delay = DiscreteTimeDelay(wiring.tick, ticks - 1, port.size())
         wiring.builder.AddNamedSystem(f"{name}_delay", delay)
         wiring.builder.Connect(port, delay.get_input_port())
         wiring.offer(name, delay.get_output_port(), measured=True)
