@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.estimation.config import EncoderConfig, EstimatorConfig, ForceTorqueConfig, ImuConfig
+from pdhocbf_drake.estimation.config import EncoderConfig, EstimatorConfig, ForceTorqueConfig, ImuConfig, SensorFault
 from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.scenario import MeasurementConfig, MeasurementNoise, ModelErrorConfig, Push, Scenario
@@ -31,6 +31,7 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "measurement.encoders.": EncoderConfig,
     "measurement.force_torque.": ForceTorqueConfig,
     "measurement.estimator.": EstimatorConfig,
+    "measurement.faults.0.": SensorFault,
     "model_error.": ModelErrorConfig,
     "vhip.": VhipConfig,
     "van_der_pol.": VanDerPolConfig,

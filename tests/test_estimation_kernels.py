@@ -140,22 +140,17 @@ def place_sole(random: np.random.Generator) -> tuple[Values, Values]:
 
 
 def update(random: np.random.Generator) -> tuple[Values, Values]:
-    """Row after row: the gain of what is estimated is optimal, the considered offsets have none; Joseph's form."""
-    estimate, covariance, nis, error = estimate_of(random), covariance_of(random), 0.0, np.zeros(ERRORS)
+    """The gain of what is estimated is optimal, the considered offsets have none; Joseph's form."""
+    estimate, covariance = estimate_of(random), covariance_of(random)
     rows, residuals, variances = random.normal(size=(5, ERRORS)), 1e-3 * random.normal(size=5), random.uniform(1, 2, 5)
-    spread, corrected = covariance.copy(), estimate.copy()
-    for row, residual, variance in zip(rows, residuals, variances, strict=True):
-        total = row @ spread @ row + variance
-        gain = spread @ row / total
-        gain[OFFSETS:] = 0.0
-        innovation = residual - row @ error
-        nis += innovation**2 / total
-        error += gain * innovation
-        left = np.eye(ERRORS) - np.outer(gain, row)
-        spread = left @ spread @ left.T + variance * np.outer(gain, gain)
-    kernels.correct(corrected, error)
-    found = kernels.update(estimate, covariance, rows, residuals, variances)
-    return (found, estimate, covariance), (nis, corrected, spread)
+    innovation = rows @ covariance @ rows.T + np.diag(variances)
+    gain = covariance @ rows.T @ np.linalg.inv(innovation)
+    gain[OFFSETS:] = 0.0
+    left, corrected = np.eye(ERRORS) - gain @ rows, estimate.copy()
+    spread = left @ covariance @ left.T + gain @ np.diag(variances) @ gain.T
+    kernels.correct(corrected, gain @ residuals)
+    nis = kernels.update(estimate, covariance, rows, residuals, variances)
+    return (nis, estimate, covariance), (residuals @ np.linalg.solve(innovation, residuals), corrected, spread)
 
 
 def correct(random: np.random.Generator) -> tuple[Values, Values]:

@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydrake.systems.analysis import Simulator
 from scipy.spatial.transform import Rotation
 
+from pdhocbf_drake.analysis import figures_estimate
+from pdhocbf_drake.analysis.estimate import yaw_errors
+from pdhocbf_drake.analysis.metrics import compute_metrics
+from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.simulation.simulate import simulate
+from pdhocbf_drake.simulation.simulate import make_diagram, simulate
 
 TICK, TIME = 0.01, 3.0
 STANDING = 80  # ticks
@@ -82,6 +88,44 @@ def test_the_walk_is_not_slower_and_is_never_recovered(log):
 def test_errors_are_no_larger_than_the_filter_says(log):
     """NEES of eight degrees of freedom: 95 % of χ² are below 15.5."""
     assert np.mean(log.signals["estimate_error"][STANDING:, 8] < 15.5) > 0.9
+
+
+def test_a_context_copied_in_mid_walk_continues_bit_for_bit():
+    logged = make_diagram(load_scenario("walking_sensors"))
+    simulator = Simulator(logged.diagram)
+    for adjust in logged.adjust:
+        adjust(simulator.get_mutable_context())
+    simulator.AdvanceTo(0.9)
+    other = Simulator(logged.diagram, simulator.get_context().Clone())
+    tables = []
+    for each in (simulator, other):
+        each.AdvanceTo(1.1)
+        tables.append(logged.recorded(each.get_context()).signals)
+    timed = {"solver_status"}  # it holds the solver's wall time
+    assert {name for name in tables[0] if tables[0][name].tobytes() != tables[1][name].tobytes()} <= timed
+
+
+def test_the_metrics_say_how_far_the_estimate_is_from_the_truth(log):
+    scenario = load_scenario("walking_sensors")
+    found = compute_metrics(scenario, log, 1.0, robot_limits(scenario)).estimator
+    assert found.position_drift < 0.01
+    assert found.height_rms < 0.005
+    assert max(found.velocity_rms) < 0.006
+    assert found.nees_within > 0.9
+    assert found.contact_errors < 0.1
+    assert not found.notices
+
+
+def test_yaw_errors_are_those_of_two_rotations(log, base):
+    turn, _ = base
+    rows = log.signals["base_estimate"][:, :9].reshape(-1, 3, 3)
+    error = (Rotation.from_matrix(rows) * turn.inv()).as_rotvec()[:, 2]
+    np.testing.assert_allclose(yaw_errors(log), error, atol=1e-4)
+
+
+def test_the_figure_shows_estimate_and_truth(log):
+    figure = figures_estimate.estimate(Run.of(load_scenario("walking_sensors"), log))
+    assert [axes.get_ylabel().partition(" [")[2] for axes in figure.axes] == ["m/s]", "mm/s]", "mm]", "1]"]
 
 
 def test_nothing_is_wrong_with_the_sensors(log):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pdhocbf_drake.estimation.config import SensorsConfig
@@ -9,7 +11,8 @@ from pdhocbf_drake.estimation.memory import Memory
 from pdhocbf_drake.estimation.sample import Notice, Sample
 
 _REPEATS = 2  # ticks in a row with the very same numbers, of a sensor with noise, are too many
-_STUCK = 0.01  # [rad] that a joint is to move while its encoder rests
+_STUCK = 0.003  # [rad] that a joint is to move, besides some steps of its encoder, while the encoder rests
+_STEPS = 3.0
 _FAR = 0.3  # [rad] between an encoder and its joint's target
 _COUNT = 12
 _GYROSCOPE, _ACCELEROMETER = slice(0, 3), slice(3, 6)
@@ -30,7 +33,7 @@ def notice_imu(memory: Memory, sample: Sample, config: SensorsConfig) -> Notice:
     return notice
 
 
-def trusted_encoders(memory: Memory, sample: Sample) -> tuple[np.ndarray, Notice]:
+def trusted_encoders(memory: Memory, sample: Sample, config: SensorsConfig) -> tuple[np.ndarray, Notice]:
     """Angles and rates (24,) to go by, and whether one of the encoders can't be right; moves `joints` and `gap` on.
 
     An encoder that fails is replaced by its joint's target and the distance that the two had when it last changed.
@@ -42,7 +45,8 @@ def trusted_encoders(memory: Memory, sample: Sample) -> tuple[np.ndarray, Notice
     else:
         aims, changed = targets[:_COUNT], angles != memory.joints
         memory.moved[changed] = aims[changed]
-        bad |= (np.abs(aims - memory.moved) > _STUCK) | ~(np.abs(angles - aims) < _FAR)
+        most = _STUCK + _STEPS * 2.0 * math.pi / 2.0**config.encoders.bits
+        bad |= (np.abs(aims - memory.moved) > most) | ~(np.abs(angles - aims) < _FAR)
         memory.gap[:] = np.where(bad, memory.gap, angles - aims)
         if bad.any():
             found[:_COUNT][bad], found[_COUNT:][bad] = (aims + memory.gap)[bad], targets[_COUNT:][bad]

@@ -11,6 +11,11 @@ from pdhocbf_drake.config import Config, within
 
 Rate = Annotated[float, within(1.0, 1e5, "Hz")]
 _Density = Annotated[float, within(0.0, 10.0, "unit/√Hz")]
+Sensor = Literal[
+    "gyroscope", "accelerometer", "imu", "encoders", "left_force_torque", "right_force_torque",
+    "left_hip_yaw", "left_hip_roll", "left_hip_pitch", "left_knee_pitch", "left_ankle_pitch", "left_ankle_roll",
+    "right_hip_yaw", "right_hip_roll", "right_hip_pitch", "right_knee_pitch", "right_ankle_pitch", "right_ankle_roll",
+]  # fmt: skip
 _Angle = Annotated[float, within(0.0, 1.0, "rad")]
 
 
@@ -95,6 +100,24 @@ class ForceTorqueConfig(Config):
     delay_ticks: int = Field(0, ge=0, le=100)
 
 
+class SensorFault(Config):
+    """A sensor that fails for some time.
+
+    Attributes:
+        time: its start [s].
+        duration: its length [s]; null is to the end.
+        sensor: "gyroscope", "accelerometer", "imu" (both), "encoders" (all), the joint of one, such as
+            "left_knee_pitch", "left_force_torque" or "right_force_torque".
+        kind: "lost" says nothing (NaN), "stuck" repeats the last sample, "zero" says 0, and "flicker" says 0 at every
+            other pair of ticks.
+    """
+
+    time: float = Field(ge=0)
+    duration: float | None = Field(None, gt=0)
+    sensor: Sensor
+    kind: Literal["lost", "stuck", "zero", "flicker"]
+
+
 class EstimatorConfig(Config):
     """What the estimator takes for granted of feet and ground; the sensors' noise it has from their configs.
 
@@ -138,12 +161,14 @@ class SensorsConfig(Config):
     Attributes:
         imu, encoders, force_torque: the sensors.
         estimator: what makes CoM, ZMP and soles of them.
+        faults: of the sensors.
     """
 
     imu: ImuConfig = ImuConfig()
     encoders: EncoderConfig = EncoderConfig()
     force_torque: ForceTorqueConfig = ForceTorqueConfig()
     estimator: EstimatorConfig = EstimatorConfig()
+    faults: tuple[SensorFault, ...] = ()
 
     @property
     def sensor_delay(self) -> int:

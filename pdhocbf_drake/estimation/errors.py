@@ -39,6 +39,9 @@ def write_errors(memory: Memory, base: np.ndarray, velocity: np.ndarray, soles: 
         rows[row, column] = 1.0
     for axis in range(3):
         rows[5 + axis, DSOLES + 3 * side + axis] = -1.0
+    if not memory.covariance.any():
+        out[8] = 0.0  # an estimator without a covariance
+        return
     try:
         out[8] = out[:8] @ np.linalg.solve(rows @ memory.covariance @ rows.T, out[:8])
     except np.linalg.LinAlgError:

@@ -76,7 +76,7 @@ def hand_on(
         memory.zmp[:] = com[:2]
     lip = np.array([com[0], velocity[0], memory.zmp[0], com[1], velocity[1], memory.zmp[1]])
     notice, nis, count = status
-    shown = np.array([notice, *memory.loaded, *memory.standing, nis, count], dtype=float)
+    shown = np.array([notice, *memory.loaded, *memory.standing, nis, count, memory.anchor[_SIDE]], dtype=float)
     deviation = _deviation(memory, legs, rotation)
     return Estimate(lip, np.array([com[2], velocity[2]]), feet, deviation, shown)
 

@@ -246,34 +246,47 @@ def place_sole(
 def update(
     estimate: np.ndarray, covariance: np.ndarray, rows: np.ndarray, residuals: np.ndarray, variances: np.ndarray,
 ) -> float:  # fmt: skip
-    """Corrects estimate and covariance by z = H ξ + noise, one row after another; the innovations' squares, NIS.
+    """Corrects estimate and covariance by z = H ξ + noise; the innovations' squares, zᵀ S⁻¹ z, S = H P Hᵀ + noise.
 
-    The encoders' errors have no gain: their share of the innovation's variance stays, their own variance too.
+    With S = L Lᵀ and Y = P Hᵀ L⁻ᵀ, built row by row: ξ = Y L⁻¹ z, P ← P − Y Yᵀ. The encoders' errors have no gain
+    (Schmidt): ξ and the block of P that is theirs alone stay, which is exact for the gain of the others.
 
     Args:
         rows: H (m, 33). residuals: z (m,). variances: of the noise (m,).
     """
-    error, gain, nis = np.zeros(ERRORS), np.empty(ERRORS), 0.0
-    for row in range(len(rows)):
-        left, total = residuals[row], variances[row]
+    count, nis = len(rows), 0.0
+    error, ways, white = np.zeros(ERRORS), np.empty((count, ERRORS)), np.empty(count)
+    for row in range(count):
+        way, left, total = ways[row], residuals[row], variances[row]
         for i in range(ERRORS):
-            gain[i] = 0.0
+            way[i] = 0.0
         for k in range(ERRORS):
             factor = rows[row, k]
             if factor != 0.0:
-                left -= factor * error[k]
                 for i in range(ERRORS):
-                    gain[i] += covariance[k, i] * factor
+                    way[i] += covariance[k, i] * factor
+        for before in range(row):
+            shared = 0.0
+            for k in range(ERRORS):
+                shared += rows[row, k] * ways[before, k]
+            left -= shared * white[before]
+            for i in range(ERRORS):
+                way[i] -= shared * ways[before, i]
         for k in range(ERRORS):
-            total += rows[row, k] * gain[k]
-        nis += left * left / total
+            total += rows[row, k] * way[k]
+        root = math.sqrt(total)
+        white[row] = left / root
+        nis += white[row] * white[row]
+        for i in range(ERRORS):
+            way[i] /= root
         for i in range(OFFSETS):
-            error[i] += gain[i] * left / total
-        for i in range(OFFSETS):
-            scaled = gain[i] / total
-            for j in range(i, ERRORS):
-                covariance[i, j] -= scaled * gain[j]
-                covariance[j, i] = covariance[i, j]
+            error[i] += way[i] * white[row]
+    for i in range(OFFSETS):
+        for j in range(i, ERRORS):
+            total = covariance[i, j]
+            for row in range(count):
+                total -= ways[row, i] * ways[row, j]
+            covariance[i, j] = covariance[j, i] = total
     correct(estimate, error)
     return nis
 

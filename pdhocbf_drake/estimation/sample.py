@@ -58,7 +58,7 @@ class Estimate(NamedTuple):
         com_z: height of the CoM over the ground and its rate (2,) [m, m/s].
         foot_state: each sole's centre and roll, pitch, yaw, left, then right (12,) [m, rad].
         deviation: standard deviation of CoM from the stance foot and CoM velocity, x, y and z each (6,) [m, m/s].
-        status: `Notice`, loaded and standing left and right, squared innovations, and their number (7,).
+        status: `Notice`, loaded and standing left and right, squared innovations, and their number, foot held (8,).
     """
 
     lip_state: np.ndarray

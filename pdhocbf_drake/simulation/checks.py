@@ -21,7 +21,7 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
     "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol",
         "measurement.source", "measurement.seed", "measurement.imu", "measurement.encoders", "measurement.force_torque",
-        "measurement.estimator",
+        "measurement.estimator", "measurement.faults",
     ),
     "van_der_pol": (
         "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "vhip",

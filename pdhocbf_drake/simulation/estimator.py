@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pdhocbf_drake.estimation.anchor import AnchorFilter
 from pdhocbf_drake.estimation.config import SensorsConfig
 from pdhocbf_drake.estimation.contact_ekf import ContactEkf
 from pdhocbf_drake.robot import Biped
@@ -19,8 +20,9 @@ def add_estimator(wiring: Wiring, config: SensorsConfig, biped: Biped, start: Fo
     Args:
         start: where the robot stands at tick 0, which no sensor can say.
     """
-    filter_ = ContactEkf(biped, config, wiring.tick, (start.x, start.y, start.yaw))
-    estimator = wiring.add("base_estimator", unbundled(BaseEstimator(filter_, wiring.tick)))
+    kind = ContactEkf if config.estimator.kind == "ekf" else AnchorFilter
+    estimator_block = BaseEstimator(kind(biped, config, wiring.tick, (start.x, start.y, start.yaw)), wiring.tick)
+    estimator = wiring.add("base_estimator", unbundled(estimator_block))
     wiring.connect(estimator, "imu", "encoders", "force_torque")
     for name, estimate in _GIVEN.items():
         wiring.offer(name, wiring.port(estimate), measured=True)

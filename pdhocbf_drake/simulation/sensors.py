@@ -16,6 +16,7 @@ from pdhocbf_drake.estimation.config import EncoderConfig, ForceTorqueConfig, Im
 from pdhocbf_drake.robot import SIDES, Biped, Side
 from pdhocbf_drake.robot.model import sole_frame_name
 from pdhocbf_drake.simulation.wiring import Wiring
+from pdhocbf_drake.systems.sensor_faults import SensorFaults
 from pdhocbf_drake.systems.sensors import ForceTorque, Imu, SoleWrenches
 from pdhocbf_drake.systems.unbundled import unbundled
 
@@ -23,7 +24,7 @@ from pdhocbf_drake.systems.unbundled import unbundled
 def add_sensors(
     wiring: Wiring, config: SensorsConfig, seed: int, plant: MultibodyPlant, biped: Biped, joints: np.ndarray
 ) -> None:
-    """Offers `imu`, `encoders` and `force_torque`.
+    """Offers `imu`, `encoders` and `force_torque`, with the faults that the scenario has.
 
     Args:
         seed: of biases, offsets and noise.
@@ -33,6 +34,11 @@ def add_sensors(
     _add_imu(wiring, config.imu, plant, biped, drawn, seed)
     _add_encoders(wiring, config.encoders, joints, drawn)
     _add_force_torque(wiring, config.force_torque, plant, biped, drawn, seed)
+    if config.faults:
+        faults = wiring.add("sensor_faults", unbundled(SensorFaults(config.faults, wiring.tick)))
+        wiring.connect(faults, "imu", "encoders", "force_torque")
+        for i in range(faults.num_output_ports()):
+            wiring.offer(faults.get_output_port(i).get_name(), faults.get_output_port(i))
 
 
 def _add_imu(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
-from pdhocbf_drake.estimation.contact_ekf import ContactEkf
+from pdhocbf_drake.estimation.base_filter import BaseFilter
 from pdhocbf_drake.estimation.errors import write_errors
 from pdhocbf_drake.estimation.memory import SIZE, Memory
 from pdhocbf_drake.estimation.sample import Sample
@@ -24,7 +24,7 @@ _OUTPUTS = (
 
 
 class BaseEstimator(LeafSystem):
-    """CoM, ZMP and soles from the sensors of a tick (Remark 8), see `ContactEkf`.
+    """CoM, ZMP and soles from the sensors of a tick (Remark 8), see `estimation.base_filter`.
 
     The filter's memory is this block's discrete state, so that a context can be copied and continued. The outputs are
     of the sensors' present sample: an estimate that is read a tick later costs a third of the walk's speed.
@@ -33,7 +33,7 @@ class BaseEstimator(LeafSystem):
         imu (9), encoders (24), force_torque (12): as in `systems.signals`.
         desired_state (24), gait_phase (3): likewise; stand in for sensors that fail, and may be left unconnected.
     Output parts, see `unbundled`:
-        lip_estimate (6), com_z_estimate (2), foot_estimate (12), estimate_deviation (6), estimator_status (7),
+        lip_estimate (6), com_z_estimate (2), foot_estimate (12), estimate_deviation (6), estimator_status (8),
         base_estimate (27): as in `systems.signals`.
         estimator_memory: `Memory.vector` after this tick.
 
@@ -41,7 +41,7 @@ class BaseEstimator(LeafSystem):
         tick: δ [s].
     """
 
-    def __init__(self, estimator: ContactEkf, tick: float) -> None:
+    def __init__(self, estimator: BaseFilter, tick: float) -> None:
         super().__init__()
         self._estimator, self.parts = estimator, {**sizes(*_OUTPUTS), "estimator_memory": SIZE}
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in (*_INPUTS, "desired_state", "gait_phase")]

@@ -145,9 +145,9 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("estimate_deviation", "base_estimator", "x y z vx vy vz", "m, m/s",
             "standard deviation of the CoM from the stance foot and of its velocity"),
     _signal("estimator_status", "base_estimator",
-            "notice left_loaded right_loaded left_stands right_stands nis rows", "1",
+            "notice left_loaded right_loaded left_stands right_stands nis rows held", "1",
             "what is wrong with the sensors (estimation.Notice), feet with load and feet that stand still, squared "
-            "innovations and their number"),
+            "innovations and their number, the foot that is held (0 left, 1 right)"),
     _signal("base_estimate", "base_estimator",
             tuple(f"r{i}{j}" for i in "123" for j in "123")
             + tuple(f"{part}_{a}" for part in ("v", "p", *SIDES, "gyro_bias", "accelerometer_bias") for a in "xyz"),
