@@ -8,9 +8,11 @@ from pydrake.systems.analysis import Simulator
 from scipy.spatial.transform import Rotation
 
 from pdhocbf_drake.analysis import figures_estimate
+from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.estimate import yaw_errors
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.robot_limits import robot_limits
+from pdhocbf_drake.estimation import Notice
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
@@ -130,3 +132,11 @@ def test_the_figure_shows_estimate_and_truth(log):
 
 def test_nothing_is_wrong_with_the_sensors(log):
     assert not np.any(log.signals["estimator_status"][:, 0])
+
+
+def test_a_report_names_what_was_wrong_with_the_sensors(log):
+    status = log.signals["estimator_status"].copy()
+    status[100:110, 0], status[200, 0] = Notice.GYROSCOPE, Notice.GYROSCOPE | Notice.SLIP
+    failing = RunLog({**log.signals, "estimator_status": status}, log.time, log.ending)
+    rows = degraded_rows(Run.of(load_scenario("walking_sensors"), failing))
+    assert rows == [("sensors, tick 100", "GYROSCOPE; 9 more like it"), ("sensors, tick 200", "GYROSCOPE, SLIP")]
