@@ -8,6 +8,7 @@ from math import lcm
 
 import numpy as np
 
+from pdhocbf_drake.mpc.config import SENSING
 from pdhocbf_drake.mpc.plan import NOTICED
 from pdhocbf_drake.mpc.terms import TERMS
 from pdhocbf_drake.mpc.terms.program import AxisProgram
@@ -59,7 +60,7 @@ class AxisProblem:
     def key(self) -> Hashable:
         """What its programs depend on; problems with equal keys have equal programs."""
         setting = self.setting
-        config = setting.config.model_dump_json(exclude={"recovery"})
+        config = setting.config.model_dump_json(exclude={"recovery", *SENSING})
         matrices = (setting.gait.region.weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
         return config, matrices, tuple(term.key for term in self.terms)
 

@@ -16,7 +16,7 @@ from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import add_controller, connect_controller
-from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
+from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, tilted_gravity, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
@@ -62,7 +62,10 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
         seed = scenario.seed if scenario.measurement.seed is None else scenario.measurement.seed
         add_sensors(wiring, scenario.measurement, seed, plant, biped, posture[biped.q_index])
         add_estimator(wiring, scenario.measurement, biped, walk.gait.step(-1))
-    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
+    soles = np.zeros((2, 6))
+    soles[:, :2], soles[:, 5] = walk.gait.feet_at_start, walk.gait.step(-1).yaw
+    starts = {"lip_state": walk.at_rest.ravel(), "foot_state": soles.ravel()}
+    add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
 
     controller = add_controller(wiring, walk, LATENCY * plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
@@ -95,7 +98,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.connect(detector, "com_z")
     wiring.connect(targets, "desired_state", "feedforward")
     connect_joints(wiring.builder, plant, biped, targets)
-    if scenario.pushes:
+    if scenario.pushes or any(scenario.wind):
         push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
         applied = plant.get_applied_spatial_force_input_port()
         wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
@@ -135,6 +138,9 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
     plant.RegisterCollisionGeometry(plant.world_body(), below, ground, "ground", friction)
     _set_friction(plant, scene_graph, friction)
     _set_gains(plant, biped)
+    if any(scenario.model_error.gravity_tilt_deg):
+        gravity = plant.mutable_gravity_field()
+        gravity.set_gravity_vector(tilted_gravity(scenario.model_error, gravity.gravity_vector()))
     plant.Finalize()
     plant.SetDefaultPositions(posture)
     return plant
