@@ -129,8 +129,11 @@ def test_a_stand_is_that_of_batch_least_squares():
     estimator, given = ContactEkf(biped(), config), samples(stepping(), config, 5)[:12]
     memory, _ = estimator.step(Memory(), given[0])
     start = Memory(memory.vector)
-    noise = np.square([2.4e-4, 1.7e-3, 3e-3, 2e-5, 3e-4])
-    variances = np.tile(np.square([5e-4, 5e-4, 5e-4, 5e-3, 5e-3, 2e-3, 0.03]), 2)
+    imu, feet = config.imu, config.estimator
+    noise = np.square(
+        [imu.gyro_noise, imu.accelerometer_noise, feet.slip, imu.gyro_bias_walk, imu.accelerometer_bias_walk]
+    )
+    variances = np.square([*[feet.kinematics] * 3, feet.flat, feet.flat, feet.height, feet.foot_rate])
     # Nominal states without any correction, their transitions, noise, rows and residuals.
     nominal, count = [start.estimate.copy()], OFFSETS
     legs, size = estimator.legs, count * len(given)
@@ -163,8 +166,8 @@ def test_a_stand_is_that_of_batch_least_squares():
                 residuals,
             )  # fmt: skip
             rows, here = rows[:, :count], slice(count * k, count * (k + 1))
-            matrix[here, here] += rows.T @ (rows / variances[:7, None])
-            vector[here] += rows.T @ (residuals / variances[:7])
+            matrix[here, here] += rows.T @ (rows / variances[:, None])
+            vector[here] += rows.T @ (residuals / variances)
         memory, _ = estimator.step(memory, sample)
     batch = np.linalg.solve(matrix, vector)[-count:]
     expected = nominal[-1].copy()

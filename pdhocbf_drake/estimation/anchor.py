@@ -29,7 +29,9 @@ class AnchorFilter(BaseFilter):
     ) -> tuple[float, int, Notice]:
         legs, estimate = self.legs, memory.estimate
         stood = memory.standing > 0.0
-        memory.standing[:] = [self._stands(memory, side, spins[side]) for side in (0, 1)]
+        found = [self._stands(memory, side, spins[side]) for side in (0, 1)]
+        memory.standing[:] = [stands for stands, _ in found]
+        notice = found[0][1] | found[1][1]
         loads = np.where(stood & (memory.standing > 0.0), np.maximum(memory.force_torque[5::6], 1.0), 0.0)
         if loads.any():
             loads /= loads.sum()
@@ -48,4 +50,4 @@ class AnchorFilter(BaseFilter):
         for side in (0, 1):
             if not loads[side]:
                 self._place(memory, side)
-        return 0.0, 0, Notice.NONE if memory.standing.any() else Notice.IN_THE_AIR
+        return 0.0, 0, notice if memory.standing.any() else notice | Notice.IN_THE_AIR

@@ -93,9 +93,13 @@ class BaseFilter(ABC):
             kernels.write_spin(rate, self._tick, memory.turns[side], self.legs.turns[side], spins[side])
         return spins
 
-    def _stands(self, memory: Memory, side: int, spin: np.ndarray) -> bool:
-        """Whether a foot carries load and stands still; one that turns rocks about an edge."""
-        return bool(memory.loaded[side]) and math.hypot(*spin.tolist()) < self.config.estimator.gate
+    def _stands(self, memory: Memory, side: int, spin: np.ndarray) -> tuple[bool, Notice]:
+        """Whether a foot carries load and stands still; one that turns rocks about an edge, or slips."""
+        feet = self.config.estimator
+        if not memory.loaded[side] or not math.hypot(*spin.tolist()) < feet.gate:
+            return False, Notice.NONE
+        slips = abs(float(memory.estimate[R + 6 : V] @ spin)) > feet.slip_gate
+        return not slips, Notice.SLIP if slips else Notice.NONE
 
     def _by_the_leg(
         self, memory: Memory, sample: Sample, encoders: np.ndarray, faults: Notice

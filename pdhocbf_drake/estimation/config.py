@@ -130,6 +130,7 @@ class EstimatorConfig(Config):
         foot_rate: rate of a standing sole about the vertical [rad/s].
         height: of a standing sole over level ground [m].
         gate: rate above which a loaded foot counts as rocking, and is not used [rad/s].
+        slip_gate: rate about the vertical above which it counts as slipping, likewise [rad/s].
         load_on: load from which a foot is in contact, as a share of the weight [1].
         load_off: load below which it is not, likewise [1].
         hold_ticks: ticks in a row above `load_on` before it is in contact [ticks].
@@ -137,12 +138,13 @@ class EstimatorConfig(Config):
     """
 
     kind: Literal["ekf", "anchor"] = "ekf"
-    kinematics: Annotated[float, within(1e-6, 1.0, "m")] = 5e-4
-    slip: Annotated[float, within(0.0, 1.0, "m/√s")] = 3e-3
+    kinematics: Annotated[float, within(1e-6, 1.0, "m")] = 3e-4
+    slip: Annotated[float, within(0.0, 1.0, "m/√s")] = 2e-3
     flat: Annotated[float, within(1e-6, 1.0, "rad")] = 5e-3
-    foot_rate: Annotated[float, within(1e-6, 10.0, "rad/s")] = 0.03
+    foot_rate: Annotated[float, within(1e-6, 10.0, "rad/s")] = 0.015
     height: Annotated[float, within(1e-6, 1.0, "m")] = 2e-3
     gate: Annotated[float, within(1e-3, 100.0, "rad/s")] = 0.5
+    slip_gate: Annotated[float, within(1e-3, 100.0, "rad/s")] = 0.1
     load_on: Annotated[float, within(0.0, 1.0, "of the weight", above=True)] = 0.14
     load_off: Annotated[float, within(0.0, 1.0, "of the weight")] = 0.07
     hold_ticks: int = Field(2, ge=1, le=100)

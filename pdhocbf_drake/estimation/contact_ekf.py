@@ -65,7 +65,8 @@ class ContactEkf(BaseFilter):
         rows, residuals, count = np.empty((2 * ROWS, ERRORS)), np.empty(2 * ROWS), 0
         for side in (0, 1):
             stood = memory.standing[side]
-            stands = self._stands(memory, side, spins[side])
+            stands, slips = self._stands(memory, side, spins[side])
+            notice |= slips
             memory.standing[side] = stands
             if stands and stood:
                 part = slice(count, count + ROWS)
@@ -79,6 +80,7 @@ class ContactEkf(BaseFilter):
                     count += ROWS
                     continue
                 notice |= Notice.SLIP
+                memory.standing[side] = 0.0
             self._place(memory, side)
         nis = kernels.update(
             memory.estimate, memory.covariance, rows[:count], residuals[:count], self._variances[:count]

@@ -45,7 +45,7 @@ class Notice(IntFlag):
     FLICKER = 16
     """The load of a foot comes and goes: likewise."""
     SLIP = 32
-    """A standing foot is not where it was put: it is put down anew."""
+    """A loaded foot turns about the vertical, or is not where it was put: it is not used, and put down anew."""
     IN_THE_AIR = 64
     """No foot stands: only the IMU leads the estimate on."""
 
