@@ -67,9 +67,12 @@ class CoMFilter:
 
 
 def process_noise(tick: float, acceleration: float) -> np.ndarray:
-    """Covariance of [c, v] by an unknown acceleration of that standard deviation over a tick δ (2, 2) [m, m/s]."""
+    """Covariance of [c, v] by an unknown acceleration a of that standard deviation over a tick δ (2, 2) [m, m/s].
+
+    [δ²/2, δ] [δ²/2, δ]ᵀ a², and (a δ²)² of c alone: a position that jumps must be believed in the end.
+    """
     by = np.array([tick**2 / 2.0, tick])
-    return np.outer(by, by) * acceleration**2
+    return (np.outer(by, by) + np.diag([tick**4, 0.0])) * acceleration**2
 
 
 def steady_gain(A: np.ndarray, process: np.ndarray, noise: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
