@@ -28,9 +28,9 @@ pushes: [{time: 5.7, duration: 0.1, force: [0.0, 60.0, 0.0]}]
 """
 START, END, EVERY = 2.0, 7.6, 0.08  # [s]
 SIZE = {"width": 720, "height": 560}
-COLOURS = 128
+COLOURS = 255
 SEEK = "t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.set_dirty(); }"
-HIDE = "() => document.querySelectorAll('.dg, .lil-gui').forEach(part => part.style.display = 'none')"
+HIDE = "() => document.querySelectorAll('.dg, .lil-gui, #legend').forEach(part => part.style.display = 'none')"
 
 
 def main() -> None:
@@ -42,7 +42,7 @@ def main() -> None:
         replay(run, page)
         pictures = frames(page)
     first, *others = (
-        picture.quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE) for picture in pictures
+        picture.quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE) for picture in pictures
     )
     milliseconds = round(1e3 * EVERY)
     first.save(HERE / "walk.gif", save_all=True, append_images=others, duration=milliseconds, loop=0, optimize=True)

@@ -86,6 +86,7 @@ def _legend(run: Run, rate: float) -> str:
         rows += f"<div>{rate:.2g} frames a second, since the run is long</div>"
     style = (
         f"position:fixed;left:12px;bottom:{HEIGHT + 12}px;padding:8px 12px;border-radius:6px;"
-        "background:rgba(255,255,255,.82);font:12px/1.5 system-ui,sans-serif;color:#222;pointer-events:none"
+        "background:rgba(255,255,255,.82);font:12px/1.5 system-ui,sans-serif;color:#222"
     )
-    return f'<div style="{style}"><b>{html.escape(run.scenario.name)}</b>{rows}</div>'
+    name = html.escape(run.scenario.name)
+    return f'<details id="legend" open style="{style}"><summary><b>{name}</b></summary>{rows}</details>'

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, quantities_of
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, named, quantities_of
 from pdhocbf_drake.simulation.run_folder import Run
 
 Array = NDArray[np.float64]
@@ -56,13 +56,13 @@ def plots_of(run: Run) -> dict[str, dict[str, Any]]:
         quantity = quantities_of([scenario])[0]
         value = measured(run, quantity)
         rows = _rows(-value)
-        return {quantity.name: _plot(run, rows, [_part(quantity.unit, rows, {quantity.label: value})])}
+        return {quantity.name: _plot(run, rows, [_part(quantity.unit, rows, {named(run, quantity): value})])}
     found = {}
     for name, use in barriers_of(scenario).items():
         h, colour = log["h"][:, use.column], palette.barrier_colour(use.column)
         rows, parts = _rows(h), []
         if use.quantity is not None:
-            both = {"bound": bound_along(log, scenario, use), use.quantity.label: measured(run, use.quantity)}
+            both = {"bound": bound_along(log, scenario, use), named(run, use.quantity): measured(run, use.quantity)}
             parts.append(_part(use.unit, rows, both, colour))
         parts.append(_part(use.unit, rows, {f"{name}: h": h}, colour) | {"floor": 0.0})
         found[name] = _plot(run, rows, parts)
