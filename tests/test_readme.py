@@ -59,6 +59,21 @@ def test_pictures_and_files_that_pages_link_exist(page: str) -> None:
         assert [link for link in links if not (path.parent / link).exists()] == [], path
 
 
+def test_the_container_has_the_packages_that_the_product_names() -> None:
+    page = (ROOT / "docs" / "platforms.md").read_text(encoding="utf-8")
+    (named,) = re.findall(r'packages = f"(.*?){suffix}"', (ROOT / "pdhocbf_drake/cli/loading.py").read_text("utf-8"))
+    (installed,) = re.findall(r"apt-get install -y --no-install-recommends (.*)", page)
+    assert f"{named}t64".split() == installed.split()[-3:]
+
+
+def test_every_extra_is_on_the_page_of_platforms() -> None:
+    tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
+    project = tables["tomllib"].loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    page = (ROOT / "docs" / "platforms.md").read_text(encoding="utf-8")
+    named = {name for names in re.findall(r"pip install '\.\[([\w,]+)\]'", page) for name in names.split(",")}
+    assert named == set(project["project"]["optional-dependencies"])
+
+
 def test_the_readme_is_short() -> None:
     assert len(README.splitlines()) < 150
 
