@@ -21,6 +21,14 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 
 SEEK = "t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.set_dirty(); }"
+PLAY = "t => { const a = viewer.animator; a.reset(); a.play(); a.mixer.update(t); a.pause(); viewer.set_dirty(); }"
+SCENE = """() => {
+    const seen = [];
+    viewer.scene_tree.find(['drake', 'world']).object.traverse(o => {
+        seen.push(...o.position, ...o.scale, ...(o.material?.color?.toArray() ?? []));
+    });
+    return seen;
+}"""
 NODE = "path => { const o = viewer.scene_tree.find(['drake', 'world', ...path]).object; return [o.position, o.scale]; }"
 SEEN = """path => {
     const world = viewer.scene_tree.find(['drake', 'world']).object, q = world.quaternion;
@@ -165,6 +173,16 @@ def test_footholds_appear_when_they_are_taken(opened):
         opened.seek(time)
         sizes[time] = [opened.page.evaluate(NODE, ["footholds taken", str(n)])[1]["x"] for n in range(6)]
     assert sum(size > 0.5 for size in sizes[5.9]) == 6 > sum(size > 0.5 for size in sizes[0.7])
+
+
+def test_played_over_and_over_it_shows_what_it_shows_at_that_time(opened):
+    duration = opened.page.evaluate("viewer.animator.duration")
+    for time in (1.0, 3.3, 5.9):
+        opened.seek(time)
+        sought = opened.page.evaluate(SCENE)
+        for rounds in (0, 1, 4):
+            opened.page.evaluate(PLAY, rounds * duration + time)
+            assert opened.page.evaluate(SCENE) == pytest.approx(sought, abs=1e-4)
 
 
 def test_the_report_holds_its_replay_and_asks_nothing_of_a_network(browser, tmp_path):

@@ -116,6 +116,9 @@ class Stage:
 
     def html(self) -> str:
         """The page with the recording, playing over and over."""
+        for (path, name), value in self._recorded.items():
+            # Meshcat repeats what happens at each path by itself, so that all must be of the same length.
+            self.meshcat.SetProperty(path, name, list(value), self._time)
         recording = self.meshcat.get_mutable_recording()
         recording.set_autoplay(True)
         recording.set_loop_mode(recording.LoopMode.kLoopRepeat)
