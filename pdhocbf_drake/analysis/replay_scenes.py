@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.feet import sole_centres, step_starts, touchdown_rows
-from pdhocbf_drake.analysis.replay_markers import Foothold, Markers, colour_by_safety, safety_along
+from pdhocbf_drake.analysis.replay_markers import Foothold, RecordedMarkers, colour_by_safety, safety_along
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.config import SIDES
@@ -45,7 +45,7 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
             start = row - int(log.element("gait_phase", "tick")[row])
             yaw = float(yaws[row]) if "path" in log else 0.0
             taken.append(Foothold(max(0, start), side, centres[row], biped.soles[side].half_size, yaw))
-    markers = Markers(stage, run, log.element("com_z", "z"), taken)
+    markers = RecordedMarkers(stage, run, log.element("com_z", "z"), taken)
 
     def draw(row: int, time: float) -> None:
         context.SetTime(time)
@@ -73,7 +73,7 @@ def template_scene(stage: Stage, run: Run) -> Draw:
         if support[row] != 0
     ]
     height = log.element("com_height", "z")
-    markers = Markers(stage, run, height, taken)
+    markers = RecordedMarkers(stage, run, height, taken)
     length = 0.8 * float(height.min())
     stage.add("pendulum/tube", Cylinder(0.014, length), palette.LIMIT)
     stage.add("pendulum/rod", Cylinder(0.009, length), palette.LIMIT)
@@ -107,7 +107,7 @@ def oscillator_scene(stage: Stage, run: Run) -> Draw:
         stage.move("state", [x1, x2, 0.03])
         stage.move("tube", [x1 + (upper_1 - lower_1) / 2, x2 + (upper_2 - lower_2) / 2, 0.002])
         stage.scale("tube", [round(upper_1 + lower_1, 4), round(upper_2 + lower_2, 4), 1.0])
-        colour_by_safety(stage, "state", safety, row)
+        colour_by_safety(stage, "state", None if safety is None else float(safety[row]))
 
     return draw
 
