@@ -27,17 +27,8 @@ Draw = Callable[[int, float], None]
 def robot_scene(stage: Stage, run: Run) -> Draw:
     """The robot in its recorded posture, with all markers."""
     log, biped = run.log, Biped.load(run.scenario.robot)
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
-    biped.add_to(plant)
-    plant.Finalize()
-    params = MeshcatVisualizerParams(
-        role=Role.kIllustration, prefix=f"{stage.world}/robot", delete_on_initialization_event=False
-    )
-    visualizer = MeshcatVisualizer.AddToBuilder(builder, scene_graph, stage.meshcat, params)
-    diagram = builder.Build()
-    context = diagram.CreateDefaultContext()
-    positions = log["robot_state"][:, : plant.num_positions()]
+    pose, count = posed_robot(stage, biped)
+    positions = log["robot_state"][:, :count]
     taken = []
     for side in SIDES:
         centres, yaws = sole_centres(log, side), log.element("foot_state", f"{side}_yaw")
@@ -48,12 +39,31 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
     markers = RecordedMarkers(stage, run, log.element("com_z", "z"), taken)
 
     def draw(row: int, time: float) -> None:
-        context.SetTime(time)
-        plant.SetPositions(plant.GetMyMutableContextFromRoot(context), positions[row])
-        visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(context))
+        pose(positions[row], time)
         markers.draw(row)
 
     return draw
+
+
+def posed_robot(stage: Stage, biped: Biped) -> tuple[Callable[[np.ndarray, float], None], int]:
+    """The robot on a stage: what draws it in a posture q at a time [s], and the size of q."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    biped.add_to(plant)
+    plant.Finalize()
+    params = MeshcatVisualizerParams(
+        role=Role.kIllustration, prefix=f"{stage.world}/robot", delete_on_initialization_event=False
+    )
+    visualizer = MeshcatVisualizer.AddToBuilder(builder, scene_graph, stage.meshcat, params)
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+
+    def pose(positions: np.ndarray, time: float) -> None:
+        context.SetTime(time)
+        plant.SetPositions(plant.GetMyMutableContextFromRoot(context), positions)
+        visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(context))
+
+    return pose, plant.num_positions()
 
 
 def template_scene(stage: Stage, run: Run) -> Draw:
@@ -74,20 +84,29 @@ def template_scene(stage: Stage, run: Run) -> Draw:
     ]
     height = log.element("com_height", "z")
     markers = RecordedMarkers(stage, run, height, taken)
-    length = 0.8 * float(height.min())
+    place = pendulum(stage, 0.8 * float(height.min()))
+
+    def draw(row: int, _: float) -> None:
+        place(log["lip_state"][row], float(height[row]))
+        markers.draw(row)
+
+    return draw
+
+
+def pendulum(stage: Stage, length: float) -> Callable[[np.ndarray, float], None]:
+    """The pendulum on a stage, as two tubes of a length [m]: what draws it at a `lip_state` and a height [m]."""
     stage.add("pendulum/tube", Cylinder(0.014, length), palette.LIMIT)
     stage.add("pendulum/rod", Cylinder(0.009, length), palette.LIMIT)
 
-    def draw(row: int, _: float) -> None:
-        x, _, x_zmp, y, _, y_zmp = log["lip_state"][row]
-        foot, mass = np.array([x_zmp, y_zmp, 0.0]), np.array([x, y, height[row]])
+    def place(state: np.ndarray, height: float) -> None:
+        x, _, x_zmp, y, _, y_zmp = state
+        foot, mass = np.array([x_zmp, y_zmp, 0.0]), np.array([x, y, height])
         along = (mass - foot) / np.linalg.norm(mass - foot)
         turn = RotationMatrix.MakeFromOneVector(along, 2)
         stage.place("pendulum/tube", RigidTransform(turn, foot + along * length / 2))
         stage.place("pendulum/rod", RigidTransform(turn, mass - along * length / 2))
-        markers.draw(row)
 
-    return draw
+    return place
 
 
 def oscillator_scene(stage: Stage, run: Run) -> Draw:

@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
 
         for sentence in limited_commands(scenario):
             say(f"pdhocbf: {sentence}")
-    with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES, keep=ROWS) as folder:
+    with interruptible(), run_place(options.out, scenario) as place, new_folder(place, ENTRIES, keep=ROWS) as folder:
         for saved in folder.saved:
             say(f"pdhocbf: a run was killed as it was written to {place}; what it recorded is now in {saved}")
         with stop_requests() as stop:  # the log is written before such a request takes effect
@@ -78,14 +78,14 @@ def run(options: argparse.Namespace) -> int:
         written, problem = list[str](), _STOPPED
         if not stop.is_set():
             with without_garbage_collection():  # figures are many objects
-                written, problem = _write_pages(recorded, metrics, place, not options.no_replay)
+                written, problem = write_pages(recorded, metrics, place, not options.no_replay)
     rows = [(name.removesuffix(".html"), str(place / name)) for name in written] or [("run folder", str(place))]
     print(table([*summary_rows(metrics), *degraded_rows(recorded), *rows]))
     if problem:
         say(f"pdhocbf: {problem}; `pdhocbf report {place}` makes up what is missing")
     if not stop.is_set():
-        _complete(scenario, options.verbose)
-    return _exit_code(recorded.log.ending, place) or bool(problem)
+        complete(scenario, options.verbose)
+    return exit_code(recorded.log.ending, place) or bool(problem)
 
 
 def _say_fit(scenario: Scenario, fitted: Fitted | None) -> None:
@@ -111,7 +111,7 @@ def _say_doubts(scenario: Scenario) -> None:
             say(f"pdhocbf: {finding.level}: {finding}")
 
 
-def _complete(scenario: Scenario, verbose: bool) -> None:
+def complete(scenario: Scenario, verbose: bool) -> None:
     """Compiles what this walk may need the next time; the run does not depend on it."""
     if scenario.system == "van_der_pol":
         return
@@ -124,7 +124,7 @@ def _complete(scenario: Scenario, verbose: bool) -> None:
             say("pdhocbf: programs are not kept")
 
 
-def _exit_code(ending: str, place: Path) -> int:
+def exit_code(ending: str, place: Path) -> int:
     """0 for a run that reached its duration; for another one, prints the reason and the folder too."""
     kept = f"what was recorded is in {place}"
     if ending == FINISHED:
@@ -165,7 +165,7 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool, folder: Path) -> Ru
     return Run.of(scenario, log, time.perf_counter() - started)
 
 
-def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:
+def write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:
     """Writes replay and report; returns the names of those written, and the reason why one is missing, or "".
 
     What one of them raises costs that one, a full disk and Ctrl-C all that is not yet there.
@@ -203,7 +203,7 @@ def _cause(error: Exception) -> str:
 
 
 @contextmanager
-def _place(out: Path | None, scenario: Scenario) -> Iterator[Path]:
+def run_place(out: Path | None, scenario: Scenario) -> Iterator[Path]:
     """The place of the run folder: the one given, or one in ./runs that no other command gets, even at the same time.
 
     It is removed at the end if it is empty.
