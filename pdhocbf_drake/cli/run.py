@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import errno
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.collecting import quick_imports, without_garbage_collection
-from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
+from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
-from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unused_settings
+from pdhocbf_drake.simulation.checks import check_scenario, unused_settings
 from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, ROWS, Run, begin_run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -31,6 +31,7 @@ from pdhocbf_drake.terminal import say, shown_progress, table
 if TYPE_CHECKING:
     from pdhocbf_drake.analysis.metrics_schema import Metrics
     from pdhocbf_drake.fitting.defaults import Fitted
+    from pdhocbf_drake.simulation.run_log import RunLog
 
 _STOPPED = "interrupted after the run"
 _ENDED_EARLY = 3  # exit code of a run that ended in a fall or a failure of Drake
@@ -52,8 +53,8 @@ def run(options: argparse.Namespace) -> int:
     scenario, fitted = load_fitted(options.scenario, options.text)
     check_scenario(scenario)
     _say_fit(scenario, fitted)
-    if options.meshcat:
-        check_watchable(scenario)
+    if options.meshcat and scenario.system == "van_der_pol":
+        raise InputError("--meshcat: walks can be watched live; the replay shows this scenario's oscillator")
     if unused := unused_settings(scenario):
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
     if scenario.commands or scenario.path:
@@ -155,14 +156,19 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool, folder: Path) -> Ru
             if stop.is_set():  # between two ticks, so that the log ends with a whole row
                 raise KeyboardInterrupt
 
-        meshcat = None
-        if live:
-            from pydrake.geometry import Meshcat
-
-            meshcat = Meshcat()
-            say(f"live at {meshcat.web_url()}")
-        log = simulate(scenario, report, meshcat, begin_run(scenario, folder))
+        rows = begin_run(scenario, folder)
+        log = _watched(scenario, report, rows) if live else simulate(scenario, report, None, rows)
     return Run.of(scenario, log, time.perf_counter() - started)
+
+
+def _watched(scenario: Scenario, report: Callable[[float], None], rows: Path) -> RunLog:
+    """Simulates no faster than real time, in a scene in the browser."""
+    from pdhocbf_drake.driving.scene import live_scene
+    from pdhocbf_drake.simulation.simulate import advance, make_diagram
+
+    scene, address = live_scene(scenario)
+    say(f"live at {address}")
+    return advance(scenario, make_diagram(scenario), report, rows=rows, show=scene.draw)
 
 
 def write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:

@@ -12,14 +12,15 @@ from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking.commands import STOP, Command
 
-# Name: (least, largest, step, keys for less and for more); commands in few steps, since each has an orbit of its own.
+# Name with its keys: (least, largest, step, keys for less and for more) [m/s, m/s, rad/s]. Commands come in few steps,
+# since each has an orbit of its own.
 SLIDERS: Final = {
-    "forward [m/s]  keys S, W": (-0.2, 0.4, 0.05, "KeyS", "KeyW"),
-    "sideways [m/s]  keys D, A": (-0.15, 0.15, 0.05, "KeyD", "KeyA"),
-    "turn [rad/s]  keys E, Q": (-0.6, 0.6, 0.1, "KeyE", "KeyQ"),
+    "forward (S W)": (-0.2, 0.4, 0.05, "KeyS", "KeyW"),
+    "sideways (D A)": (-0.15, 0.15, 0.05, "KeyD", "KeyA"),
+    "turn (E Q)": (-0.6, 0.6, 0.1, "KeyE", "KeyQ"),
 }
 STRENGTH: Final = "push [N s]"
-WALK, PAUSE, RESTART, END = "stand / walk  key Space", "pause  key P", "restart  key R", "end"
+WALK, PAUSE, RESTART, END = "stand / walk (Space)", "pause (P)", "restart (R)", "end"
 _BUTTONS = {WALK: "Space", PAUSE: "KeyP", RESTART: "KeyR", END: ""}
 _DEAD = 0.15  # share of a stick's way that counts as none
 

@@ -58,7 +58,8 @@ class Session:
     Args:
         scenario: of a walk; its commands and pushes are left out.
         ask: what the driver asks for at a time [s].
-        show: called some 30 times a second with the signals of the present tick; None shows nothing.
+        show: called some 30 times a second with the signals of the present tick and the share of late ticks so far;
+            None shows nothing.
         pace: whether it keeps real time, or goes as fast as it can.
         rows: a new folder to which the log is written meanwhile.
     """
@@ -67,14 +68,14 @@ class Session:
         self,
         scenario: Scenario,
         ask: Callable[[float], Asked],
-        show: Callable[[Signals], None] | None = None,
+        show: Callable[[Signals, float], None] | None = None,
         pace: bool = True,
         rows: Path | None = None,
     ) -> None:
         self._scenario, self._ask, self._show, self._pace = drivable(scenario), ask, show, pace
         self._logged = make_diagram(self._scenario)
         diagram = self._logged.diagram
-        self._signals, self._pushes = diagram.GetSubsystemByName("signals"), diagram.GetSubsystemByName("push_schedule")
+        self._pushes = diagram.GetSubsystemByName("push_schedule")
         self._command = diagram.GetInputPort("command")
         self._rows_folder, self._tick = rows, scenario.gait.tick
         self._begin()
@@ -116,7 +117,7 @@ class Session:
                 ending, down = reason, True
             now = time.perf_counter()
             if self._show is not None and now - shown >= 1.0 / _FRAMES:
-                self._show(self._sample())
+                self._show(self._logged.present(self._context), self._late / self._ticks)
                 shown = now
             due += self._tick
             self._late += now > due + self._tick
@@ -130,11 +131,12 @@ class Session:
     def _take(self, asked: Asked) -> None:
         """Puts what is asked for into effect from the present tick on, and notes it."""
         now, command = round(self._ticks * self._tick, 9), asked.command
-        if self._drive.command(now, command):
+        # The controller takes up at tick k what holds in a step that begins at k + 1.
+        if self._drive.command(round(now + self._tick, 9) if self._ticks else 0.0, command):
             value = [command.forward, command.lateral, command.turn, float(not command.walks)]
             self._command.FixValue(self._context, value)
         for push in asked.pushes:
-            force = push.force(self._sample()["path"][_YAW])
+            force = push.force(self._logged.present(self._context)["path"][_YAW])
             self._drive.push(now, force)
             last = self._ticks + max(1, round(PUSH / self._tick))
             context = self._pushes.GetMyMutableContextFromRoot(self._context)
@@ -151,11 +153,6 @@ class Session:
         if self._written is not None:
             self._logged.hand_over(self._context, self._written, _ROWS)
         return FELL if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition else ""
-
-    def _sample(self) -> Signals:
-        """The logged signals of the present tick."""
-        values = self._signals.get_output_port().Eval(self._signals.GetMyContextFromRoot(self._context))
-        return {name: values[place] for name, place in self._logged.columns.items()}
 
     def _driven(self, ending: str) -> Driven:
         if self._written is not None:
