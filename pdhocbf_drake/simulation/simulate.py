@@ -8,7 +8,7 @@ from pathlib import Path
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
-from pdhocbf_drake.collecting import without_garbage_collection
+from pdhocbf_drake.collecting import freed_at_the_end, without_garbage_collection
 from pdhocbf_drake.robot import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import Walk, build_walk
@@ -50,6 +50,7 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None, walk: Walk 
     return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat)
 
 
+@freed_at_the_end()
 def simulate(
     scenario: Scenario,
     progress: Progress | None = None,
