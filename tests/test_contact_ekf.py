@@ -258,3 +258,13 @@ def test_whatever_the_sensors_say_nothing_raises():
                 values[places] = random.choice([np.nan, np.inf, -np.inf, 1e9, 0.0], 4)
             wild.append(values)
         memory, _ = estimator.step(memory, Sample(*wild))
+
+
+def test_the_anchor_s_velocity_follows_the_legs_and_it_claims_no_certainty():
+    motion = stepping()
+    memories, estimates = run(AnchorFilter(biped(), CONFIG), samples(motion, CONFIG, 7))
+    found = errors(motion, memories)[SETTLED:]
+    assert np.sqrt(np.mean(found[:, 2:5] ** 2)) < 0.015
+    assert np.abs(found[:, 5:8]).max() < 0.01
+    assert not found[:, 8].any()
+    assert not np.any([estimate.deviation for estimate in estimates[1:]])

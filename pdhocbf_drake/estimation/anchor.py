@@ -12,13 +12,14 @@ from pdhocbf_drake.estimation.sample import Notice
 
 _TILT = 0.02  # share of a tick by which the tilt follows that of the standing foot
 _BIAS = 0.005  # and the gyroscope's bias the rate of the standing foot
+_VELOCITY = 0.2  # and the velocity that of the legs, whose rates are late by the encoders' low-pass
 
 
 class AnchorFilter(BaseFilter):
     """The base counted from the feet that stand, in shares of the load that they carry.
 
     R follows the gyroscope, its tilt slowly that of the sole, κ (R F e_z) × e_z, and the gyroscope's bias the sole's
-    rate; p = d − R s and v = −R (ω × s + ∂s/∂θ θ̇). It uses no accelerometer, and has no covariance.
+    rate; p = d − R s; v follows the accelerometer, and soon −R (ω × s + ∂s/∂θ θ̇). It has no covariance.
     """
 
     def _spread(self, memory: Memory) -> None:
@@ -46,8 +47,10 @@ class AnchorFilter(BaseFilter):
                 sole = estimate[SOLES + 3 * side : SOLES + 3 * side + 3]
                 places += share * (np.array([sole[0], sole[1], 0.0]) - rotation @ legs.ways[side])
                 velocity -= share * (np.cross(rate, legs.ways[side]) + legs.way_rates[side] @ rates)
-            estimate[P : P + 3], estimate[V:P] = places, rotation @ velocity
+            estimate[P : P + 3] = places
+            estimate[V:P] += _VELOCITY * (rotation @ velocity - estimate[V:P])
         for side in (0, 1):
             if not loads[side]:
                 self._place(memory, side)
+        memory.covariance[:] = 0.0
         return 0.0, 0, notice if memory.standing.any() else notice | Notice.IN_THE_AIR
