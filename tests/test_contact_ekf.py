@@ -119,7 +119,7 @@ def _turned(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     out[[2, 5]] = first[[2, 5]]
     for start in (0, 3):
         total, now = np.hypot(*first[start : start + 2]), np.hypot(*second[start : start + 2])
-        out[start : start + 2] *= total / now
+        out[start : start + 2] *= total / now if now else 1.0
     return out
 
 
