@@ -118,6 +118,24 @@ def test_the_metrics_say_how_far_the_estimate_is_from_the_truth(log):
     assert not found.notices
 
 
+def test_faults_one_after_another_are_noticed_and_the_robot_walks_on():
+    faults = (
+        "{time: 1.25, duration: 0.1, sensor: gyroscope, kind: stuck}, "
+        "{time: 1.5, duration: 0.3, sensor: imu, kind: lost}, "
+        "{time: 1.9, sensor: left_force_torque, kind: zero}, {time: 2.05, sensor: left_knee_pitch, kind: stuck}"
+    )
+    scenario = load_scenario("walking_sensors", f"{{duration: 2.6, measurement: {{faults: [{faults}]}}}}")
+    failing = simulate(scenario)
+    notices = failing.signals["estimator_status"][:, 0].astype(int)
+    assert failing.ending == FINISHED
+    assert not notices[:125].any()
+    assert (notices[127:135] & Notice.GYROSCOPE).all()
+    assert (notices[150:180] & (Notice.GYROSCOPE | Notice.ACCELEROMETER)).all()
+    assert (notices[193:] & Notice.FORCE_TORQUE).any()
+    assert (notices[215:] & Notice.ENCODER > 0).mean() > 0.9  # where the knee passes its stuck angle, that is right
+    assert not np.any(failing.signals["solver_status"][:, 5])
+
+
 def test_yaw_errors_are_those_of_two_rotations(log, base):
     turn, _ = base
     rows = log.signals["base_estimate"][:, :9].reshape(-1, 3, 3)

@@ -61,6 +61,8 @@ def measure(walk: Walk) -> Outcome:
     found.append(most(walk.row, "recovery", 100.0 * np.isin(reasons, _DISTURBED).mean(), math.inf, "%"))
     if row.estimate and metrics.estimator is not None:
         found += _estimate_checks(walk.row, metrics.estimator)
+        below = (log.after(scenario.from_time)["h"] < 0.0).any(axis=1) if metrics.barriers else np.zeros(1)
+        found.append(most(walk.row, "ticks with h < 0", 100.0 * below.mean(), math.inf, "%")._replace(combine="mean"))
     if row.notice is not None:
         notices = log.element("estimator_status", "notice").astype(int)
         seen = (notices & row.notice) == row.notice
