@@ -11,6 +11,8 @@ from pdhocbf_drake.analysis import figures_estimate
 from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.estimate import yaw_errors
 from pdhocbf_drake.analysis.metrics import compute_metrics
+from pdhocbf_drake.analysis.replay_estimate import EstimateMarker
+from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.estimation import Notice
 from pdhocbf_drake.robot import Biped
@@ -150,6 +152,14 @@ def test_the_figure_shows_estimate_and_truth(log):
 
 def test_nothing_is_wrong_with_the_sensors(log):
     assert not np.any(log.signals["estimator_status"][:, 0])
+
+
+def test_a_replay_shows_the_estimate(log):
+    stage = Stage()
+    marker = EstimateMarker(stage, log)
+    with stage.frame(0.5):
+        marker.draw(50)
+    assert stage.meshcat.HasPath(f"{stage.world}/CoM estimated")
 
 
 def test_a_report_names_what_was_wrong_with_the_sensors(log):
