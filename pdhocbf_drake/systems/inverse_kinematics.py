@@ -16,6 +16,7 @@ from pdhocbf_drake.robot import (
 from pdhocbf_drake.robot.ik import LEVEL
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes
 
 _INPUTS = ("gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
@@ -58,7 +59,8 @@ class InverseKinematics(LeafSystem):
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
         self._joints = biped.q_index
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
-        self._phase, self._height, self._com, self._zmp, self._feet = ports
+        phase, self._height, self._com, self._zmp, self._feet = ports
+        self._phase = OptionalInput(phase)
         self._turn = self.DeclareVectorInputPort("turn_reference", size("turn_reference")) if turns else None
         ports += [] if self._turn is None else [self._turn]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
@@ -76,9 +78,8 @@ class InverseKinematics(LeafSystem):
 
     def _swing_foot(self, context: Context) -> Side | None:
         """The foot that swings in this step; None where both stand or gait_phase is unconnected."""
-        if not self._phase.HasValue(context):
-            return None
-        return _SWING_FOOT.get(self._phase.Eval(context)[_SUPPORT])
+        phase = self._phase(context)
+        return None if phase is None else _SWING_FOOT.get(phase[_SUPPORT])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state_vector().value()
