@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.systems.gait_reference import changed_gait
@@ -43,9 +44,11 @@ class FootReference(LeafSystem):
         values.set_value(self._reference.Eval(context))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        tick, step, support = self._phase.Eval(context).tolist()
         gait = changed_gait(self._gait, None, self._resumed(context), None)
         before = context.get_discrete_state_vector().value()
-        output.SetFromVector(
-            self._swing.feet(round(tick), support, self._plan.Eval(context), before, gait.lift_off(round(step)))
-        )
+        output.SetFromVector(self.reference(self._phase.Eval(context), self._plan.Eval(context), before, gait))
+
+    def reference(self, gait_phase: np.ndarray, plan: np.ndarray, before: np.ndarray, gait: Gait) -> np.ndarray:
+        """foot_reference (18,) from that of the tick before; of the gait, its lift-off counts."""
+        tick, step, support = gait_phase.tolist()
+        return self._swing.feet(round(tick), support, plan, before, gait.lift_off(round(step)))

@@ -83,7 +83,11 @@ class GaitReference(LeafSystem):
         values.set_value(context.get_discrete_state_vector().value() + 1.0)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        step, tick = divmod(round(context.get_discrete_state_vector()[0]), self._period)
-        commanded = self._commanded[tick].copy()
-        commanded[1], commanded[2] = step, self._gait(context).support(step)
-        output.SetFromVector(commanded)
+        output.SetFromVector(self.commanded(round(context.get_discrete_state_vector()[0]), self._gait(context)))
+
+    def commanded(self, tick: int, gait: Gait) -> np.ndarray:
+        """gait_phase and com_height at tick k of the gait as it has been changed, (6,)."""
+        step, phase = divmod(tick, self._period)
+        commanded = self._commanded[phase].copy()
+        commanded[1], commanded[2] = step, gait.support(step)
+        return commanded

@@ -42,6 +42,8 @@ class MpcController(LeafSystem):
 
     Attributes:
         mpc: the compiled problem.
+        layout: how a memory lies in the state.
+        start: the memory at the start as a vector and as itself.
 
     Args:
         initial: [c, v, p] per axis at the start, shape (2, 3).
@@ -59,9 +61,9 @@ class MpcController(LeafSystem):
         latency: float = 0.0,
     ) -> None:
         super().__init__()
-        self._layout, self.latency = MemoryLayout(mpc), latency
+        self.layout, self.latency = MemoryLayout(mpc), latency
         outputs = (*OUTPUTS, "last_step", "resumed", *["course"] * mpc.gait.turns)
-        self.parts = {name: self._layout.sizes[name] for name in outputs}
+        self.parts = {name: self.layout.sizes[name] for name in outputs}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
         columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
@@ -74,9 +76,9 @@ class MpcController(LeafSystem):
         self._feet = self._optional("foot_state", size("foot_state"))
         self._command = self._optional("command", 4) if mpc.gait.turns else None
         memory = Memory.at_start(mpc, initial, feet)
-        start = self._layout.pack(memory)
+        start = self.layout.pack(memory)
         # The last memory with its vector: where the state is that one, it need not be taken apart.
-        self._last = start, memory
+        self.start = self._last = start, memory
         self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(start))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
@@ -86,16 +88,16 @@ class MpcController(LeafSystem):
     def memory(self, context: Context) -> Memory:
         """What the controller remembers before its update, in a context of this block."""
         state, (vector, memory) = context.get_discrete_state_vector().value(), self._last
-        return memory if same_bits(state, vector) else self._layout.unpack_carried(state[self._layout.carried])
+        return memory if same_bits(state, vector) else self.layout.unpack_carried(state[self.layout.carried])
 
     def measurement(self, context: Context) -> Measurement:
         """What the controller is given at the tick of a context of this block."""
         bounds = None if self._bounds is None else self._bounds(context)
         command = None if self._command is None else self._command(context)
         lip = self._lip.Eval(context)
-        return self._measured(self._tick(context), lip, self._feet(context), self._offset(context), bounds, command)
+        return self.measured(self._tick(context), lip, self._feet(context), self._offset(context), bounds, command)
 
-    def _measured(
+    def measured(
         self, tick: int, lip: np.ndarray, feet: np.ndarray | None, offset: np.ndarray | None,
         bounds: np.ndarray | None, command: np.ndarray | None,
     ) -> Measurement:  # fmt: skip
@@ -115,9 +117,12 @@ class MpcController(LeafSystem):
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
-        memory, plan = control(self.mpc, self.memory(context), self.measurement(context), self.latency)
+        vector, _ = self._last = self.planned(self.memory(context), self.measurement(context), started)
+        values.set_value(vector)
+
+    def planned(self, memory: Memory, measurement: Measurement, started: float) -> tuple[np.ndarray, Memory]:
+        """The next memory as a vector and as itself, after a tick whose time is counted from `started` [s]."""
+        memory, plan = control(self.mpc, memory, measurement, self.latency)
         memory.barrier_slack, memory.barrier_active = plan.slacks[self._columns], plan.acting[self._columns]
         memory.solver_status[1] = time.perf_counter() - started
-        vector = self._layout.pack(memory)
-        values.set_value(vector)
-        self._last = vector, memory
+        return self.layout.pack(memory), memory
