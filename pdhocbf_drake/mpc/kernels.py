@@ -31,6 +31,25 @@ def believe(
 
 
 @compiled
+def write_common(
+    of_step: np.ndarray, axis: int, state: np.ndarray, stance: np.ndarray, offset: np.ndarray, theta: np.ndarray
+) -> None:
+    """θ of an axis from what holds all through the step, and at its start [c, v, p], stance (2,) and ZMP offset (H,).
+
+    Args:
+        state: (2, 3). stance: (2, 2). offset: (2, H), or (2, 0) for none.
+    """
+    for i in range(len(theta)):
+        theta[i] = of_step[i]
+    for i in range(3):
+        theta[i] = state[axis, i]
+    for i in range(2):
+        theta[3 + i] = stance[axis, i]
+    for i in range(offset.shape[1]):
+        theta[5 + i] = offset[axis, i]
+
+
+@compiled
 def write_plan(
     x: np.ndarray, y: np.ndarray, starts_x: np.ndarray, starts_y: np.ndarray, rows_x: np.ndarray, rows_y: np.ndarray,
     active_x: np.ndarray, active_y: np.ndarray, noticed: float, inputs: np.ndarray, footholds: np.ndarray,

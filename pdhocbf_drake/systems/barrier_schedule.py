@@ -73,27 +73,28 @@ class BarrierSchedule(LeafSystem):
     def _calc(self, context: Context, output: BasicVector) -> None:
         phase, step, _ = self._phase.Eval(context).tolist()
         tick, gait = round(step * self._n + phase), self._gait(context)
-        values = self.bounds(tick, gait)
+        values = np.concatenate([*self.bounds(tick, gait), self._signs])
+        bounds, h = values[: -len(self._signs)], values[-len(self._signs) :]
         stance = None if self._stance is None else self._stance.Eval(context)
         path = None if self._path is None else self._path.Eval(context)
-        self.write_h(tick, gait, self._lip.Eval(context), stance, path, values)
+        self.write_h(tick, gait, self._lip.Eval(context), stance, path, bounds, h)
         output.SetFromVector(values)
 
-    def bounds(self, tick: int, gait: Gait) -> np.ndarray:
-        """barrier_bound at tick k of the gait as it has been changed, and behind it room for h."""
+    def bounds(self, tick: int, gait: Gait) -> list[np.ndarray]:
+        """The bound of each barrier at tick k of the gait as it has been changed, (H + 1,)."""
         count = self._count
         bounds = self._samples.get(gait, lambda: [bound_samples(barrier, gait, count) for barrier in self._barriers])
-        return np.concatenate([*(samples(tick) for samples in bounds), self._signs])
+        return [samples(tick) for samples in bounds]
 
     def write_h(
         self, tick: int, gait: Gait, state: np.ndarray, stance: np.ndarray | None, path: np.ndarray | None,
-        values: np.ndarray,
+        bounds: np.ndarray, h: np.ndarray,
     ) -> None:  # fmt: skip
-        """Writes h at tick k behind its bounds.
+        """Writes h at tick k.
 
         Args:
             state: lip_state. stance: stance_plan, where the block has that port. path: of a walk that turns.
-            values: as from `bounds`.
+            bounds: barrier_bound. h: (n_b,).
         """
         normals = self._normals[(tick + self._n * gait.flipped(tick // self._n)) % len(self._normals)]
         stances = self._on_ground
@@ -103,4 +104,4 @@ class BarrierSchedule(LeafSystem):
             state, here = (seen @ state.reshape(2, 3)).ravel(), None if here is None else seen @ here
         if here is not None:
             stances = np.append(here, 0.0)[self._seen_from]
-        write_h(self._signs, self._axes, normals, stances, self._count, state, values)
+        write_h(self._signs, self._axes, normals, stances, state, bounds, h)

@@ -43,6 +43,15 @@ class BodyBlocks(NamedTuple):
     turn: TurnReference | None
 
 
+class _Known(NamedTuple):
+    """A state of the block for tick k, the gait as it has been changed then, and the MPC's memory in it."""
+
+    state: np.ndarray
+    tick: int
+    gait: Gait
+    memory: Memory
+
+
 class FusedController(LeafSystem):
     """All blocks between a measurement and the joint targets, with their ports, in one discrete update at kδ.
 
@@ -86,13 +95,12 @@ class FusedController(LeafSystem):
         self._places = layout({**self.parts, **behind, **{name: len(start) for name, start in kept.items()}})
         self._plan = slice(self._places[next(iter(sizes))].start, self._places[next(reversed(sizes))].stop)
         before = {"foot_reference": np.zeros(size("foot_reference")), **kept}
-        start = self._state(0, controller.start[0], before)
-        self._last = start, controller.start[1]
+        self._last = self._following(0, *controller.start, before)
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         feet = self.DeclareVectorInputPort("foot_state", size("foot_state")) if body else None
         command = self.DeclareVectorInputPort("command", 4) if gait.turns else None
         self._feet, self._command = (None if port is None else OptionalInput(port) for port in (feet, command))
-        self.DeclareStateOutputPort("outputs", self.DeclareDiscreteState(start))
+        self.DeclareStateOutputPort("outputs", self.DeclareDiscreteState(self._last.state))
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
         if schedule is not None:
             self._true = self.DeclareVectorInputPort("true_state", size("lip_state"))
@@ -100,21 +108,28 @@ class FusedController(LeafSystem):
 
     def memory(self, context: Context) -> Memory:
         """What the MPC remembers before its update, in a context of this block."""
-        state, (vector, memory) = context.get_discrete_state_vector().value(), self._last
-        return memory if same_bits(state, vector) else self._controller.layout.unpack(state[self._plan])
+        return self._known(context.get_discrete_state_vector().value()).memory
 
     def measurement(self, context: Context) -> Measurement:
         """What the MPC is given at the tick of a context of this block."""
-        state = context.get_discrete_state_vector().value()
+        return self._measurement(context, self._known(context.get_discrete_state_vector().value()))
+
+    def _known(self, state: np.ndarray) -> _Known:
+        """What a state holds: in a run that of the last update, which need not be taken apart."""
+        if same_bits(state, self._last.state):
+            return self._last
+        own = np.array(state)
+        phase, step, _ = own[self._places["gait_phase"]].tolist()
+        plan = own[self._plan]
+        return _Known(own, round(step * self._n + phase), self._gait(plan), self._controller.layout.unpack(plan))
+
+    def _measurement(self, context: Context, known: _Known) -> Measurement:
+        state, part = known.state, self._places
         feet = None if self._feet is None else self._feet(context)
         command = None if self._command is None else self._command(context)
-        offset = None if self._body is None else state[self._places["zmp_offset"]]
-        bounds = None if self._schedule is None else state[self._places["barrier_bound"]]
-        return self._controller.measured(self._tick(state), self._lip.Eval(context), feet, offset, bounds, command)
-
-    def _tick(self, state: np.ndarray) -> int:
-        phase, step, _ = state[self._places["gait_phase"]].tolist()
-        return round(step * self._n + phase)
+        offset = None if self._body is None else state[part["zmp_offset"]]
+        bounds = None if self._schedule is None else state[part["barrier_bound"]]
+        return self._controller.measured(known.tick, self._lip.Eval(context), feet, offset, bounds, command)
 
     def _gait(self, plan: np.ndarray) -> Gait:
         """The gait as the controller has changed it, from its vector."""
@@ -123,47 +138,46 @@ class FusedController(LeafSystem):
         return changed_gait(self.mpc.gait, plan[places["last_step"]], plan[places["resumed"]], course)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        started, state = time.perf_counter(), context.get_discrete_state_vector().value()
-        plan, memory = self._controller.planned(self.memory(context), self.measurement(context), started)
-        part, before = self._places, {}
+        started = time.perf_counter()
+        known = self._known(context.get_discrete_state_vector().value())
+        state, part = known.state, self._places
+        plan, memory = self._controller.planned(known.memory, self._measurement(context, known), started)
+        before = {}
         if self._body is not None:
             names = ("gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "table", "motion")
-            phase, zmp, planned, feet, table, motion = (state[part[name]] for name in names)
-            table = self._body.offset.learned(phase, zmp, planned, feet, table, self._gait(state[self._plan]))
+            phase, zmp, planned, feet, table, motion = [state[part[name]] for name in names]
+            table = self._body.offset.learned(phase, zmp, planned, feet, table, known.gait)
             before = {"foot_reference": feet, "table": table, "motion": motion}
-        vector = self._state(self._tick(state) + 1, plan, before)
-        values.set_value(vector)
-        self._last = vector, memory
+        self._last = self._following(known.tick + 1, plan, memory, before)
+        values.set_value(self._last.state)
 
-    def _state(self, tick: int, plan: np.ndarray, before: dict[str, np.ndarray]) -> np.ndarray:
-        """The block's state for tick k, from the MPC's vector and what the other blocks remember."""
-        gait, places = self._gait(plan), self._controller.layout.places
-        commanded = self._clock.commanded(tick, gait)
-        phase, height = commanded[:3], commanded[3:]
+    def _following(self, tick: int, plan: np.ndarray, memory: Memory, before: dict[str, np.ndarray]) -> _Known:
+        """The block's state for tick k, from the MPC's memory and its vector, and what the other blocks remember."""
+        gait, part = self._gait(plan), self._controller.layout.places
+        commanded, step = self._clock.commanded(tick, gait), tick // self._n
         front, behind = [commanded], []
         if self._path is not None:
-            front.append(np.array(self._path.commanded(tick // self._n, gait)))
+            front.append(np.array(self._path.commanded(step, gait)))
         if self._schedule is not None:
-            front.append(self._schedule.bounds(tick, gait)[: -self._count])
+            front += self._schedule.bounds(tick, gait)
         if self._body is not None:
-            body = self._body
-            com, zmp, foot_plan, stances = (
-                plan[places[name]] for name in ("com_reference", "zmp_reference", "foot_plan", "stance_plan")
-            )
+            body, phase, height = self._body, commanded[:3], commanded[3:]
+            names = ("com_reference", "zmp_reference", "foot_plan", "stance_plan")
+            com, zmp, foot_plan, stances = [plan[part[name]] for name in names]
             feet = body.feet.reference(phase, foot_plan, before["foot_reference"], gait)
-            turn = None if body.turn is None else np.array(body.turn.headings(phase[0], tick // self._n, gait))
+            turn = None if body.turn is None else np.array(body.turn.headings(phase[0], step, gait))
             offset = body.offset.expected(phase, feet, foot_plan, stances, before["table"], gait)
             solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, feet, turn)
             coming = body.kinematics.coming
             front += [feet, *([] if turn is None else [turn]), offset.ravel(), solution[: coming.start]]
             behind = [solution[coming], before["table"]]
-        return np.concatenate([*front, plan, *behind])
+        return _Known(np.concatenate([*front, plan, *behind]), tick, gait, memory)
 
     def _h(self, context: Context, output: BasicVector) -> None:
         assert self._schedule is not None
-        state, part = context.get_discrete_state_vector().value(), self._places
-        values = np.append(state[part["barrier_bound"]], np.zeros(self._count))
+        known, part = self._known(context.get_discrete_state_vector().value()), self._places
+        state, h = known.state, np.empty(self._count)
         path = None if self._path is None else state[part["path"]]
-        gait, tick = self._gait(state[self._plan]), self._tick(state)
-        self._schedule.write_h(tick, gait, self._true.Eval(context), state[part["stance_plan"]], path, values)
-        output.SetFromVector(values[-self._count :])
+        bounds, stances = state[part["barrier_bound"]], state[part["stance_plan"]]
+        self._schedule.write_h(known.tick, known.gait, self._true.Eval(context), stances, path, bounds, h)
+        output.SetFromVector(h)
