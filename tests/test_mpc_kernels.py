@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pdhocbf_drake.mpc.kernels import believe, same_bits, write_plan
+from pdhocbf_drake.mpc.kernels import believe, same_bits, write_common, write_plan
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -51,6 +51,16 @@ def test_a_plan_from_the_decisions(seed: int, barriers: tuple[list[int], list[in
     if seed == 0:  # another program than its own was solved on x
         expected.insert(0, slacks[: len(barriers[0])] > 0.1)
     np.testing.assert_array_equal(acting, np.concatenate(expected))
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("horizon", [0, 7])
+def test_what_all_thetas_begin_with(axis: int, horizon: int) -> None:
+    random = np.random.default_rng(axis)
+    of_step, theta = random.normal(size=20), np.empty(20)
+    state, stance, offset = random.normal(size=(2, 3)), random.normal(size=(2, 2)), random.normal(size=(2, horizon))
+    write_common(of_step, axis, state, stance, offset, theta)
+    np.testing.assert_array_equal(theta, [*state[axis], *stance[axis], *offset[axis], *of_step[5 + horizon :]])
 
 
 def test_the_same_bits() -> None:

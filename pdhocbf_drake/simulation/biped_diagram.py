@@ -24,7 +24,7 @@ from pdhocbf_drake.simulation.diagram import (
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
+from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.fused_controller import BodyBlocks
@@ -40,7 +40,9 @@ from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 _GROUND = (2e4, 2e4, 2.0)  # box [m]; Drake warns of a half space at every start
 
 
-def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None) -> LoggedDiagram:
+def biped_diagram(
+    scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None, form: Form = "blocks"
+) -> LoggedDiagram:
     """clock, barriers -> MPC -> feet -> inverse kinematics -> joint targets -> plant with PD -> estimator -> MPC."""
     config = walk.gait.config
     wiring = Wiring(config.tick)
@@ -61,7 +63,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
 
-    add_walking = _add_fused if scenario.wiring == "fused" else _add_blocks
+    add_walking = _add_fused if form == "fused" else _add_blocks
     add_walking(wiring, walk, _body_blocks(walk, biped, posture), LATENCY * plant.time_step())
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))

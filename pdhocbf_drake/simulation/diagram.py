@@ -8,7 +8,7 @@ from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.disturbance import add_measurement, timed_forces
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
+from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.fall_detector import LeanDetector
 from pdhocbf_drake.systems.fused_controller import BodyBlocks, ControllerBlocks, FusedController
@@ -21,9 +21,9 @@ from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
 
 
-def vhip_diagram(scenario: Scenario, walk: Walk) -> LoggedDiagram:
+def vhip_diagram(scenario: Scenario, walk: Walk, form: Form = "blocks") -> LoggedDiagram:
     """clock, barriers -> MPC -> template -> MPC."""
-    wiring, fused = Wiring(walk.gait.config.tick), scenario.wiring == "fused"
+    wiring, fused = Wiring(walk.gait.config.tick), form == "fused"
     controller = add_fused_controller(wiring, walk) if fused else add_controller(wiring, walk)
     plant = wiring.add("vhip", VhipPlant(walk.vhip, walk.at_rest, scenario.vhip.mass))
     wiring.connect(plant, "gait_phase", "zmp_reference")

@@ -130,8 +130,6 @@ class Scenario(Config):
         pushes: forces on the robot, or on the template's mass.
         model_error: differences of the simulated robot from the controller's model of it.
         measurement: noise and delay of the measurements that the controller gets.
-        wiring: "blocks" makes a diagram with a block for each part of the controller, "fused" one with a single block
-            that calls the functions of all of them in turn. Logs are the same; the second takes less time.
         plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`. The defaults are Drake's, except that
             contact is solved by SAP on points, never softened for being near rigid.
     """
@@ -156,7 +154,6 @@ class Scenario(Config):
     measurement: MeasurementConfig = MeasurementConfig()
     vhip: VhipConfig = VhipConfig()
     van_der_pol: VanDerPolConfig = VanDerPolConfig()
-    wiring: Literal["blocks", "fused"] = "blocks"
     plant: Annotated[dict[str, Any], AfterValidator(completed_plant)] = Field({}, validate_default=True)
     simulator: Annotated[dict[str, Any], AfterValidator(completed_simulator)] = Field({}, validate_default=True)
 
