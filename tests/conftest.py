@@ -17,12 +17,12 @@ os.environ["PDHOCBF_CACHE"] = "off"  # what one test changes in a program must n
 SLOW = {
     "test_analysis_figures", "test_bench", "test_campaign_faults", "test_certify_terminal", "test_certify_walk",
     "test_cli", "test_closed_loop", "test_degraded", "test_design_bound", "test_examples", "test_faults_robot",
-    "test_filter_units", "test_fused", "test_jit", "test_ladder", "test_mpc_controller", "test_mpc_terms", "test_notebooks",
+    "test_filter_units", "test_jit", "test_ladder", "test_mpc_controller", "test_mpc_terms", "test_notebooks",
     "test_output", "test_products", "test_push_robot", "test_push_worth", "test_replay_page", "test_reproduce",
     "test_simulate", "test_stand_robot", "test_stepping", "test_studies_shared", "test_van_der_pol",
     "test_import_command", "test_import_copy", "test_import_formats", "test_import_reading",
     "test_walk_barriers", "test_walk_controller", "test_commands", "test_commands_robot", "test_command_port",
-    "test_commanded_bounds", "test_directions", "test_any_size",
+    "test_commanded_bounds", "test_directions", "test_any_size", "test_fused",
 }  # fmt: skip
 """Files of tests that together take most of the time; `make quick` leaves them out."""
 

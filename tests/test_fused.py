@@ -74,5 +74,5 @@ def _recent(logged: LoggedDiagram, *contexts: Context) -> list:
 
 
 def test_a_form_that_there_is_not_is_refused() -> None:
-    with pytest.raises(InputError, match="^the form of a diagram is one of blocks, fused, given 'flat'$"):
+    with pytest.raises(InputError, match=r"^the form of a diagram is one of blocks, fused, given 'flat'$"):
         make_diagram(load_scenario("vhip"), form="flat")  # type: ignore[arg-type]
