@@ -12,11 +12,18 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from pdhocbf_drake import certify, load_scenario
 from pdhocbf_drake.barriers import PeriodicAffineSystem
 from pdhocbf_drake.cli import main
+from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets, save_terminal_sets
 from pdhocbf_drake.sets.disturbance import TOLERANCE, largest_disturbance
 from pdhocbf_drake.sets.invariant_set import broken_phases, invariant_set
 from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.studies.certify.adversary import adversary
+from pdhocbf_drake.studies.certify.certificate import certify_scenario
 from pdhocbf_drake.studies.certify.psi_rows import psi_disturbance
+from pdhocbf_drake.studies.certify.starts import inside_starts, zmp_range
+from pdhocbf_drake.studies.certify.terminal import terminal_sets
+from pdhocbf_drake.studies.certify.trial import try_sets, walk_from
 from pdhocbf_drake.studies.shared.stepping_template import com_reach, stepping_template
 
 SYSTEMS = range(10)
@@ -245,3 +252,45 @@ def test_the_disturbance_of_the_psi_system_is_that_of_the_template_in_other_coor
             return np.array([*one[:2], h[1] - first * h[0], one[2]])
 
         assert np.array([after(w) for w in points]) - after(np.zeros(3)) == pytest.approx(added, abs=1e-12)
+
+
+@pytest.fixture(scope="module", params=["soft", "hard"])
+def disturbed(request):
+    """A walk whose sets withstand a little less than the largest disturbance, with its controller."""
+    half_widths = (0.0021, 0.021) if request.param == "soft" else (0.0019, 0.019)
+    scenario = load_scenario("vhip", COARSE.replace("freeze_ticks: 2", f"freeze_ticks: 2, barrier: {request.param}"))
+    return certify_scenario(scenario, with_rows=request.param == "hard", disturbance=half_widths, search=False)
+
+
+def test_a_walk_keeps_its_bound_and_has_a_plan_at_every_tick_under_what_its_sets_withstand(disturbed):
+    trial = try_sets(disturbed, 6, ticks=150)
+    assert trial.infeasible_ticks == 0
+    assert trial.h_min >= 0.0
+
+
+def test_beyond_that_the_worst_disturbance_breaks_a_limit_from_every_start(disturbed):
+    random = np.random.default_rng(5)
+    walk, beyond = disturbed.walk, disturbed.axes[0].disturbance.times(1.12)
+    mpc = PeriodicMpc(walk.gait, walk.vhip, disturbed.scenario.mpc, walk.mpc.barriers, terminal_sets(disturbed))
+    for _ in range(3):
+        y = inside_starts(disturbed.axes[1].kept, 1, random)[0]
+        x = inside_starts(disturbed.axes[0].kept, 1, random, y.phase % 10)[0]
+        zmps = [zmp_range(c.template, c.kept, start, c.disturbance)[0]
+                for c, start in zip(disturbed.axes, (x, y), strict=True)]  # fmt: skip
+        worst = adversary(
+            "worst", beyond, [c.template for c in disturbed.axes], [c.kept for c in disturbed.axes], random
+        )
+        walked = walk_from(mpc, [x, y], zmps, 300, worst)
+        assert walked.infeasible_ticks > 0 or walked.h_min < 0.0
+
+
+def test_a_set_that_withstands_a_disturbance_survives_its_file(disturbed, tmp_path):
+    sets, scenario = terminal_sets(disturbed), disturbed.scenario
+    limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
+    save_terminal_sets(tmp_path / "set.npz", sets, limits)
+    for axis, loaded in load_terminal_sets(tmp_path / "set.npz", limits).items():
+        assert len(loaded.first) == sets[axis].period
+        for mine, read in zip(
+            sets[axis].first + sets[axis].first_bounds, loaded.first + loaded.first_bounds, strict=True
+        ):
+            assert np.array_equal(mine, read)

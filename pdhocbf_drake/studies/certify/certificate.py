@@ -125,6 +125,7 @@ def certify_axis(
     barriers: Sequence[AffineBarrier],
     with_rows: bool = True,
     disturbance: Disturbance | None = None,
+    search: bool = True,
 ) -> AxisCertificate:
     """Computes the sets of one axis.
 
@@ -133,6 +134,7 @@ def certify_axis(
         barriers: those on this axis.
         with_rows: also certify each barrier's ψ rows, which takes a set of one more dimension.
         disturbance: what the sets are to withstand.
+        search: look for the largest multiple of it, which takes some fifteen times as long as the sets.
 
     Raises:
         InputError: a barrier that can't be certified here, or sets that don't converge.
@@ -159,7 +161,11 @@ def certify_axis(
     else:
         kept = walk_sets(template, barriers, disturbance)
     found = AxisCertificate(template, unbounded, kept, bounds, tuple(counted), tuple(left_out), disturbance)
-    return found if disturbance is None else replace(found, largest=tuple(_largest(found, disturbance, with_rows)))
+    return (
+        found
+        if disturbance is None or not search
+        else replace(found, largest=tuple(_largest(found, disturbance, with_rows)))
+    )
 
 
 def _largest(found: AxisCertificate, disturbance: Disturbance, with_rows: bool) -> Iterator[LargestDisturbance]:
@@ -206,6 +212,7 @@ def certify_scenario(
     with_rows: bool = True,
     report: Callable[[int, str], None] = lambda done, stage: None,
     disturbance: tuple[float, float] | None = None,
+    search: bool = True,
 ) -> ScenarioCertificate:
     """Certifies both axes of a scenario's walk.
 
@@ -215,6 +222,7 @@ def certify_scenario(
         with_rows: certify the ψ rows as well.
         report: called with the number of stages that are done, of three, and the name of the next one.
         disturbance: half-widths of what a tick may add to the CoM and to its velocity, along x and y [m, m/s].
+        search: as in `certify_axis`.
 
     Raises:
         InputError: the scenario can't be built or certified. ModelError: nor its robot.
@@ -232,7 +240,7 @@ def certify_scenario(
     for axis in (0, 1):
         template = stepping_template(scenario.gait, scenario.mpc, axis, reach)
         report(1 + axis, f"sets along {'xy'[axis]}")
-        axes.append(certify_axis(template, walk.mpc.barriers[axis], with_rows, given))
+        axes.append(certify_axis(template, walk.mpc.barriers[axis], with_rows, given, search))
     return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(scenario), (axes[0], axes[1]))
 
 

@@ -35,8 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--starts", type=int, default=0, metavar="N",
-        help="try the sets: walk 400 ticks from N random starts inside, prove N random starts outside lost",
+        help="try the sets: walk from N random starts inside, under random, constant and worst disturbances in turn if "
+        "there is one; or else prove N random starts outside lost too",
     )  # fmt: skip
+    parser.add_argument("--ticks", type=int, default=400, metavar="T", help="of each such walk; otherwise 400")
     parser.add_argument(
         "--disturbance", type=float, nargs="+", metavar="D",
         help="what the sets are to withstand at every tick: the half-width of each state's disturbance, for a walk of "
@@ -99,7 +101,7 @@ def _certify_walk(options: argparse.Namespace) -> int:
     with shown_progress("certify", STAGES, "stages") as progress:
         data = certify(
             scenario, reach=options.reach, rows=not options.no_rows, starts=options.starts,
-            disturbance=options.disturbance, out=place, progress=progress,
+            ticks=options.ticks, disturbance=options.disturbance, out=place, progress=progress,
         )  # fmt: skip
     from pdhocbf_drake.studies.certify.report import certificate_lines  # here, since it loads Drake
 
@@ -113,11 +115,12 @@ def _certify_walk(options: argparse.Namespace) -> int:
 
 
 def _trial_lines(trial: dict[str, Any]) -> list[tuple[str, str]]:
+    h = "" if trial["h_min"] is None else f", least h {trial['h_min']:.2g} m/s"
     ticks = f"{trial['inside']} starts of {trial['ticks']} ticks"
     slack = f"largest slack {trial['slack_max']:.2g} m/s"
+    inside = ("trial, inside", f"{ticks}: {trial['infeasible_ticks']} infeasible ticks{h}, {slack}")
+    if not trial["outside"]:
+        return [inside]
     lost = f"{trial['unsavable']} of {trial['outside']} starts proved lost by an independent program"
     least = f"least excess over a limit {1e3 * trial['excess_min']:.2g} mm or mm/s"
-    return [
-        ("trial, inside", f"{ticks}: {trial['infeasible_ticks']} infeasible ticks, {slack}"),
-        ("trial, outside", f"{lost}, {least}"),
-    ]
+    return [inside, ("trial, outside", f"{lost}, {least}")]

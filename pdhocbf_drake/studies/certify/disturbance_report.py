@@ -27,7 +27,7 @@ def disturbance_data(found: ScenarioCertificate) -> dict[str, Any]:
         for row in certificate.largest
     ]
     disturbance = found.axes[0].disturbance
-    if disturbance is None:
+    if disturbance is None or not rows:
         return largest_data([], None)
     hard, counted = found.scenario.mpc.barrier == "hard", []
     for axis, certificate in enumerate(found.axes):

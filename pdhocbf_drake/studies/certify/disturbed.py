@@ -27,6 +27,9 @@ from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate
 
 Sets = tuple[Polytope, ...]
 
+_RESERVE = 2e-4
+"""The sets withstand a disturbance that is larger by this share, so that no rounding decides whether one is met."""
+
 
 @dataclass(frozen=True)
 class Disturbance:
@@ -70,6 +73,7 @@ def walk_sets(
     states: Sequence[Polytope | None] = template.with_barriers(barriers) if barriers else template.states
     if disturbance is None:
         return invariant_set(template.system, states, template.inputs)
+    disturbance = disturbance.times(1.0 + _RESERVE)
     moved = disturbance.of_prediction(template)
     left = disturbance.left(states)
     return invariant_set(template.system, left, template.inputs, disturbance=moved, within=within)
@@ -86,7 +90,10 @@ def psi_set(
         problem = psi_system(template, barrier)
         if problem is None:
             return None
-        moved = () if disturbance is None else psi_disturbance(template, barrier, disturbance.points(template.system.n))
+        moved: Sequence[Array] = ()
+        if disturbance is not None:
+            points = disturbance.times(1.0 + _RESERVE).points(template.system.n)
+            moved = psi_disturbance(template, barrier, points)
         return invariant_set(*problem, disturbance=moved, within=within)
     except InputError:  # too flat for the geometry: a very small gamma
         return None
