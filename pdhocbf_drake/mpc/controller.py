@@ -14,7 +14,7 @@ from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.digest import digest
-from pdhocbf_drake.mpc.kernels import mark_acting, write_plan
+from pdhocbf_drake.mpc.kernels import write_plan
 from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
 from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
@@ -33,6 +33,7 @@ from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
 
+_NO_ROWS = np.zeros((0, 0))
 _COURSES = 4  # walks under commands of a port that are kept: one a step
 Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
 
@@ -262,29 +263,21 @@ class PeriodicMpc:
         """What the solvers of both axes found for tick k, whose programs are those of the tick `place`."""
         (x, y), (starts_x, starts_y) = results, self._slack_starts
         inputs, footholds = np.empty((2, self.config.horizon)), np.empty((2, self.footholds))
-        slacks = np.empty(self._slacks)
-        largest = write_plan(x.decisions, y.decisions, starts_x, starts_y, inputs, footholds, slacks)
+        slacks, acting = np.empty(self._slacks), np.empty(self._slacks)
+        largest = write_plan(
+            x.decisions, y.decisions, starts_x, starts_y, self._barrier_rows(0, place), self._barrier_rows(1, place),
+            x.active, y.active, NOTICED, inputs, footholds, slacks, acting,
+        )  # fmt: skip
         if reason == Reason.SOLVED and largest > NOTICED:
             reason = Reason.SOFTENED
         active = (self._padded(0, x.active), self._padded(1, y.active))
-        acting, met = self._acting(place, results, slacks), self._all_met
+        met = self._all_met
         return Plan(tick, inputs, footholds, active, slacks, x.cost + y.cost, reason, 0, unmet=met, acting=acting)
 
-    def _acting(self, place: int, results: Sequence[QpResult], slacks: np.ndarray) -> np.ndarray:
-        """`Plan.acting`; on a lower rung, whose rows are others, of the barriers whose slack is noticed."""
-        acting = (slacks > NOTICED).astype(float)
-        first = 0
-        for axis, result in enumerate(results):
-            if not self.barriers[axis]:
-                continue
-            own = self._barrier_rows(axis, place)
-            if len(result.active) == own.shape[1]:
-                mark_acting(own, result.active, first, acting)
-            first += len(own)
-        return acting
-
     def _barrier_rows(self, axis: int, tick: int) -> np.ndarray:
-        """1 where a row of an axis' program at tick k is one of a barrier, (n_b, m)."""
+        """1 where a row of an axis' program at tick k is one of a barrier, (n_b, m); (0, 0) without barriers."""
+        if not self.barriers[axis]:
+            return _NO_ROWS
         place = axis, tick % len(self.qps[axis])
         if place not in self._rows_of_barriers:
 
