@@ -6,13 +6,14 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.kernels import same_bits
 from pdhocbf_drake.mpc.loop import Measurement
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.gait_reference import GaitReference, changed_gait
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
@@ -52,7 +53,7 @@ class _Known(NamedTuple):
     memory: Memory
 
 
-class FusedController(LeafSystem):
+class FusedController(Block):
     """All blocks between a measurement and the joint targets, with their ports, in one discrete update at kδ.
 
     Where the blocks compute an output when it is read, after the update at kδ, this block computes all of them in that
@@ -104,7 +105,7 @@ class FusedController(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
         if schedule is not None:
             self._true = self.DeclareVectorInputPort("true_state", size("lip_state"))
-            self.DeclareVectorOutputPort("h", self._count, self._h, {self._true.ticket(), self.xd_ticket()})
+            self.DeclareVectorOutputPort("h", self._count, weakly(self._h), {self._true.ticket(), self.xd_ticket()})
 
     def memory(self, context: Context) -> Memory:
         """What the MPC remembers before its update, in a context of this block."""
