@@ -83,7 +83,7 @@ def tightening(barrier: AffineBarrier, system: PeriodicAffineSystem, known: Unce
     barrier.check_fits(system.n)
     rates, period = linear_rates(barrier), lcm(barrier.normal_period, system.period)
     delay = known.delay + barrier.relative_degree - barrier.order
-    left = prediction_error(barrier, system, known, delay)
+    left = prediction_errors(barrier.normals(0, barrier.normal_period), system, known, delay)
     psi = np.zeros(period)
     for i, rate in enumerate(rates):
         added = np.array([_innovation(barrier, system, known, k, delay, rates[:i]) for k in range(period)])
@@ -117,7 +117,11 @@ def robust_barrier(
             functions.
     """
     known = Uncertainty.of(system.n, disturbance, estimate, delay)
-    nearer = tightening(barrier, system, known).bound
+    return nearer_barrier(barrier, tightening(barrier, system, known).bound)
+
+
+def nearer_barrier(barrier: AffineBarrier, nearer: Array) -> AffineBarrier:
+    """The barrier with a bound that is nearer by t(k), (P,) [unit of h]; the same one where t is 0."""
     if not np.any(nearer):
         return barrier
     count = lcm(len(nearer), barrier.bound.period)
@@ -128,11 +132,11 @@ def robust_barrier(
     )  # fmt: skip
 
 
-def prediction_error(barrier: AffineBarrier, system: PeriodicAffineSystem, known: Uncertainty, delay: int) -> Array:
-    """t_h of (a) for predictions over `delay` ticks, at every tick of one period, (P,)."""
+def prediction_errors(normals: Array, system: PeriodicAffineSystem, known: Uncertainty, delay: int) -> Array:
+    """t_h of (a) for predictions over `delay` ticks and normals of one period (P', n), at every tick of one, (P,)."""
     errors = []
-    for k in range(lcm(barrier.normal_period, system.period)):
-        row, error = barrier.normals(k, 1)[0], 0.0
+    for k in range(lcm(len(normals), system.period)):
+        row, error = normals[k % len(normals)], 0.0
         for i in range(k, k - delay, -1):
             error += float(np.abs(row) @ known.disturbance)
             row = row @ system.A(i - 1)

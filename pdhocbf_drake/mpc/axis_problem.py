@@ -61,7 +61,7 @@ class AxisProblem:
     def key(self) -> Hashable:
         """What its programs depend on; problems with equal keys have equal programs."""
         setting = self.setting
-        config = setting.config.model_dump_json(exclude={"recovery"})
+        config = setting.config.model_dump_json(exclude={"recovery", "robust"})  # these are in θ, or in other problems
         matrices = (setting.gait.region.weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
         return config, matrices, tuple(term.key for term in self.terms)
 

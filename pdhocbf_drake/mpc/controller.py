@@ -18,6 +18,7 @@ from pdhocbf_drake.mpc.kernels import write_plan
 from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
 from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
+from pdhocbf_drake.mpc.robust import zmp_margin
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.terms import TERMS, constraints_of
 from pdhocbf_drake.mpc.terms.barrier import rows_of
@@ -121,7 +122,10 @@ class PeriodicMpc:
         """Reads commanded steps from a gait, as the problems of both axes do."""
         config = self.config
         self.gait = gait
-        self.commanded = CommandedSteps(gait, config.horizon, config.zmp_margin)
+        self._margin = zmp_margin(self.vhip, config)
+        self.commanded = CommandedSteps(gait, config.horizon, self._margin)
+        if config.robust is not None and self.commanded.steps(gait.config.start_steps + 2).half.min() <= 0.0:
+            raise InputError(f"mpc.robust: the ZMP may err by {self._margin:.3g} m, which leaves nothing of its box")
         self.problems = [AxisProblem(self._setting(axis), self._kinds) for axis in (0, 1)]
         barriers, count = (*self.barriers[0], *self.barriers[1]), config.horizon + 1
         self._bounds = {barrier.name: bound_samples(barrier, gait, count) for barrier in barriers}
@@ -366,4 +370,4 @@ class PeriodicMpc:
         """`zmp_box` from centres along the axes of the stance foot."""
         step, phase = self.gait.phase(tick - 1)
         half = self.commanded.steps(step).half
-        return self.gait.region.box(phase, stance, footholds, half, self.config.zmp_margin)
+        return self.gait.region.box(phase, stance, footholds, half, self._margin)

@@ -78,7 +78,7 @@ def limits_of(gait: GaitConfig, mpc: MpcConfig, barriers: Mapping[str, BarrierCo
     """What a terminal set stands and falls with; barriers do not count where they may be broken at a price."""
     walk = gait.model_dump(exclude={"swing_height", "start_steps", "walk_steps"})
     hard = {name: barrier.model_dump() for name, barrier in barriers.items()} if mpc.barrier == "hard" else None
-    plan = mpc.model_dump(include={"step_tolerance", "step_reach", "stance_width_min", "zmp_margin"})
+    plan = mpc.model_dump(include={"step_tolerance", "step_reach", "stance_width_min", "zmp_margin", "robust"})
     # Along y phases are counted from an even step, on which another foot stands where the start has one step more.
     return {**walk, "odd start_steps": gait.start_steps % 2 == 1, **plan, "hard barriers": hard}
 

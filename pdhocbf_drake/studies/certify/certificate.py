@@ -12,6 +12,7 @@ from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.barriers.recursion import linear_rates
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk
+from pdhocbf_drake.mpc.robust import enforced_barrier
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.sets.disturbance import Largest
 from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases
@@ -39,6 +40,7 @@ class BoundCertificate:
         kept: the states from which h ≥ 0 can be kept for ever. The bound is enforceable if there are any.
         rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if it was not
             computed or can't be (see `psi_system`; or gamma is so small that the sets are flat).
+        enforced: the barrier whose ψ rows these are: the same one, or a nearer one under `mpc.robust`.
         failing: phases at which h ≥ 0 alone is *not* a barrier: from some state that has h ≥ 0 and could walk on for
             ever, every ZMP leads to h < 0 or to a fall at the next tick. There `kept` is smaller than the part of the
             unbounded set with h ≥ 0.
@@ -48,6 +50,7 @@ class BoundCertificate:
     kept: InvariantSet
     rows: InvariantSet | None
     failing: tuple[int, ...]
+    enforced: AffineBarrier
 
 
 class LargestDisturbance(NamedTuple):
@@ -126,6 +129,7 @@ def certify_axis(
     with_rows: bool = True,
     disturbance: Disturbance | None = None,
     search: bool = True,
+    enforced: Callable[[AffineBarrier], AffineBarrier] = lambda barrier: barrier,
 ) -> AxisCertificate:
     """Computes the sets of one axis.
 
@@ -135,6 +139,7 @@ def certify_axis(
         with_rows: also certify each barrier's ψ rows, which takes a set of one more dimension.
         disturbance: what the sets are to withstand.
         search: look for the largest multiple of it, which takes some fifteen times as long as the sets.
+        enforced: gives the barrier whose ψ rows the controller has, for each one.
 
     Raises:
         InputError: a barrier that can't be certified here, or sets that don't converge.
@@ -151,8 +156,9 @@ def certify_axis(
         BoundCertificate(
             barrier,
             walk_sets(template, [barrier], disturbance),
-            psi_set(template, barrier, disturbance) if with_rows else None,
+            psi_set(template, enforced(barrier), disturbance) if with_rows else None,
             _failing(template, unbounded, barrier, disturbance),
+            enforced(barrier),
         )
         for barrier in barriers
     )
@@ -179,11 +185,11 @@ def _largest(found: AxisCertificate, disturbance: Disturbance, with_rows: bool) 
         def kept(given: Disturbance, within: Sets, barrier: AffineBarrier = barrier) -> InvariantSet:
             return walk_sets(template, [barrier], given, within)
 
-        def rows(given: Disturbance, within: Sets, barrier: AffineBarrier = barrier) -> InvariantSet | None:
+        def rows(given: Disturbance, within: Sets, barrier: AffineBarrier = bound.enforced) -> InvariantSet | None:
             return psi_set(template, barrier, given, within)
 
         yield LargestDisturbance(name, None, largest(disturbance, bound.kept, kept))
-        if with_rows and (undisturbed := psi_set(template, barrier)) is not None:
+        if with_rows and (undisturbed := psi_set(template, bound.enforced)) is not None:
             found_rows = largest(disturbance, bound.rows, rows, undisturbed)
             yield LargestDisturbance(name, linear_rates(barrier), found_rows)
     if len(found.bounds) > 1:
@@ -240,7 +246,12 @@ def certify_scenario(
     for axis in (0, 1):
         template = stepping_template(scenario.gait, scenario.mpc, axis, reach)
         report(1 + axis, f"sets along {'xy'[axis]}")
-        axes.append(certify_axis(template, walk.mpc.barriers[axis], with_rows, given, search))
+        axes.append(
+            certify_axis(
+                template, walk.mpc.barriers[axis], with_rows, given, search,
+                lambda barrier: enforced_barrier(barrier, walk.vhip, scenario.mpc),
+            )
+        )  # fmt: skip
     return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(scenario), (axes[0], axes[1]))
 
 

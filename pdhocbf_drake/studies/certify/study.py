@@ -12,7 +12,6 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.pages import page
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
-from pdhocbf_drake.sets.disturbance import checked_half_widths
 from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -73,6 +72,8 @@ def certify(
         raise InputError(f"ticks must be 1 or more, given {ticks}")
     check_straight(scenario)
     if disturbance is not None:
+        from pdhocbf_drake.sets.disturbance import checked_half_widths  # here, since it loads scipy
+
         checked_half_widths(disturbance, 2, "of the CoM [m] and of its velocity [m/s]")
     if scenario.system == "van_der_pol":
         raise InputError(

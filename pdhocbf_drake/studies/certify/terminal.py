@@ -125,7 +125,7 @@ def hard_rows(bounds: Sequence[BoundCertificate]) -> tuple[AffineBarrier, Invari
     """The barrier of an axis with a hard one, and the set of its ψ rows; raises as `psi_terminal_set` does."""
     if len(bounds) != 1:
         raise InputError(f"a terminal set is made for one hard barrier an axis, not for {len(bounds)} together")
-    barrier, sets = bounds[0].barrier, bounds[0].rows
+    barrier, sets = bounds[0].enforced, bounds[0].rows
     if sets is None:
         raise InputError(f'a hard barrier needs the set of its psi rows, and there is none for "{barrier.name}"')
     _check_enforceable(sets)
