@@ -21,8 +21,8 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
     "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
     "van_der_pol": (
-        "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "vhip",
-        "start", "commands", "path", "path_speed",
+        "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "wind",
+        "vhip", "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 
@@ -34,6 +34,7 @@ def check_scenario(scenario: Scenario) -> None:
     if scenario.system == "van_der_pol":
         return
     _check_size(scenario)
+    _check_delay(scenario)
     _check_lengths(scenario)
     _check_commands(scenario)
     for index, push in enumerate(scenario.pushes):
@@ -81,6 +82,16 @@ def _check_size(scenario: Scenario) -> None:
     if growth > _LARGEST_GROWTH:
         allowed = f"too low for a horizon of {horizon * gait.tick:g} s, in which a fall grows by e^{growth:.0f}"
         _refuse("gait.com_height", allowed, gait.com_height)
+
+
+def _check_delay(scenario: Scenario) -> None:
+    delay, horizon = scenario.mpc.delay, scenario.mpc.horizon
+    key, allowed = "mpc.delay", f"must be at most mpc.horizon, {horizon} ticks"
+    if delay == "auto":
+        key, delay = "measurement.delay_ticks", scenario.measurement.delay_ticks
+        allowed += ", or mpc.delay must be a number: what is measured is carried forward by as much"
+    if delay > horizon:
+        _refuse(key, allowed, delay)
 
 
 def _check_lengths(scenario: Scenario) -> None:

@@ -18,6 +18,8 @@ DEFAULT_ROBOT = "biped"
 System = Literal["biped", "vhip", "van_der_pol"]
 _Place = Annotated[float, within(-150.0, 150.0, "m")]
 _Force = Annotated[float, within(-1e6, 1e6, "N")]
+_Shift = Annotated[float, within(-1.0, 1.0, "m")]
+_Tilt = Annotated[float, within(-30.0, 30.0, "deg")]
 
 
 class Push(Config):
@@ -57,9 +59,13 @@ class ModelErrorConfig(Config):
 
     Attributes:
         torso_mass: mass and inertia of the simulated torso over those of the controller's model [1].
+        com_shift: of the simulated robot's CoM, ahead, to the left and up, by a shift of the torso's CoM [m].
+        gravity_tilt_deg: by which gravity is tilted towards x and y, as on ground that slopes down that way [deg].
     """
 
     torso_mass: float = Field(1.0, gt=0, le=100)
+    com_shift: tuple[_Shift, _Shift, _Shift] = (0.0, 0.0, 0.0)
+    gravity_tilt_deg: tuple[_Tilt, _Tilt] = (0.0, 0.0)
 
 
 class MeasurementNoise(Config):
@@ -128,6 +134,7 @@ class Scenario(Config):
         path: waypoints to walk along, x and y, in place of `commands`; at the last one the walk comes to a stand [m].
         path_speed: speed along `path` [m/s].
         pushes: forces on the robot, or on the template's mass.
+        wind: a steady horizontal force on the torso's centre of mass, or on the template's mass, in x and y [N].
         model_error: differences of the simulated robot from the controller's model of it.
         measurement: noise and delay of the measurements that the controller gets.
         plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`. The defaults are Drake's, except that
@@ -150,6 +157,7 @@ class Scenario(Config):
     path: tuple[tuple[_Place, _Place], ...] = ()
     path_speed: Annotated[float, within(0.0, 10.0, "m/s", above=True)] = 0.3
     pushes: tuple[Push, ...] = ()
+    wind: tuple[_Force, _Force] = (0.0, 0.0)
     model_error: ModelErrorConfig = ModelErrorConfig()
     measurement: MeasurementConfig = MeasurementConfig()
     vhip: VhipConfig = VhipConfig()

@@ -98,6 +98,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("unmet", "mpc_controller", "2*n_c", "m, m/s",
             "in x, then in y: by how much the plan misses each constraint that it could not meet: "
             "stability (or terminal set), ZMP box, step limits, and the ZMP velocity where it is bounded"),
+    _signal("input_disturbance", "mpc_controller", "x y x_cancelled y_cancelled", "m/s²",
+            "acceleration of the CoM that the template does not model, as estimated, and what of it is cancelled"),
     _signal("zmp_offset", "zmp_offset", "2*H", "m",
             "expected whole-body minus template ZMP at the ticks of the horizon, x then y", logged=False),
     _signal("oscillator_state", "oscillator", "x1 x2", "1, 1/s", "state of the Van der Pol oscillator"),
