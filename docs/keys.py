@@ -11,7 +11,14 @@ from pydantic import BaseModel
 
 from pdhocbf_drake.mpc.config import DisturbanceConfig, FilterConfig, MpcConfig, RecoveryConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
-from pdhocbf_drake.simulation.scenario import MeasurementConfig, MeasurementNoise, ModelErrorConfig, Push, Scenario
+from pdhocbf_drake.simulation.scenario import (
+    BipedConfig,
+    MeasurementConfig,
+    MeasurementNoise,
+    ModelErrorConfig,
+    Push,
+    Scenario,
+)
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
@@ -29,6 +36,7 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "measurement.": MeasurementConfig,
     "measurement.noise.": MeasurementNoise,
     "model_error.": ModelErrorConfig,
+    "biped.": BipedConfig,
     "vhip.": VhipConfig,
     "van_der_pol.": VanDerPolConfig,
 }
