@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.mpc.config import DisturbanceConfig, FilterConfig, MpcConfig, RecoveryConfig
+from pdhocbf_drake.mpc.config import DisturbanceConfig, FilterConfig, MpcConfig, RecoveryConfig, RobustConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.scenario import (
     BipedConfig,
@@ -32,6 +32,7 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "mpc.recovery.": RecoveryConfig,
     "mpc.filter.": FilterConfig,
     "mpc.disturbance.": DisturbanceConfig,
+    "mpc.robust.": RobustConfig,
     "pushes.0.": Push,
     "measurement.": MeasurementConfig,
     "measurement.noise.": MeasurementNoise,

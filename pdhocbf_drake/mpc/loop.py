@@ -118,6 +118,7 @@ def walk_template(
     ticks: int,
     kicks: np.ndarray | None = None,
     sensor: Callable[[Measurement], Measurement] | None = None,
+    disturbance: Callable[[int, np.ndarray, Memory, Plan], np.ndarray] | None = None,
 ) -> Iterator[TemplateTick]:
     """Walks the template (23) from what `memory` predicts for tick `first`, under `control`.
 
@@ -131,6 +132,8 @@ def walk_template(
         ticks: how many.
         kicks: velocity that a disturbance adds before each tick, in x and y, shape (≤ ticks, 2) [m/s].
         sensor: what the controller is given for what is true (or was, where it is late); None gives it that.
+        disturbance: what it adds to [c, v](k + 1) of x and y, shape (2, 2) [m, m/s], given k + 1, the state there
+            without it, the controller's memory for it, and the plan made at k; None adds nothing.
     """
     state = memory.state
     late = deque(carried_back(mpc.vhip, first, memory.beliefs.sent, state), maxlen=mpc.config.delay_ticks + 1)
@@ -142,10 +145,11 @@ def walk_template(
         measured = Measurement(k, late[0])
         following, plan = control(mpc, memory, measured if sensor is None else sensor(measured))
         yield TemplateTick(k, state, memory, plan, following)
-        memory, state = (
-            following,
-            mpc.vhip.step_axes(k, state, mpc.believer.zmp_velocity(state, following.zmp_reference)),
-        )
+        velocity = mpc.believer.zmp_velocity(state, following.zmp_reference)
+        memory, state = following, mpc.vhip.step_axes(k, state, velocity)
+        if disturbance is not None:
+            state = state.copy()
+            state[:, :2] += disturbance(k + 1, state, memory, plan)
 
 
 def _planned(
