@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
+from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig, RobustConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.scenario import MeasurementConfig, MeasurementNoise, ModelErrorConfig, Push, Scenario
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
@@ -23,6 +23,7 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "barriers.NAME.bound.": WalkBoundConfig,
     "mpc.": MpcConfig,
     "mpc.recovery.": RecoveryConfig,
+    "mpc.robust.": RobustConfig,
     "pushes.0.": Push,
     "measurement.": MeasurementConfig,
     "measurement.noise.": MeasurementNoise,

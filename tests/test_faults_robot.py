@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.qp import QpResult, QpSolver
@@ -17,6 +17,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.shared.endings import DID_NOT_WALK_ON, SURVIVED
 from pdhocbf_drake.studies.shared.pushing import PushedWalk, Trial
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.state_estimator import StateEstimator
 
 Lie = Callable[[int, np.ndarray], np.ndarray]
@@ -24,7 +25,7 @@ WATCHED = 2.0  # [s], two and a half gaits
 NOBODY = np.zeros(3)
 
 
-class FaultyEstimator(LeafSystem):
+class FaultyEstimator(Block):
     """A `StateEstimator` whose lip_state a test can change, as a function of time and true value."""
 
     fault: Callable[[float, np.ndarray], np.ndarray] | None = None
@@ -37,7 +38,7 @@ class FaultyEstimator(LeafSystem):
         ports = map(self._true.get_input_port, range(self._true.num_input_ports()))
         self._inputs = [self.DeclareVectorInputPort(port.get_name(), port.size()) for port in ports]
         size, changes = self._true.get_output_port().size(), {port.ticket() for port in self._inputs}
-        self.DeclareVectorOutputPort("estimate", size, self._calc, changes)
+        self.DeclareVectorOutputPort("estimate", size, weakly(self._calc), changes)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         for i, port in enumerate(self._inputs):

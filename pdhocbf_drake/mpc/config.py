@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pdhocbf_drake.config import Config, Length, within
+
+_LARGEST_VARIANCE = 1e6  # [m²] or [m²/s²]
 
 Tail = Literal["periodic", "truncated", "anticipative"]
 Price = Annotated[float, within(0.0, 1e12, "", above=True)]
 Speed = Annotated[float, within(0.0, 1e3, "m/s", above=True)]
+Rate = Annotated[float, within(0.0, 1e3, "m/s")]
 Shift = Annotated[float, within(0.0, 10.0, "m")]
 
 
@@ -50,6 +54,41 @@ class RecoveryConfig(Config):
     freeze_ticks: int = Field(6, ge=0)
 
 
+class RobustConfig(Config):
+    """What the true state may differ by from the one that is planned from, see docs/robust.md.
+
+    Attributes:
+        disturbance: the most that a tick may add to the CoM and to its velocity, along x and y [m, m/s].
+        estimate: of the error of the measured CoM and velocity along each axis: standard deviations [m, m/s], or their
+            covariance [[m², m²/s], [m²/s, m²/s²]].
+        sigmas: how many of these the error stays below.
+    """
+
+    disturbance: tuple[Shift, Rate] = (0.0, 0.0)
+    estimate: tuple[Shift, Rate] | tuple[tuple[float, float], tuple[float, float]] = (0.0, 0.0)
+    sigmas: Annotated[float, within(0.0, 10.0, "")] = 3.0
+
+    @model_validator(mode="after")
+    def _is_covariance(self) -> RobustConfig:
+        com, velocity = self.estimate
+        if isinstance(com, tuple) and isinstance(velocity, tuple):
+            same = com[1] == velocity[0] and min(com[0], velocity[1]) >= 0.0
+            if not same or com[0] * velocity[1] < com[1] ** 2 or max(com[0], velocity[1]) > _LARGEST_VARIANCE:
+                raise ValueError(
+                    "a covariance is symmetric, has no direction of negative variance, and variances up to "
+                    f"{_LARGEST_VARIANCE:g} (given {[list(com), list(velocity)]})"
+                )
+        return self
+
+    @property
+    def errors(self) -> tuple[float, float]:
+        """The box of the estimate's error, which holds that many standard deviations [m, m/s]."""
+        com, velocity = self.estimate
+        if isinstance(com, tuple) and isinstance(velocity, tuple):
+            com, velocity = math.sqrt(com[0]), math.sqrt(velocity[1])
+        return self.sigmas * float(com), self.sigmas * float(velocity)  # type: ignore[arg-type]
+
+
 class MpcConfig(Config):
     """The periodic MPC.
 
@@ -81,6 +120,7 @@ class MpcConfig(Config):
         swing_acceleration: limits how far the landing of a swinging foot may still be moved: by a/10 times the square
             of the time left before it is frozen [m/s²]; null leaves that free.
         recovery: how a disturbed walk is planned; null plans it like any other.
+        robust: what barriers and ZMP box are tightened for, so that the true state keeps them; null tightens nothing.
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
     """
 
@@ -105,4 +145,5 @@ class MpcConfig(Config):
     swing_acceleration: float | None = Field(None, gt=0)
     recovery: RecoveryConfig | None = None
     tail_weight: Price = 1e6
+    robust: RobustConfig | None = None
     solver: Literal["daqp", "clarabel"] = "daqp"

@@ -112,6 +112,7 @@ def walk_template(
     ticks: int,
     kicks: np.ndarray | None = None,
     sensor: Callable[[Measurement], Measurement] | None = None,
+    disturbance: Callable[[int, np.ndarray, Memory, Plan], np.ndarray] | None = None,
 ) -> Iterator[TemplateTick]:
     """Walks the template (23) from what `memory` predicts for tick `first`, under `control`.
 
@@ -122,6 +123,8 @@ def walk_template(
         ticks: how many.
         kicks: velocity that a disturbance adds before each tick, in x and y, shape (≤ ticks, 2) [m/s].
         sensor: what the controller is given for what is true; None gives it the truth.
+        disturbance: what it adds to [c, v](k + 1) of x and y, shape (2, 2) [m, m/s], given k + 1, the state there
+            without it, the controller's memory for it, and the plan made at k; None adds nothing.
     """
     state = memory.state
     for k in range(first, first + ticks):
@@ -132,6 +135,9 @@ def walk_template(
         following, plan = control(mpc, memory, measured if sensor is None else sensor(measured))
         yield TemplateTick(k, state, memory, plan, following)
         memory, state = following, mpc.vhip.step_axes(k, state, plan.inputs[:, 0])
+        if disturbance is not None:
+            state = state.copy()
+            state[:, :2] += disturbance(k + 1, state, memory, plan)
 
 
 def _believed_state(

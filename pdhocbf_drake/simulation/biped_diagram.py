@@ -15,13 +15,19 @@ from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.simulation.diagram import add_controller, connect_controller
+from pdhocbf_drake.simulation.diagram import (
+    add_controller,
+    add_fused_controller,
+    connect_controller,
+    connect_fused_controller,
+)
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
+from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
+from pdhocbf_drake.systems.fused_controller import BodyBlocks
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
@@ -34,7 +40,9 @@ from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 _GROUND = (2e4, 2e4, 2.0)  # box [m]; Drake warns of a half space at every start
 
 
-def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None) -> LoggedDiagram:
+def biped_diagram(
+    scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None, form: Form = "blocks"
+) -> LoggedDiagram:
     """clock, barriers -> MPC -> feet -> inverse kinematics -> joint targets -> plant with PD -> estimator -> MPC."""
     config = walk.gait.config
     wiring = Wiring(config.tick)
@@ -55,31 +63,12 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
 
-    controller = add_controller(wiring, walk, LATENCY * plant.time_step())
-    foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
-    kinematics = wiring.add(
-        "inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick, walk.gait.turns))
-    )
-    lever = swing_lever(biped, standing_posture(walk, biped))
-    # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.
-    mirrored = is_mirrored(preview(biped, Step.of(config)), leg_length(biped))
-    zmp_offset = ZmpOffset if mirrored and not walk.gait.turns else TurningZmpOffset
-    offset = wiring.add("zmp_offset", zmp_offset(walk.gait, walk.mpc.config.horizon, lever))
+    add_walking = _add_fused if form == "fused" else _add_blocks
+    add_walking(wiring, walk, _body_blocks(walk, biped, posture), LATENCY * plant.time_step())
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
 
-    connect_controller(wiring, walk, controller)
-    wiring.connect(controller, "zmp_offset")
-    wiring.connect(controller, "foot_state", measured=True)
-    wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
-    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
-    changes = "last_step", "resumed", *["course"] * walk.gait.turns
-    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
-    wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
     if walk.gait.turns:
-        turn_reference = wiring.add("turn_reference", TurnReference(walk.gait))
-        wiring.connect(turn_reference, "gait_phase", *changes)
-        wiring.connect(kinematics, "turn_reference")
         wiring.log("turn_reference")
     wiring.connect(detector, "com_z")
     wiring.connect(targets, "desired_state", "feedforward")
@@ -92,6 +81,48 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     wiring.log("com_z", "foot_state", "ground_load", "joint_state", "foot_reference", "desired_state", "feedforward")
     wiring.log("actuation", "robot_state")
     return wiring.build("biped_walk")
+
+
+def _body_blocks(walk: Walk, biped: Biped, posture: np.ndarray) -> BodyBlocks:
+    """Planned soles, inverse kinematics, and the ZMP offset that the legs cause."""
+    gait = walk.gait
+    lever = swing_lever(biped, standing_posture(walk, biped))
+    # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.
+    mirrored = is_mirrored(preview(biped, Step.of(gait.config)), leg_length(biped))
+    zmp_offset = ZmpOffset if mirrored and not gait.turns else TurningZmpOffset
+    return BodyBlocks(
+        FootReference(gait),
+        InverseKinematics(biped, posture, gait.config.tick, gait.turns),
+        zmp_offset(gait, walk.mpc.config.horizon, lever),
+        TurnReference(gait) if gait.turns else None,
+    )
+
+
+def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> None:
+    """Adds and connects the controller, block by block."""
+    controller = add_controller(wiring, walk, latency)
+    foot_reference = wiring.add("foot_reference", body.feet)
+    kinematics = wiring.add("inverse_kinematics", unbundled(body.kinematics))
+    offset = wiring.add("zmp_offset", body.offset)
+    connect_controller(wiring, walk, controller)
+    wiring.connect(controller, "zmp_offset")
+    wiring.connect(controller, "foot_state", measured=True)
+    wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
+    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
+    changes = "last_step", "resumed", *["course"] * walk.gait.turns
+    wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
+    wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
+    if body.turn is not None:
+        turn_reference = wiring.add("turn_reference", body.turn)
+        wiring.connect(turn_reference, "gait_phase", *changes)
+        wiring.connect(kinematics, "turn_reference")
+
+
+def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> None:
+    """The same in one block."""
+    controller = add_fused_controller(wiring, walk, latency, body)
+    connect_fused_controller(wiring, walk, controller)
+    wiring.connect(controller, "foot_state", measured=True)
 
 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
