@@ -32,7 +32,7 @@ SIZES = (0.4, 0.5, 1.5, 1.8)
 # Numbers of a gait and its controller that are the same for every robot, or belong to the robot or its step.
 SCALE_FREE = {
     "gait.com_height_phase", "gait.start_steps", "gait.walk_steps", "mpc.swing_acceleration",
-    "mpc.recovery.swing_acceleration",
+    "mpc.recovery.swing_acceleration", "mpc.robust.disturbance", "mpc.robust.estimate", "mpc.robust.sigmas",
 }  # fmt: skip
 OF_ROBOT_AND_STEP = {
     "gait.com_height", "gait.stance_width", "gait.stride", "gait.tick", "gait.ticks_per_step", "mpc.sway_weight",
