@@ -9,6 +9,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
+from pdhocbf_drake.estimation.config import EncoderConfig, EstimatorConfig, ForceTorqueConfig, ImuConfig, SensorFault
 from pdhocbf_drake.mpc.config import DisturbanceConfig, FilterConfig, MpcConfig, RecoveryConfig, RobustConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.scenario import (
@@ -30,12 +31,17 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "barriers.NAME.bound.": WalkBoundConfig,
     "mpc.": MpcConfig,
     "mpc.recovery.": RecoveryConfig,
+    "mpc.robust.": RobustConfig,
     "mpc.filter.": FilterConfig,
     "mpc.disturbance.": DisturbanceConfig,
-    "mpc.robust.": RobustConfig,
     "pushes.0.": Push,
     "measurement.": MeasurementConfig,
     "measurement.noise.": MeasurementNoise,
+    "measurement.imu.": ImuConfig,
+    "measurement.encoders.": EncoderConfig,
+    "measurement.force_torque.": ForceTorqueConfig,
+    "measurement.estimator.": EstimatorConfig,
+    "measurement.faults.0.": SensorFault,
     "model_error.": ModelErrorConfig,
     "biped.": BipedConfig,
     "vhip.": VhipConfig,

@@ -58,38 +58,6 @@ class RecoveryConfig(Config):
     freeze_ticks: int = Field(6, ge=0)
 
 
-class FilterConfig(Config):
-    """What is known of the measured CoM, from which the gain of a Kalman filter follows.
-
-    Attributes:
-        com: standard deviation of the noise of the measured CoM, the same in x and y [m].
-        velocity: likewise of the CoM velocity [m/s].
-        model: standard deviation of the acceleration that the template does not model [m/s²].
-        push: likewise while a push is noticed [m/s²].
-    """
-
-    com: Annotated[float, within(0.0, 1.0, "m")] = 0.0
-    velocity: Annotated[float, within(0.0, 10.0, "m/s")] = 0.0
-    model: Annotated[float, within(0.0, 100.0, "m/s²", above=True)] = 0.3
-    push: Annotated[float, within(0.0, 1000.0, "m/s²", above=True)] = 5.0
-
-
-class DisturbanceConfig(Config):
-    """How a constant disturbance, such as wind, a slope or a load, is estimated and cancelled.
-
-    Attributes:
-        gain: share of the acceleration that a tick was wrong by which the estimate takes over [1].
-        most: largest estimate, horizontally [m/s²].
-        rate: fastest change of the estimate, which keeps it from following a push [m/s³].
-        band: what is cancelled stays as it is while it is this close to the estimate [m/s²].
-    """
-
-    gain: Annotated[float, within(0.0, 1.0, "", above=True)] = 0.02
-    most: Annotated[float, within(0.0, 5.0, "m/s²", above=True)] = 0.6
-    rate: Annotated[float, within(0.0, 1000.0, "m/s³", above=True)] = 0.8
-    band: Annotated[float, within(0.0, 5.0, "m/s²")] = 0.05
-
-
 class RobustConfig(Config):
     """What the true state may differ by from the one that is planned from, see docs/robust.md.
 
@@ -125,6 +93,38 @@ class RobustConfig(Config):
         return self.sigmas * float(com), self.sigmas * float(velocity)  # type: ignore[arg-type]
 
 
+class FilterConfig(Config):
+    """What is known of the measured CoM, from which the gain of a Kalman filter follows.
+
+    Attributes:
+        com: standard deviation of the noise of the measured CoM, the same in x and y [m].
+        velocity: likewise of the CoM velocity [m/s].
+        model: standard deviation of the acceleration that the template does not model [m/s²].
+        push: likewise while a push is noticed [m/s²].
+    """
+
+    com: Annotated[float, within(0.0, 1.0, "m")] = 0.0
+    velocity: Annotated[float, within(0.0, 10.0, "m/s")] = 0.0
+    model: Annotated[float, within(0.0, 100.0, "m/s²", above=True)] = 0.3
+    push: Annotated[float, within(0.0, 1000.0, "m/s²", above=True)] = 5.0
+
+
+class DisturbanceConfig(Config):
+    """How a constant disturbance, such as wind, a slope or a load, is estimated and cancelled.
+
+    Attributes:
+        gain: share of the acceleration that a tick was wrong by which the estimate takes over [1].
+        most: largest estimate, horizontally [m/s²].
+        rate: fastest change of the estimate, which keeps it from following a push [m/s³].
+        band: what is cancelled stays as it is while it is this close to the estimate [m/s²].
+    """
+
+    gain: Annotated[float, within(0.0, 1.0, "", above=True)] = 0.02
+    most: Annotated[float, within(0.0, 5.0, "m/s²", above=True)] = 0.6
+    rate: Annotated[float, within(0.0, 1000.0, "m/s³", above=True)] = 0.8
+    band: Annotated[float, within(0.0, 5.0, "m/s²")] = 0.05
+
+
 class MpcConfig(Config):
     """The periodic MPC.
 
@@ -134,8 +134,8 @@ class MpcConfig(Config):
             anticipative, since it does not repeat.
         foothold_weight: ε of eq. (36), one squared distance per foothold [1/s²].
         zmp_centre_weight: price of the ZMP's squared distance from the centre of its box [1/s²]; not in eq. (36).
-        sway_weight: the same in y alone, which keeps the sway in the middle between the feet; null is
-            `zmp_centre_weight` [1/s²].
+        sway_weight: the same in y alone, which keeps the sway in the middle between the feet, but not while a
+            disturbed walk recovers; null is `zmp_centre_weight` [1/s²].
         path_correction: how much of the feet's distance from the commanded path one step may ask back, x and y [m].
         step_tolerance: how far a foothold may move from the commanded step, in x and y [m].
         stance_width_min: least lateral distance of a foothold from the stance foot [m].

@@ -70,11 +70,20 @@ def biped_diagram(
 
     estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
     wiring.connect(estimator, "robot_state", "contact_forces")
+    add_joint_sensors(wiring, plant, biped)
+    sensed = scenario.measurement.source == "sensors"
+    if sensed:
+        # This loads Drake's sensors and the estimator's machine code, which other walks do not need.
+        from pdhocbf_drake.simulation.estimator import add_estimator, connect_estimator
+        from pdhocbf_drake.simulation.sensors import add_sensors
+
+        seed = scenario.seed if scenario.measurement.seed is None else scenario.measurement.seed
+        add_sensors(wiring, scenario.measurement, seed, plant, biped, posture[biped.q_index])
+        add_estimator(wiring, scenario.measurement, biped, walk.gait.step(-1))
     soles = np.zeros((2, 6))
     soles[:, :2], soles[:, 5] = walk.gait.feet_at_start, walk.gait.step(-1).yaw
     starts = {"lip_state": walk.at_rest.ravel(), "foot_state": soles.ravel()}
     add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
-    add_joint_sensors(wiring, plant, biped)
 
     add_walking = _add_fused if form == "fused" else _add_blocks
     add_walking(wiring, walk, _body_blocks(walk, biped, posture), LATENCY * plant.time_step())
@@ -83,6 +92,8 @@ def biped_diagram(
 
     if walk.gait.turns:
         wiring.log("turn_reference")
+    if sensed:
+        connect_estimator(wiring)
     wiring.connect(detector, "com_z")
     wiring.connect(targets, "desired_state", "feedforward")
     connect_joints(wiring.builder, plant, biped, targets)

@@ -19,7 +19,11 @@ _MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an en
 # Keys that a system does not read; "pushes.body" is that of each push.
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
-    "vhip": ("robot", "biped", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
+    "vhip": (
+        "robot", "biped", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol",
+        "measurement.source", "measurement.seed", "measurement.imu", "measurement.encoders", "measurement.force_torque",
+        "measurement.estimator", "measurement.faults",
+    ),
     "van_der_pol": (
         "robot", "biped", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes",
         "wind", "vhip", "start", "commands", "path", "path_speed",
@@ -88,7 +92,7 @@ def _check_delay(scenario: Scenario) -> None:
     delay, horizon = scenario.mpc.delay, scenario.mpc.horizon
     key, allowed = "mpc.delay", f"must be at most mpc.horizon, {horizon} ticks"
     if delay == "auto":
-        key, delay = "measurement.delay_ticks", scenario.measurement.delay_ticks
+        key, delay = "measurement.delay_ticks", scenario.measurement.late_ticks
         allowed += ", or mpc.delay must be a number: what is measured is carried forward by as much"
     if delay > horizon:
         _refuse(key, allowed, delay)

@@ -60,10 +60,10 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, **star
     Args:
         starts: what each port measures before the start.
     """
-    for name, start in starts.items() if config.delay_ticks else ():
-        port = wiring.port(name)
+    for name, start in starts.items() if config.late_ticks else ():
+        port = wiring.port(name, measured=True)
         # The delay is updated at the instant at which the controller reads it, which is a delay of one tick itself.
-        delay = DiscreteTimeDelay(wiring.tick, config.delay_ticks - 1, port.size())
+        delay = DiscreteTimeDelay(wiring.tick, config.late_ticks - 1, port.size())
         wiring.builder.AddNamedSystem(f"{name}_delay", delay)
         wiring.builder.Connect(port, delay.get_input_port())
         wiring.offer(name, delay.get_output_port(), measured=True)

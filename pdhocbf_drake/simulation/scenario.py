@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from pdhocbf_drake.config import Config, Name, parse_config, within
+from pdhocbf_drake.estimation.config import SensorsConfig
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.drake_config import completed_plant, completed_simulator
@@ -87,16 +88,26 @@ class MeasurementNoise(Config):
         return [self.com, self.velocity, self.zmp] * 2
 
 
-class MeasurementConfig(Config):
-    """Errors of the estimate that the controller gets.
+class MeasurementConfig(SensorsConfig):
+    """What the controller is given, and with which errors.
 
     Attributes:
+        source: "true_state" is the robot's own state; "sensors" is what the estimator makes of the sensors. The joints'
+            drives read neither: they have encoders of their own, without error.
+        seed: of the sensors' biases, offsets and noise; null takes the scenario's.
         noise: added to the CoM and ZMP.
-        delay_ticks: delay of CoM, ZMP and soles [ticks].
+        delay_ticks: delay of CoM, ZMP and soles, besides that of the sensors [ticks].
     """
 
+    source: Literal["true_state", "sensors"] = "true_state"
+    seed: int | None = Field(None, ge=0, lt=2**32)
     noise: MeasurementNoise = MeasurementNoise()
     delay_ticks: int = Field(0, ge=0, le=1000)
+
+    @property
+    def late_ticks(self) -> int:
+        """How late the controller is given what was measured, the slowest sensor's delay included [ticks]."""
+        return self.delay_ticks + self.sensor_delay * (self.source == "sensors")
 
 
 class BipedConfig(Config):

@@ -16,7 +16,7 @@ def sensed(scenario: Scenario) -> MpcConfig:
     config, measurement = scenario.mpc, scenario.measurement
     found: dict[str, Any] = {}
     if config.delay == "auto":
-        found["delay"] = measurement.delay_ticks
+        found["delay"] = measurement.late_ticks
     if config.filter == "auto":
         found["filter"] = FilterConfig(com=min(measurement.noise.com, 1.0), velocity=measurement.noise.velocity)
     return config.model_copy(update=found)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.analysis.metrics_schema import EstimatorMetrics
 from pdhocbf_drake.analysis.report import metrics_of
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.run_folder import Run
@@ -14,7 +15,7 @@ from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.sensing.rows import ROWS
-from pdhocbf_drake.studies.shared.checks import Outcome, least, most
+from pdhocbf_drake.studies.shared.checks import Check, Outcome, least, most
 from pdhocbf_drake.yaml_text import merge
 
 ZMP = "ZMP outside its box"
@@ -58,10 +59,34 @@ def measure(walk: Walk) -> Outcome:
     found.append(most(walk.row, ZMP, outside, limit, "%")._replace(combine="mean"))
     reasons = log.element("solver_status", "reason")
     found.append(most(walk.row, "recovery", 100.0 * np.isin(reasons, _DISTURBED).mean(), math.inf, "%"))
+    if row.estimate and metrics.estimator is not None:
+        found += _estimate_checks(walk.row, metrics.estimator)
+        below = (log.after(scenario.from_time)["h"] < 0.0).any(axis=1) if metrics.barriers else np.zeros(1)
+        found.append(most(walk.row, "ticks with h < 0", 100.0 * below.mean(), math.inf, "%")._replace(combine="mean"))
+    if row.notice is not None:
+        notices = log.element("estimator_status", "notice").astype(int)
+        seen = (notices & row.notice) == row.notice
+        found.append(least(walk.row, "ticks noticed", float(seen.sum()), 1.0))
     for name, barrier in metrics.barriers.items():
         found.append(least(walk.row, f"h of {name}", barrier.h_min, -math.inf, barrier.unit))
     what = f"{walk.row}, seed {walk.seed}"
     return Outcome(found, [f"{what} ended ({log.ending}) at {log.time[-1]:.2f} s"] if fell else [])
+
+
+def _estimate_checks(row: str, found: EstimatorMetrics) -> list[Check]:
+    """Medians over the seeds."""
+    vx, vy = found.velocity_rms
+    drift = math.nan if found.position_drift is None else 100.0 * found.position_drift
+    checks = [
+        most(row, "drift of the way", drift, 1.0, "%"),
+        most(row, "yaw drift", found.yaw_drift_deg_per_minute, 1.0, "deg/min"),
+        most(row, "height RMS", 1e3 * found.height_rms, 5.0, "mm"),
+        most(row, "forward velocity RMS", 1e3 * vx, 6.0, "mm/s"),
+        most(row, "lateral velocity RMS", 1e3 * vy, math.inf, "mm/s"),
+        least(row, "gaits with NEES below its limit", 100.0 * found.nees_within, 90.0, "%"),
+        least(row, "NEES", found.nees, 0.5),
+    ]
+    return [check._replace(combine="median") for check in checks]
 
 
 def speed(scenario: Scenario, log: RunLog) -> float:
