@@ -44,6 +44,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "export": ("a run's log as CSV and MCAP, for PlotJuggler, Foxglove and others", "cli.export"),
     "certify": ("bounds that can be kept for ever, their cost, and the pushes they allow", "studies.certify.command"),
     "design-bound": ("a certified bound from a recorded walk, as YAML", "studies.certify.design_command"),
+    "robust": ("what robustness to disturbances costs and buys", "studies.certify.robust_command"),
     "bench": ("cost of a control tick, beside other ways to solve the same problem", "studies.bench.command"),
     "gait": (
         "what the shape of a gait costs in torque, ZMP, barrier, pushes and certified area",
