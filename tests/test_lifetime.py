@@ -24,7 +24,7 @@ EVERYTHING = """{
 RUNS = [
     ("walking", "duration: 0.1"), ("walking", EVERYTHING), ("vhip", "duration: 0.3"),
     ("vhip", "{duration: 0.3, commands: [{time: 0, velocity: [0.2, 0]}], pushes: [{time: 0.1, force: [5, 0, 0]}]}"),
-    ("van_der_pol", "duration: 0.1"),
+    ("van_der_pol", "duration: 0.1"), ("walking_sensors", "{duration: 0.3, pushes: [{time: 0.1, force: [10, 0, 0]}]}"),
 ]  # fmt: skip
 
 
