@@ -36,7 +36,7 @@ class MpcController(LeafSystem):
         barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`, of the plan made at tick k.
         last_step (1): the step after which the walk comes to a stand, else −1.
         resumed (3): the steps that it takes in place of a stand, as in `systems.signals`.
-        course (47): of a walk that follows commands, likewise.
+        course (48): of a walk that follows commands, likewise.
 
     Attributes:
         mpc: the compiled problem.
@@ -87,7 +87,7 @@ class MpcController(LeafSystem):
 
     def measurement(self, context: Context) -> Measurement:
         """What the controller is given at the tick of a context of this block."""
-        feet = self._feet.Eval(context).reshape(2, 6)[:, :2] if self._feet.HasValue(context) else None
+        feet = self._feet.Eval(context).reshape(2, 6)[:, [0, 1, 5]] if self._feet.HasValue(context) else None
         offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
         bounds = None
         if self._names and self._bounds.HasValue(context):

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.signals import size
 from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.swing import turned_heading
+from pdhocbf_drake.walking.kernels import onward
 
 
 class TurnReference(LeafSystem):
     """Turns the swing foot from the heading of its last stance to that of its next one, and the torso half as far.
 
-    The stance foot keeps its heading; that of the torso is the mean of both soles', so that it turns smoothly.
+    The stance foot keeps its heading; that of the torso is the mean of both soles', so that it turns smoothly. The
+    swing foot turns with least jerk from its reference of the last tick, which is this block's discrete state, so that
+    its heading has no jump where a disturbed walk turns no more.
 
     Input ports:
         gait_phase (3), and those of `ChangedGait`.
@@ -26,16 +29,26 @@ class TurnReference(LeafSystem):
         self._tick = gait.config.tick
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._gait = ChangedGait(self, gait)
-        prerequisites = {self._phase.ticket(), *self._gait.tickets}
-        self.DeclareVectorOutputPort("turn_reference", size("turn_reference"), self._calc, prerequisites)
+        self.DeclareDiscreteState(size("turn_reference"))
+        self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
+        prerequisites = {self._phase.ticket(), self.xd_ticket(), *self._gait.tickets}
+        self._reference = self.DeclareVectorOutputPort(
+            "turn_reference", size("turn_reference"), self._calc, prerequisites
+        )
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        values.set_value(self._reference.Eval(context))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        tick, step, _ = self._phase.Eval(context).tolist()
-        gait = self._gait(context)
-        begin = gait.lift_off(round(step))
-        duration, time = (gait.period - begin) * self._tick, (tick - begin) * self._tick
-        start_left, end_left, start_right, end_right = gait.foot_yaws(round(step))
-        left = turned_heading(start_left, end_left, duration, time)
-        right = turned_heading(start_right, end_right, duration, time)
-        torso = [0.5 * (one + other) for one, other in zip(left, right, strict=True)]
-        output.SetFromVector([*left, *right, *torso])
+        phase, step, _ = self._phase.Eval(context).tolist()
+        gait, before = self._gait(context), context.get_discrete_state_vector().value().reshape(3, 3)
+        aloft = round(phase) - gait.lift_off(round(step))
+        remaining = (gait.period - round(phase) + 1) * self._tick
+        yaws = np.reshape(gait.foot_yaws(round(step)), (2, 2))
+        soles = np.zeros((2, 3))
+        for sole, last, (start, end) in zip(soles, before, yaws, strict=False):
+            sole[0] = start
+            if aloft > 0:
+                yaw, rate, acceleration = last if aloft > 1 else (start, 0.0, 0.0)
+                sole[:] = onward(yaw, rate, acceleration, end, remaining, self._tick)
+        output.SetFromVector(np.vstack([soles, soles.mean(axis=0)]).ravel())
