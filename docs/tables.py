@@ -1,4 +1,4 @@
-"""Writes the README's tables of rooms, signals and metrics from the code: `python docs/tables.py`."""
+"""Writes the tables of rooms, signals and metrics into their pages from the code: `python docs/tables.py`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, EstimatorMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.systems.signals import LOGGED
 
 if sys.version_info >= (3, 11):
@@ -18,7 +18,8 @@ else:
     import tomli as tomllib
 
 ROOT = Path(__file__).parents[1]
-README, PACKAGE = ROOT / "README.md", ROOT / "pdhocbf_drake"
+PACKAGE = ROOT / "pdhocbf_drake"
+PAGES = ROOT / "docs" / "how_it_is_built.md", ROOT / "docs" / "run_folder.md"
 
 
 def rooms_table() -> str:
@@ -55,7 +56,12 @@ def signals_table() -> str:
 def metrics_table() -> str:
     """One row a field, those of barriers and MPC under their parent's name."""
     rows = ["| field | meaning |", "|---|---|"]
-    for prefix, model in (("", Metrics), ("barriers.NAME.", BarrierMetrics), ("mpc.", MpcMetrics)):
+    for prefix, model in (
+        ("", Metrics),
+        ("barriers.NAME.", BarrierMetrics),
+        ("mpc.", MpcMetrics),
+        ("estimator.", EstimatorMetrics),
+    ):
         rows += [f"| `{prefix}{name}` | {text} |" for name, text in _fields(model)]
     return "\n".join(rows)
 
@@ -65,7 +71,7 @@ def _fields(model: type[BaseModel]) -> list[tuple[str, str]]:
 
 
 def with_tables(text: str) -> str:
-    """The README's text with its tables renewed between their marks."""
+    """The text of a page with its tables renewed between their marks."""
     for name, table in (("rooms", rooms_table()), ("signals", signals_table()), ("metrics", metrics_table())):
         mark = re.compile(f"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
         text = mark.sub(lambda m, table=table: f"{m[1]}\n{table}\n\n{m[2]}", text)  # type: ignore[misc]
@@ -73,4 +79,5 @@ def with_tables(text: str) -> str:
 
 
 if __name__ == "__main__":
-    README.write_text(with_tables(README.read_text(encoding="utf-8")), encoding="utf-8")
+    for page in PAGES:
+        page.write_text(with_tables(page.read_text(encoding="utf-8")), encoding="utf-8")

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from numba.core.registry import CPUDispatcher
+from kernel_cases import Values, assert_agreement, by_name, kernels_of
 
 from pdhocbf_drake.robot import kernels
 from pdhocbf_drake.robot.posture import LEFT
-
-Values = tuple[np.ndarray | float, ...]
-Case = Callable[[np.random.Generator], tuple[Values, Values]]
-"""Runs a kernel and its reference on random arrays: what both return and write."""
 
 
 def write_shared_wrench(random: np.random.Generator) -> tuple[Values, Values]:
@@ -52,21 +46,13 @@ def zmp_of_wrenches(random: np.random.Generator) -> tuple[Values, Values]:
     return kernels.zmp_of_wrenches(on_left, left, on_right, right), (-moment[1] / force, moment[0] / force)
 
 
-CASES: dict[str, Case] = {
-    case.__name__: case
-    for case in (
-        write_shared_wrench, left_share_of_zmp, zmp_of_wrenches,
-    )
-}  # fmt: skip
+CASES = by_name(write_shared_wrench, left_share_of_zmp, zmp_of_wrenches)
 
 
 def test_every_kernel_has_a_reference() -> None:
-    assert {name for name, value in vars(kernels).items() if isinstance(value, CPUDispatcher)} == set(CASES)
+    assert kernels_of(kernels) == set(CASES)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_kernels_agree_with_numpy(name: str) -> None:
-    for seed in range(30):
-        found, expected = CASES[name](np.random.default_rng(seed))
-        for ours, theirs in zip(found, expected, strict=True):
-            np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9, err_msg=f"seed {seed}")
+    assert_agreement(CASES[name], 1e-9)

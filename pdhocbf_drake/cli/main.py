@@ -30,6 +30,7 @@ _CODES = (
 _VERBS: Final[dict[str, tuple[str, str]]] = {
     "list": ("scenarios that come with the package", "cli.list"),
     "run": ("simulate a scenario and write a run folder", "cli.run"),
+    "drive": ("a walk in real time under your controls in a browser, recorded as a run", "cli.drive"),
     "import": (
         "a robot file and a scenario from a URDF, SDF or MJCF file",
         "importing.command",
@@ -52,6 +53,10 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "directions": (
         "walks that turn, go sideways, stop and start, beside what they must reach",
         "studies.directions.command",
+    ),
+    "sensing": (
+        "walks with late, noisy and wrong knowledge of the robot, beside what they must reach",
+        "studies.sensing.command",
     ),
     "reproduce": ("every figure and number of the paper beside ours", "studies.reproduce.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "studies.campaign.command"),

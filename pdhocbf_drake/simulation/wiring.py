@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
@@ -12,7 +13,13 @@ from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSi
 from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 
-_MEASURED = "_measured"
+_MEASURED, _SIGNALS = "_measured", "signals"
+
+Form = Literal["blocks", "fused"]
+"""Whether a diagram has a block for each part of the controller, or one for all of them, with the same ports and log.
+
+The one block, a `FusedController`, calls the functions of the others in turn, which takes less time.
+"""
 
 
 @dataclass
@@ -45,6 +52,12 @@ class LoggedDiagram:
         """Moves the log in a context to disk, once it has so many rows; they stay where that can't be done."""
         if self.sink.FindLog(context).num_samples() >= at_least and rows.append(*self._samples(context)):
             self.forget(context)
+
+    def present(self, context: Context) -> dict[str, Array]:
+        """Each logged signal as it is in a context, (size,)."""
+        signals = self.diagram.GetSubsystemByName(_SIGNALS)
+        values = signals.get_output_port().Eval(signals.GetMyContextFromRoot(context))
+        return {name: values[place] for name, place in self.columns.items()}
 
     def forget(self, context: Context) -> None:
         """Empties the log of a context."""
@@ -110,7 +123,7 @@ class Wiring:
     def build(self, name: str) -> LoggedDiagram:
         """The diagram, with one sink for all logged ports."""
         ports = [self._ports[signal] for signal in self._logged]
-        signals = self.builder.AddNamedSystem("signals", Multiplexer([port.size() for port in ports]))
+        signals = self.builder.AddNamedSystem(_SIGNALS, Multiplexer([port.size() for port in ports]))
         for i, port in enumerate(ports):
             self.builder.Connect(port, signals.get_input_port(i))
         sink = LogVectorOutput(signals.get_output_port(), self.builder, self.tick)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.robot import (
     Biped,
@@ -15,7 +15,9 @@ from pdhocbf_drake.robot import (
 )
 from pdhocbf_drake.robot.ik import LEVEL
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes
 
 _INPUTS = ("gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
@@ -27,7 +29,7 @@ _LARGEST_ERROR = 1e3  # in ik_status, where a refused target has an infinite one
 _ZMP = places("zmp_reference", "x_zmp", "y_zmp")
 
 
-class InverseKinematics(LeafSystem):
+class InverseKinematics(Block):
     """Whole-body inverse kinematics and inverse dynamics of the plan, solved once a tick.
 
     The outputs are functions of the inputs, which change once a tick, and of the last tick's motion, which is this
@@ -58,41 +60,51 @@ class InverseKinematics(LeafSystem):
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
         self._joints = biped.q_index
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
-        self._phase, self._height, self._com, self._zmp, self._feet = ports
+        phase, self._height, self._com, self._zmp, self._feet = ports
+        self._phase = OptionalInput(phase)
         self._turn = self.DeclareVectorInputPort("turn_reference", size("turn_reference")) if turns else None
         ports += [] if self._turn is None else [self._turn]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
         self._q = slice(positions)
-        motion = np.concatenate([initial, np.zeros(3 * self._velocities)])
-        self._motion = slice(sum(self.parts.values()), None)  # the coming state, behind the parts
-        self.DeclareDiscreteState(motion)
+        self.start = np.concatenate([initial, np.zeros(3 * self._velocities)])
+        self.coming = slice(sum(self.parts.values()), None)  # state, behind the parts
+        self.DeclareDiscreteState(self.start)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
-        self._size = self._motion.start + len(motion)
-        self._solution = self.DeclareVectorOutputPort("solution", self._size, self._calc, prerequisites)
+        self._size = self.coming.start + len(self.start)
+        self._solution = self.DeclareVectorOutputPort("solution", self._size, weakly(self._calc), prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value(self._solution.Eval(context)[self._motion])
-
-    def _swing_foot(self, context: Context) -> Side | None:
-        """The foot that swings in this step; None where both stand or gait_phase is unconnected."""
-        if not self._phase.HasValue(context):
-            return None
-        return _SWING_FOOT.get(self._phase.Eval(context)[_SUPPORT])
+        values.set_value(self._solution.Eval(context)[self.coming])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        state = context.get_discrete_state_vector().value()
+        state, turn = context.get_discrete_state_vector().value(), None
+        if self._turn is not None:
+            turn = self._turn.Eval(context)
+        height, com = self._height.Eval(context), self._com.Eval(context)
+        zmp, feet = self._zmp.Eval(context), self._feet.Eval(context)
+        output.SetFromVector(self.solution(state, self._phase(context), height, com, zmp, feet, turn))
+
+    def solution(
+        self, state: np.ndarray, gait_phase: np.ndarray | None, height: np.ndarray, com: np.ndarray, zmp: np.ndarray,
+        feet: np.ndarray, turn: np.ndarray | None,
+    ) -> np.ndarray:  # fmt: skip
+        """The parts and the state to come, from the state and com_height, com_reference, zmp_reference and so on.
+
+        `gait_phase` determines the swing foot, the one to miss its target; None where both feet stand.
+        """
+        swing = None if gait_phase is None else _SWING_FOOT.get(gait_phase[_SUPPORT])
         last, step, wanted = state[self._q], np.empty(self._velocities), np.zeros((3, self._velocities))
         write_step(state, self._tick, step)
-        write_wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context), wanted)
+        write_wanted(com, height, feet, wanted)
         seed = self._ik.task_space.moved(last, step)
         angles = LEVEL
-        if self._turn is not None:
-            turn = self._turn.Eval(context).reshape(3, 3)
-            wanted[1:, _TURNS] = turn[:, 1:].T
-            left_yaw, right_yaw, torso_yaw = turn[:, 0].tolist()
+        if turn is not None:
+            ways = turn.reshape(3, 3)
+            wanted[1:, _TURNS] = ways[:, 1:].T
+            left_yaw, right_yaw, torso_yaw = ways[:, 0].tolist()
             angles = (0.0, 0.0, torso_yaw, 0.0, 0.0, left_yaw, 0.0, 0.0, right_yaw)
-        q, v, vdot, found = self._ik.motion(wanted, seed, self._swing_foot(context), angles)
+        q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
         if left[2] > 0.0:
@@ -100,9 +112,9 @@ class InverseKinematics(LeafSystem):
         elif right[2] > 0.0:
             share = 1.0
         else:
-            share = left_share_of_zmp(self._zmp.Eval(context)[_ZMP], left, right)
+            share = left_share_of_zmp(zmp[_ZMP], left, right)
         torque = self._dynamics(q, v, vdot, share)
-        zmp = zmp_of_wrenches(torque.left, left, torque.right, right)
+        reached = zmp_of_wrenches(torque.left, left, torque.right, right)
         status, solution = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), np.empty(self._size)
-        write_motion(q, v, vdot, state, self._joints, self._tick, torque.tau, zmp, status, solution)
-        output.SetFromVector(solution)
+        write_motion(q, v, vdot, state, self._joints, self._tick, torque.tau, reached, status, solution)
+        return solution

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.tree_task_space import task_space_of
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.kernels import LEAST_LOAD, write_estimate
 from pdhocbf_drake.systems.signals import size, sizes, stretch
 
 _ZMP = stretch("lip_state", "x_zmp", "y_zmp")
 
 
-class StateEstimator(LeafSystem):
+class StateEstimator(Block):
     """CoM by kinematics, ZMP by the ground's wrench on the robot (Remark 8), here from the true state.
 
     The ground's generalized force on the floating base is the net contact wrench about the base's origin b:
@@ -44,15 +45,14 @@ class StateEstimator(LeafSystem):
         self.DeclareDiscreteState(np.full(2, np.nan))  # the last ZMP
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self._state.ticket(), self._forces.ticket(), self.xd_ticket()}
-        self._estimate = self.DeclareVectorOutputPort("estimate", self._size, self._calc, prerequisites)
+        self._estimate = self.DeclareVectorOutputPort("estimate", self._size, weakly(self._calc), prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._estimate.Eval(context)[_ZMP])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         task, state = self._task_space, self._state.Eval(context)
-        task.set_state(state[: self._positions], state[self._positions :])
-        poses, velocity = task.poses(), task.com_velocity()
+        poses, velocity = task.poses_and_velocity(state[: self._positions], state[self._positions :])
         held, estimate = context.get_discrete_state_vector().value(), np.empty(self._size)
         forces = self._forces.Eval(context)
         write_estimate(poses, velocity, state, self._origin, forces, self._base, self._least, held, estimate)
