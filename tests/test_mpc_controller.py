@@ -247,7 +247,7 @@ def test_a_landed_foot_is_taken_where_it_is_measured() -> None:
     np.testing.assert_allclose(memory.stance[:, 1], measured[0])
     before = memory.feet.copy()
     memory.land(mpc, 121, measured + 1.0)  # not a touchdown
-    memory.land(mpc, 120, np.full((2, 2), np.nan))
+    memory.land(mpc, 120, np.full((2, 3), np.nan))
     np.testing.assert_array_equal(memory.feet, before)
 
 

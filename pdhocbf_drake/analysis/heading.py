@@ -12,11 +12,12 @@ Array = NDArray[np.float64]
 _SETTLING = 4  # steps after a change of the command that are not judged
 
 
-def commanded_path(log: RunLog, ticks_per_step: int, tick: float) -> Array:
+def commanded_path(log: RunLog, ticks_per_step: int, tick: float, joined: bool = False) -> Array:
     """Where the CoM is commanded to be on average at each row, and the heading there, (T, 3) [m, rad].
 
     The middle between the feet of step j and its heading are those of the CoM half a step after the step's start;
-    in between both change at a constant rate.
+    in between both change at a constant rate. The path of a walk that was pushed may begin anew within a step, where
+    the robot is then; `joined` leaves these jumps out.
     """
     step = log.element("gait_phase", "step")
     starts = np.flatnonzero(np.diff(step, prepend=step[0] - 1.0))
@@ -26,6 +27,9 @@ def commanded_path(log: RunLog, ticks_per_step: int, tick: float) -> Array:
     way = ticks_per_step * tick * np.array([c * last[3] - s * last[4], s * last[3] + c * last[4], last[5]])
     places = np.append(step[starts], step[-1] + 1.0) + 0.5
     nodes = np.vstack([nodes, nodes[-1] + way])
+    if joined:
+        ends = np.append(starts[1:], len(path)) - 1
+        nodes[1:, :2] -= np.cumsum(path[ends, :2] - path[starts, :2], axis=0)
     now = step + log.element("gait_phase", "tick") / ticks_per_step
     return np.column_stack([np.interp(now, places, column) for column in nodes.T])
 

@@ -104,7 +104,8 @@ def _along_path(scenario: Scenario, log: RunLog, body: RobotLimits | None) -> di
         }
     gait = scenario.gait
     path = commanded_path(log, gait.ticks_per_step, gait.tick)
-    heading, way, away = path[1:, 2], np.diff(path[:, :2], axis=0), com - path[:, :2]
+    joined = commanded_path(log, gait.ticks_per_step, gait.tick, joined=True)
+    heading, way, away = path[1:, 2], np.diff(joined[:, :2], axis=0), com - path[:, :2]
     error = np.full((len(log), 2), np.nan)
     if len(log) >= gait.ticks_per_gait:
         window = np.full(gait.ticks_per_gait, 1.0 / gait.ticks_per_gait)

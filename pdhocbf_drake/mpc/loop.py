@@ -25,8 +25,8 @@ class Measurement(NamedTuple):
         tick: k.
         state: c, v, p of x, then of y, shape (2, 3) [m, m/s, m], as they were `mpc.delay` ticks ago; p is read only if
             `mpc.zmp_state` is "measured".
-        feet: centres of the left and right sole, shape (2, 2) [m]; a foot that lands is put where it is measured. None
-            leaves feet where they are planned.
+        feet: centres and headings of the left and right sole, shape (2, 3) [m, rad]; a foot that lands is put where it
+            is measured. None leaves feet where they are planned.
         zmp_offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m]; None is zero.
         bounds: V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,); None takes the barriers' own.
         command: in place of the scenario's commands: velocity ahead and to the left [m/s], turn rate [rad/s], and 1 for
@@ -45,10 +45,10 @@ class Measurement(NamedTuple):
 def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency: float = 0.0) -> tuple[Memory, Plan]:
     """One tick of the controller: from what it remembers and what is measured to its plan and its next memory.
 
-    It puts a foot that lands where it is measured, rejects a measurement that can't be right, carries a late one
-    forward, filters a noisy one, notices a disturbance, plans, brings a walk that stays degraded to a stand, takes up
-    the command of a step that begins, and moves the memory on to the next tick. It never raises for what is measured,
-    and changes none of its arguments.
+    It puts a foot that lands where it is measured, lets a disturbed walk go on from there and keep its heading, rejects
+    a measurement that can't be right, carries a late one forward, filters a noisy one, notices a disturbance, plans,
+    brings a walk that stays degraded to a stand, takes up the command of a step that begins, and moves the memory on to
+    the next tick. It never raises for what is measured, and changes none of its arguments.
 
     Args:
         mpc: the compiled problem.
@@ -66,12 +66,16 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
         memory.command = tuple(measurement.command.tolist())
     if measurement.feet is not None:
         memory.land(mpc, tick, measurement.feet)
+    if memory.replan(mpc, tick, measurement.feet):
+        mpc = memory.problem(own)
     bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
     state, fault, memory.measured, memory.beliefs = mpc.believer.state(
         memory.beliefs, memory.state, measurement.state, memory.measured, tick, latency, memory.disturbance.active
     )
     if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
+    if memory.hold(mpc, tick):
+        mpc = memory.problem(own)
     offset = mpc.believer.zmp_offset(memory.beliefs, tick, measurement.zmp_offset)
     plan = _planned(mpc, memory, tick, state, bounds, offset)
     resumed = steps_again(mpc, state, memory.stance[:, 1], plan)

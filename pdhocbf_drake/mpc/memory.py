@@ -125,12 +125,35 @@ class Memory:
         """
         step, phase = mpc.gait.phase(tick)
         before = mpc.gait.support(step - 1)
-        if phase != mpc.config.delay_ticks or step == 0 or before == BOTH or not np.all(np.isfinite(measured)):
+        if phase != mpc.config.delay_ticks or step == 0 or before == BOTH or not np.isfinite(measured[:, :2]).all():
             return
         landed = _ROWS[-before]
         self.feet = self.feet.copy()
-        self.feet[landed] = measured[landed]
+        self.feet[landed] = measured[landed, :2]
         self.stance = np.stack([self.stance[:, 0], _centre(mpc.gait.support(step), self.feet)], axis=1)
+
+    def replan(self, mpc: PeriodicMpc, tick: int, measured: np.ndarray | None) -> bool:
+        """Lets a disturbed walk at commanded velocities go on from where it stands, at the tick at which a foot lands.
+
+        Its path begins anew at the stance, with the heading of the sole that came down: a robot that was pushed aside,
+        and slipped about the vertical, need not go back to a path that turns away from it meanwhile.
+
+        Args:
+            measured: centres and headings of the left and right sole, shape (2, 3) [m, rad]; None where they are
+                as planned.
+
+        Returns:
+            Whether it did.
+        """
+        step, phase = mpc.gait.phase(tick)
+        before = mpc.gait.support(step - 1)
+        if phase != mpc.config.delay_ticks or not (self.disturbance.active and mpc.gait.turns) or before == BOTH:
+            return False
+        yaw = math.nan if measured is None else float(measured[_ROWS[-before], 2])
+        x, y = self.stance[:, 1].tolist()
+        course = mpc.gait.footsteps.replanned(step, (x, y), yaw)
+        self.course = course or self.course
+        return course is not None
 
     def notice(self, mpc: PeriodicMpc, tick: int, state: np.ndarray) -> None:
         """Compares the state believed at tick k with the one that was predicted for it, see `Disturbance`."""
@@ -146,6 +169,21 @@ class Memory:
                 kept = turned(self.disturbance.error_sum, mpc.gait.step(step - 1).yaw - yaw)
                 self.disturbance = self.disturbance._replace(error_sum=kept)
         self.disturbance = self.disturbance.after(config, mpc.gait.period, error)
+
+    def hold(self, mpc: PeriodicMpc, tick: int) -> bool:
+        """Lets a disturbed walk keep its heading, from this step on or, late in it, from the next one on.
+
+        What it has of speed ahead would be speed aside for a foot that lands turned.
+
+        Returns:
+            Whether that changes the walk.
+        """
+        if not (self.disturbance.active and mpc.gait.turns):
+            return False
+        step, phase = mpc.gait.phase(tick)
+        course = mpc.gait.footsteps.holding(step) if 2 * phase <= mpc.gait.period else None
+        self.course = course or self.course
+        return course is not None
 
     def moved(self, mpc: PeriodicMpc, plan: Plan) -> float:
         """How far the next foothold of a plan made at this tick is from the commanded one, ahead or aside [m]."""
@@ -192,7 +230,7 @@ class Memory:
         if not given and self.course is None and step > self.resumed.last:
             return
         asked = None if not given else STOP if stop > 0.5 else Command(forward, lateral, turn)
-        self.course = mpc.gait.footsteps.course_after(step - 1, asked)
+        self.course = mpc.gait.footsteps.course_after(step - 1, asked, self.disturbance.active)
 
     def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan, following: PeriodicMpc) -> None:
         """Steps the template by the plan's first input and moves on to tick k + 1.

@@ -20,12 +20,13 @@ def commanded_gait(scenario: Scenario) -> Gait:
     """The gait of the `gait`, `start` and `commands` keys; raises `InputError` as `Gait` does."""
     config, start = scenario.gait, Pose(*scenario.start.position, scenario.start.yaw)
     if scenario.path:
-        return Gait(config, CommandedFootsteps.of(config, _along_path(scenario, start), start, limits_of(scenario)))
+        along = _along_path(scenario, start)
+        return Gait(config, CommandedFootsteps.of(config, along, start, limits_of(scenario), keeps_path=True))
     if not scenario.commands and start == Pose(0.0, 0.0, 0.0):
         return Gait(config)
     if not scenario.commands:
         forward = Command(config.stride / (config.ticks_per_step * config.tick))
-        ahead = CommandedFootsteps.of(config, lambda time: forward, start, Limits(stride=math.inf))
+        ahead = CommandedFootsteps.of(config, lambda time: forward, start, Limits(stride=math.inf), keeps_path=True)
         end = None if config.walk_steps is None else config.start_steps + config.walk_steps - 1
         return Gait(config, ahead if end is None else ahead.ending_at(end))
     commands = [command.command for command in scenario.commands]

@@ -95,7 +95,7 @@ class FusedController(Block):
         behind = {name: count for name, count in sizes.items() if name not in controller.parts}
         self._places = layout({**self.parts, **behind, **{name: len(start) for name, start in kept.items()}})
         self._plan = slice(self._places[next(iter(sizes))].start, self._places[next(reversed(sizes))].stop)
-        before = {"foot_reference": np.zeros(size("foot_reference")), **kept}
+        before = {name: np.zeros(size(name)) for name in ("foot_reference", "turn_reference")} | kept
         self._last = self._following(0, *controller.start, before)
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         feet = self.DeclareVectorInputPort("foot_state", size("foot_state")) if body else None
@@ -149,6 +149,8 @@ class FusedController(Block):
             phase, zmp, planned, feet, table, motion = [state[part[name]] for name in names]
             table = self._body.offset.learned(phase, zmp, planned, feet, table, known.gait)
             before = {"foot_reference": feet, "table": table, "motion": motion}
+            if self._body.turn is not None:
+                before["turn_reference"] = state[part["turn_reference"]]
         self._last = self._following(known.tick + 1, plan, memory, before)
         values.set_value(self._last.state)
 
@@ -166,7 +168,9 @@ class FusedController(Block):
             names = ("com_reference", "zmp_reference", "foot_plan", "stance_plan")
             com, zmp, foot_plan, stances = [plan[part[name]] for name in names]
             feet = body.feet.reference(phase, foot_plan, before["foot_reference"], gait)
-            turn = None if body.turn is None else np.array(body.turn.headings(phase[0], step, gait))
+            turn = None
+            if body.turn is not None:
+                turn = body.turn.headings(tick % self._n, step, before["turn_reference"], gait)
             offset = body.offset.expected(phase, feet, foot_plan, stances, before["table"], gait)
             solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, feet, turn)
             coming = body.kinematics.coming

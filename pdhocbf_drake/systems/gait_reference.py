@@ -19,7 +19,7 @@ class ChangedGait:
     Its input ports, which may be left unconnected, are those of a block:
         last_step (1): the step with the last swing, or −1.
         resumed (3): steps in place of a stand.
-        course (47): of a walk that follows commands, how far it has come under those of an input port.
+        course (48): of a walk that follows commands, how far it has come under those of an input port.
 
     All are as in `systems.signals`.
 

@@ -40,7 +40,7 @@ class MpcController(Block):
         input_disturbance (4): as in `systems.signals`.
         last_step (1): the step after which the walk comes to a stand, else −1.
         resumed (3): the steps that it takes in place of a stand, as in `systems.signals`.
-        course (47): of a walk that follows commands, likewise.
+        course (48): of a walk that follows commands, likewise.
 
     Attributes:
         mpc: the compiled problem.
@@ -104,7 +104,7 @@ class MpcController(Block):
         bounds: np.ndarray | None, command: np.ndarray | None,
     ) -> Measurement:  # fmt: skip
         """The measurement of a tick from the values of the ports."""
-        feet = None if feet is None else feet.reshape(2, 6)[:, :2]
+        feet = None if feet is None else feet.reshape(2, 6)[:, [0, 1, 5]]
         offset = None if offset is None else offset.reshape(2, -1)
         samples = None if bounds is None else bounds.reshape(len(self._names), -1)
         named = None if samples is None else dict(zip(self._names, samples, strict=True))

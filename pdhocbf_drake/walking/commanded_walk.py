@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -89,18 +90,22 @@ class CommandedFootsteps(Footsteps):
         known: the step whose command is expected to hold from then on; None where all commands are known.
         course: where commands become known while it walks: how far it has come. Then steps from the one before the
             course's on can be asked for.
+        keeps_path: whether a walk that is pushed off its path returns to it, rather than going on from where it is.
     """
 
     line: Line | None = None
     known: int | None = None
     course: Course | None = None
+    keeps_path: bool = False
 
     @classmethod
     def of(
-        cls, config: GaitConfig, commands: Callable[[float], Command], start: Pose, limits: Limits
-    ) -> CommandedFootsteps:
+        cls, config: GaitConfig, commands: Callable[[float], Command], start: Pose, limits: Limits,
+        keeps_path: bool = False,
+    ) -> CommandedFootsteps:  # fmt: skip
         """The footsteps under the command that holds at each time [s], from a stand at `start`."""
-        return cls((), (0.0, 0.0), config.stance_width, line=Line(config, commands, start, limits))
+        line = Line(config, commands, start, limits)
+        return cls((), (0.0, 0.0), config.stance_width, line=line, keeps_path=keeps_path)
 
     @property
     def end(self) -> int | None:
@@ -127,18 +132,38 @@ class CommandedFootsteps(Footsteps):
         """The same for a walk that has come that far under other commands."""
         return replace(self, course=course)
 
-    def course_after(self, step: int, asked: Command | None) -> Course | None:
+    def course_after(self, step: int, asked: Command | None, held: bool = False) -> Course | None:
         """The course of step j + 1, at which the command `asked` is taken up; None for the scenario's own.
 
         Where that step takes the place of a stand, a walk that begins after it begins with the other foot.
-        A walk that is to stand after its `last` step keeps the course of that, if it has one.
+        A walk that is to stand after its `last` step keeps the course of that, if it has one. With `held` it turns no
+        more, unless it keeps its path.
         """
         assert self.line is not None
         if self.last is not None and step >= self.last:
             return self.course
         course = self.course or self.line.course(step)
         in_place = self._commanded(step + 1).side == BOTH
-        return self.line.after(course, asked, -self[step + 1].side if in_place else 0)
+        following = self.line.after(course, asked, -self[step + 1].side if in_place else 0)
+        return following._replace(held=held and not self.keeps_path)
+
+    def holding(self, step: int) -> Course | None:
+        """See `Footsteps.holding`."""
+        if self.line is None or self.keeps_path:
+            return None
+        course = self.course or self.line.course(step)
+        turns = course.command.turn or course.moving.turn
+        return course._replace(held=True) if turns and not course.held and course.this.number == step else None
+
+    def replanned(self, step: int, stance: tuple[float, float], yaw: float) -> Course | None:
+        """See `Footsteps.replanned`; a walk along waypoints, and one that has ended, keep their paths."""
+        if self.line is None or self.keeps_path:
+            return None
+        course = self.course or self.line.course(step)
+        if course.this.number != step:
+            return None
+        here = Pose(*stance, course.this.path.yaw if math.isnan(yaw) else yaw)
+        return course.from_path(here.moved(0.0, -self[step].side * self.aside(step)))
 
     def path(self, step: int) -> tuple[float, ...]:
         """See `Gait.path`."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from pdhocbf_drake.walking.commands import STOP, Command
+from pdhocbf_drake.walking.frame import turned
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose
 from pdhocbf_drake.walking.walker import Stage, Walker
@@ -22,6 +24,7 @@ class Course(NamedTuple):
         settled: whether the command of step j is that of the step before.
         recent: what the last steps walked under, the latest first, as `CommandedFootsteps.under`.
         first: where step j is one in place of a stand: the foot that stands next; 0 elsewhere.
+        held: whether it keeps its heading, whatever is commanded.
     """
 
     before: Stage
@@ -32,6 +35,7 @@ class Course(NamedTuple):
     settled: bool
     recent: tuple[Command, ...]
     first: int = 0
+    held: bool = False
 
     def after(self, walker: Walker, asked: Command, granted: Callable[[Command], Command], first: int) -> Course:
         """The course of step j + 1, at which the command `asked` is taken up."""
@@ -41,14 +45,25 @@ class Course(NamedTuple):
         recent = under, *self.recent[:-1]
         return Course(self.this, this, command, asked, moving, command == self.command, recent, first)
 
+    def from_path(self, path: Pose) -> Course:
+        """The same where the path of step j is that one: all that was and is to come moves with it."""
+        old = self.this.path
+        turn = math.remainder(path.yaw - old.yaw, math.tau)
+        x, y = turned((self.before.path.x - old.x, self.before.path.y - old.y), turn)
+        before = Pose(path.x + x, path.y + y, self.before.path.yaw + turn)
+        this = self.this._replace(path=Pose(path.x, path.y, old.yaw + turn))
+        return self._replace(this=this, before=self.before._replace(path=before))
+
     def stage(self, walker: Walker, step: int) -> Stage:
         """Any step from j − 1 on, of which those after j + 1 are an expectation."""
         if step < self.this.number:
             return self.before._replace(number=step)
-        before, stage = self.before, self.this
+        before, stage, command, moving = self.before, self.this, self.command, self.moving
+        if self.held:
+            command, moving = command._replace(turn=0.0), moving._replace(turn=0.0)
         while stage.number < step:
             first = self.first if stage is self.this else 0
-            before, stage = stage, walker.after(stage, self.command, self.moving, before, first)
+            before, stage = stage, walker.after(stage, command, moving, before, first)
         return stage
 
     @property
@@ -56,7 +71,7 @@ class Course(NamedTuple):
         """The same as numbers, `SIZE` of them: j, then the rest in its order."""
         stages = [number for s in (self.before, self.this) for number in (s.side, *s.path, s.aside, s.stops)]
         commands = [number for command in (self.command, self.asked, self.moving, *self.recent) for number in command]
-        return [*map(float, (self.this.number, self.settled, self.first, *stages, *commands))]
+        return [*map(float, (self.this.number, self.settled, self.first, self.held, *stages, *commands))]
 
     @classmethod
     def of(cls, numbers: Sequence[float]) -> Course | None:
@@ -66,17 +81,18 @@ class Course(NamedTuple):
             return None
         before, this = (
             Stage(step - 1 + i, round(side), Pose(x, y, yaw), aside, bool(stops))
-            for i, (side, x, y, yaw, aside, stops) in enumerate((numbers[3:9], numbers[9:15]))
+            for i, (side, x, y, yaw, aside, stops) in enumerate((numbers[4:10], numbers[10:16]))
         )
         command, asked, moving, *recent = (
-            Command(numbers[i], numbers[i + 1], numbers[i + 2], bool(numbers[i + 3])) for i in range(15, SIZE, 4)
+            Command(numbers[i], numbers[i + 1], numbers[i + 2], bool(numbers[i + 3])) for i in range(16, SIZE, 4)
         )
-        return cls(before, this, command, asked, moving, bool(numbers[1]), tuple(recent), round(numbers[2]))
+        settled, first, held = bool(numbers[1]), round(numbers[2]), bool(numbers[3])
+        return cls(before, this, command, asked, moving, settled, tuple(recent), first, held)
 
 
 UNSETTLED = 5
 """Steps from a new command on until the walk follows its orbit."""
-SIZE = 3 + 2 * 6 + (3 + UNSETTLED) * 4
+SIZE = 4 + 2 * 6 + (3 + UNSETTLED) * 4
 """Length of `Course.numbers`."""
 NO_COURSE = (-1.0, *[0.0] * (SIZE - 1))
 """The numbers of a walk all of whose commands its scenario has."""

@@ -137,8 +137,16 @@ class Footsteps:
         """The same: no command changes it."""
         return self
 
-    def course_after(self, step: int, asked: Command | None) -> Course | None:
+    def course_after(self, step: int, asked: Command | None, held: bool = False) -> Course | None:
         """None: no command changes the walk."""
+        return None
+
+    def holding(self, step: int) -> Course | None:
+        """The course of step j from which on it turns no more; None where it does not turn, or is to go on turning."""
+        return None
+
+    def replanned(self, step: int, stance: tuple[float, float], yaw: float) -> Course | None:
+        """The course of step j from where its stance is [m] and faces [rad]; None for a walk that keeps its path."""
         return None
 
     def settled(self, step: int) -> bool:

@@ -43,20 +43,6 @@ def swing_point(start: np.ndarray, end: np.ndarray, height: float, duration: flo
     return SwingPoint(base + blend * move + lift * up, blend_v * move + lift_v * up, blend_a * move + lift_a * up)
 
 
-def turned_heading(start: float, end: float, duration: float, time: float) -> tuple[float, float, float]:
-    """Heading of a foot that turns with least jerk, its rate and acceleration, at `time` of `duration` seconds.
-
-    From `start` to `end` [rad, rad/s, rad/s²]; outside of that time the foot rests.
-    """
-    s = min(max(time / duration, 0.0), 1.0)
-    way, rate = end - start, 1.0 / duration
-    return (
-        start + way * s**3 * (10.0 + s * (-15.0 + 6.0 * s)),
-        way * 30.0 * s**2 * (1.0 - s) ** 2 * rate,
-        way * 60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) * rate**2,
-    )
-
-
 class Swing:
     """Reference motion of both soles at each tick, and accelerations of the swing foot over the horizon.
 

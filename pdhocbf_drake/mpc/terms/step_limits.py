@@ -17,6 +17,7 @@ from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.walker import GAP
 
 _LEAST_GAP = 0.012  # between the soles of a disturbed walk that turns, which comes 2 mm closer [m]
+_FARTHEST_ASIDE = 0.25  # that a foot has to land for the other one to pass it [m]
 
 
 class StepLimits(Term):
@@ -25,9 +26,9 @@ class StepLimits(Term):
     A step lies within `mpc.step_tolerance` of the commanded one, or within `mpc.step_reach` of the stance foot, and
     the new stance foot stays on its own side of the old one, at least `mpc.stance_width_min` away, and in a walk that
     follows commands so far that the soles stay apart. Within `step_reach` a foot may land anywhere for that, and so
-    lands as far aside as it needs to anywhere. The next step is held where it is planned from
-    `mpc.freeze_ticks` before its touchdown on; before that, `mpc.swing_acceleration` limits how far it may still be
-    moved.
+    lands as far aside as it needs to anywhere, and as the other foot needs to pass it then. The next step is held where
+    it is planned from `mpc.freeze_ticks` before its touchdown on; before that, `mpc.swing_acceleration` limits how far
+    it may still be moved.
 
     Parameters: step_lower, step_upper (n_f,) each [m].
     """
@@ -59,6 +60,12 @@ class StepLimits(Term):
         if tick.last is None or tick.last.tick // gait.period != tick.step:
             return
         low, high = self.places["step_lower"].start, self.places["step_upper"].start
+        if self.axis == 1 and config.step_reach is not None:
+            least = _to_pass(tick.ahead, float(tick.last.footholds[0, 0] - tick.stance[0, 1]))
+            if tick.ahead.steps[1].side > 0:
+                theta[low] = max(theta[low], least)
+            else:
+                theta[high] = min(theta[high], -least)
         left = gait.period - tick.phase - config.freeze_ticks
         if left <= 0:
             theta[low] = theta[high] = tick.last.footholds[self.axis, 0] - tick.stance[self.axis, 1]
@@ -146,6 +153,20 @@ def _keep_apart(
     else:
         low[0] = max(low[0], min(farthest, ahead))
     return needed
+
+
+def _to_pass(ahead: Commanded, x: float) -> float:
+    """How far aside the next foot of a disturbed walk has to land, x ahead, for the other one to pass it then [m].
+
+    Seen from the landed foot, with θ as in `_keep_apart`, the other one is y cos θ − x sin θ aside: after a long step
+    that turns, it would swing through the stance foot. Minus infinity where feet don't turn.
+    """
+    this, coming = ahead.steps[:2]
+    outward = coming.side * (coming.yaw - this.yaw)
+    if ahead.sole is None or not outward or BOTH in (this.side, coming.side):
+        return -math.inf
+    needed = _apart(outward, ahead.sole) + _LEAST_GAP
+    return min((needed + x * math.sin(outward)) / math.cos(outward), _FARTHEST_ASIDE)
 
 
 def _apart(turn: float, sole: tuple[float, float]) -> float:

@@ -54,7 +54,7 @@ def walks_on(gait: GaitConfig, log: RunLog) -> bool:
     velocity = (com[-1] - com[-1 - gait.ticks_per_gait]) / (gait.ticks_per_gait * gait.tick)
     commanded = np.array([gait.stride / (gait.ticks_per_step * gait.tick), 0.0])
     if "path" in log:
-        path = commanded_path(log, gait.ticks_per_step, gait.tick)[:, :2]
+        path = commanded_path(log, gait.ticks_per_step, gait.tick, joined=True)[:, :2]
         commanded = (path[-1] - path[-1 - gait.ticks_per_gait]) / (gait.ticks_per_gait * gait.tick)
     return bool(np.abs(velocity - commanded).max() < _SPEED_ERROR * math.sqrt(GRAVITY * gait.com_height))
 
