@@ -90,7 +90,7 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
         wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
         wiring.log("push")
     wiring.log("com_z", "foot_state", "ground_load", "joint_state", "foot_reference", "desired_state", "feedforward")
-    wiring.log("actuation", "robot_state")
+    wiring.log("actuation", "robot_state", "contact_forces")
     return wiring.build("biped_walk")
 
 

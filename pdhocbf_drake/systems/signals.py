@@ -129,7 +129,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("push", "push_schedule", "fx fy fz", "N", "external force on the torso or the template"),
     _signal("robot_state", "plant", 13 + len(_STATE), "1, m, rad; m/s, rad/s",
             "positions (base quaternion wxyz, base xyz, joints) and velocities of the plant"),
-    _signal("contact_forces", "plant", 6 + len(JOINTS), "N m, N", "generalized contact forces", logged=False),
+    _signal("contact_forces", "plant", 6 + len(JOINTS), "N m, N",
+            "generalized contact forces of the ground on the robot, in the order of its velocities"),
 )  # fmt: skip
 
 LOGGED: Final = tuple(signal for signal in SIGNALS if signal.logged)
