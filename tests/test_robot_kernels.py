@@ -45,6 +45,13 @@ def left_share_of_zmp(random: np.random.Generator) -> tuple[Values, Values]:
     return (kernels.left_share_of_zmp(zmp, left, right),), (share,)
 
 
+def left_share(random: np.random.Generator) -> tuple[Values, Values]:
+    zmp, left, right = random.normal(size=(3, 3))
+    left[2], right[2] = random.choice([0.0, 0.01], size=2)
+    on_ground = (kernels.left_share_of_zmp(zmp[:2], left, right), 1.0)[int(right[2] > 0.0)]
+    return (kernels.left_share(left, right, zmp[:2]),), (0.0 if left[2] > 0.0 else on_ground,)
+
+
 def zmp_of_wrenches(random: np.random.Generator) -> tuple[Values, Values]:
     (on_left, on_right), (left, right) = random.normal(size=(2, 6)), random.normal(size=(2, 3))
     moment = on_left[3:] + on_right[3:] + np.cross(left, on_left[:3]) + np.cross(right, on_right[:3])
@@ -55,7 +62,7 @@ def zmp_of_wrenches(random: np.random.Generator) -> tuple[Values, Values]:
 CASES: dict[str, Case] = {
     case.__name__: case
     for case in (
-        write_shared_wrench, left_share_of_zmp, zmp_of_wrenches,
+        write_shared_wrench, left_share, left_share_of_zmp, zmp_of_wrenches,
     )
 }  # fmt: skip
 

@@ -63,6 +63,20 @@ def left_share_of_zmp(zmp: np.ndarray, left: np.ndarray, right: np.ndarray) -> f
 
 
 @compiled
+def left_share(left: np.ndarray, right: np.ndarray, zmp: np.ndarray) -> float:
+    """The left sole's share of the load: none or all with a foot in the air, else `left_share_of_zmp`.
+
+    Args:
+        left, right: the soles' centres (3,) [m]. zmp: (2,) [m].
+    """
+    if left[2] > 0.0:
+        return 0.0
+    if right[2] > 0.0:
+        return 1.0
+    return left_share_of_zmp(zmp, left, right)
+
+
+@compiled
 def zmp_of_wrenches(
     on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray, right: np.ndarray
 ) -> tuple[float, float]:

@@ -10,10 +10,10 @@ from pdhocbf_drake.robot import (
     InverseDynamics,
     Side,
     WholeBodyIk,
-    left_share_of_zmp,
     zmp_of_wrenches,
 )
 from pdhocbf_drake.robot.ik import LEVEL
+from pdhocbf_drake.robot.kernels import left_share
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.signals import places, size, sizes
@@ -95,12 +95,7 @@ class InverseKinematics(LeafSystem):
         q, v, vdot, found = self._ik.motion(wanted, seed, self._swing_foot(context), angles)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
-        if left[2] > 0.0:
-            share = 0.0
-        elif right[2] > 0.0:
-            share = 1.0
-        else:
-            share = left_share_of_zmp(self._zmp.Eval(context)[_ZMP], left, right)
+        share = left_share(left, right, self._zmp.Eval(context)[_ZMP])
         torque = self._dynamics(q, v, vdot, share)
         zmp = zmp_of_wrenches(torque.left, left, torque.right, right)
         status, solution = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), np.empty(self._size)
