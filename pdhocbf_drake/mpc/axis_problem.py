@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from math import lcm
 
 import numpy as np
@@ -48,6 +48,7 @@ class AxisProblem:
         self._axis = setting.axis
         self._state, self._stance, self._offset = (self.places[name] for name in ("state", "stance", "zmp_offset"))
         self._fill = [term.fill_tick for term in self.terms if type(term).fill_tick is not Term.fill_tick]
+        self._weights = cache(self._box_weights)
         self._of_step = lru_cache(maxsize=4)(self._step_parameters)
 
     @property
@@ -59,7 +60,7 @@ class AxisProblem:
     def key(self) -> Hashable:
         """What its programs depend on; problems with equal keys have equal programs."""
         setting = self.setting
-        config = setting.config.model_dump_json(exclude={"recovery"})
+        config = setting.config.model_dump_json(exclude={"recovery", "limits"})
         matrices = (setting.gait.region.weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
         return config, matrices, tuple(term.key for term in self.terms)
 
@@ -89,6 +90,8 @@ class AxisProblem:
         theta[self._stance] = tick.stance[axis]
         if tick.zmp_offset is not None:
             theta[self._offset] = tick.zmp_offset[axis]
+        if tick.ahead.shift is not None:  # p + offset lies in a box whose middle is not the centre of the stance
+            theta[self._offset] -= self._weights(tick.phase) @ tick.ahead.shift[axis]
         for fill in self._fill:
             fill(tick, theta)
         return theta
@@ -104,6 +107,11 @@ class AxisProblem:
         """Where the slacks of each term that has some begin among all slacks."""
         counts = [count for term in self.terms if (count := term.slacks)]
         return np.cumsum([0, *counts])[: len(counts)]
+
+    def _box_weights(self, phase: int) -> np.ndarray:
+        """S of a plan from a phase on, see `SupportRegion.weights`, (H, n_f + 2)."""
+        gait, horizon = self.setting.gait, self.setting.config.horizon
+        return gait.region.weights(phase, horizon, horizon // gait.period)
 
     def guess_rows(self, qps: Sequence[ParametricQp], tick: int) -> np.ndarray:
         """For each row of `qps[tick]`, the row of the tick before that was about the same instant or step, (m,).

@@ -120,7 +120,7 @@ class PeriodicMpc:
         """Reads commanded steps from a gait, as the problems of both axes do."""
         config = self.config
         self.gait = gait
-        self.commanded = CommandedSteps(gait, config.horizon, config.zmp_margin)
+        self.commanded = CommandedSteps(gait, config.horizon, config.zmp_margin, config.plan_limits)
         self.problems = [AxisProblem(self._setting(axis), self._kinds) for axis in (0, 1)]
         barriers, count = (*self.barriers[0], *self.barriers[1]), config.horizon + 1
         self._bounds = {barrier.name: bound_samples(barrier, gait, count) for barrier in barriers}
@@ -372,5 +372,8 @@ class PeriodicMpc:
     def _box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """`zmp_box` from centres along the axes of the stance foot."""
         step, phase = self.gait.phase(tick - 1)
-        half = self.commanded.steps(step).half
-        return self.gait.region.box(phase, stance, footholds, half, self.config.zmp_margin)
+        ahead = self.commanded.steps(step)
+        box = self.gait.region.box(phase, stance, footholds, ahead.half, self.config.zmp_margin)
+        if ahead.shift is not None:
+            box += (self.gait.region.weights(phase, 1, self.footholds) @ ahead.shift.T).T
+        return box

@@ -6,8 +6,9 @@ import math
 
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.fitting.steady_motion import OutOfReach, steady_motion
+from pdhocbf_drake.fitting.step import LARGEST_SHIFT
 from pdhocbf_drake.fitting.walk_checks import GOOD_TIME
-from pdhocbf_drake.robot import Biped, longest_stride
+from pdhocbf_drake.robot import SIDES, Biped, longest_stride
 from pdhocbf_drake.simulation.build import nominal_mpc
 from pdhocbf_drake.simulation.run_log import FINISHED
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -36,6 +37,10 @@ def quick_measure(work: Work) -> GaitMeasures:
         motion = steady_motion(biped, nominal_mpc(scenario, gait.stride, None))
         if isinstance(motion, OutOfReach):
             return GaitMeasures(work.values, motion.reason)
+        half = min(float(biped.soles[side].half_size[0]) for side in SIDES)
+        share = float(abs(motion.offsets[:, 0]).max()) / half
+        if share > LARGEST_SHIFT:
+            return GaitMeasures(work.values, f"the swing leg shifts the ZMP by {share:.2f} of the half sole")
         return GaitMeasures(
             work.values,
             FINISHED,
