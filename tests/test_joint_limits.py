@@ -18,7 +18,7 @@ from pdhocbf_drake.mpc.terms.step_limits import step_ranges
 from pdhocbf_drake.robot import ROLES, Biped, InverseDynamics, WholeBodyIk, sole_pose, upright_posture
 from pdhocbf_drake.robot.locate import models_folder
 from pdhocbf_drake.simulation.commands import commanded_gait
-from pdhocbf_drake.simulation.joint_limits import within_joint_limits
+from pdhocbf_drake.simulation.limits import within_limits
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
@@ -110,7 +110,7 @@ def test_no_step_is_planned_beyond_the_reach() -> None:
 def test_a_weak_ankle_walks_within_its_torque_at_full_speed(tmp_path: Path) -> None:
     own = walking("biped")
     weak = walking(weaker(tmp_path, ankle_pitch=16.6), duration=4.0)  # 80 % of what the packaged walk takes
-    kept = within_joint_limits(weak, Biped.load(weak.robot))
+    kept = within_limits(weak, Biped.load(weak.robot))
     assert not kept.sentences
     log = simulate(kept.scenario)
     assert log.ending == "finished"
@@ -122,7 +122,7 @@ def test_a_weak_ankle_walks_within_its_torque_at_full_speed(tmp_path: Path) -> N
 
 def test_a_weak_hip_is_granted_a_shorter_stride_and_both_are_said(tmp_path: Path) -> None:
     weak = walking(weaker(tmp_path, hip_pitch=13.6))
-    kept = within_joint_limits(weak, Biped.load(weak.robot))
+    kept = within_limits(weak, Biped.load(weak.robot))
     assert 0.05 < kept.scenario.gait.stride < 0.13
     (said,) = kept.sentences
     assert said.startswith(f"a stride of {kept.scenario.gait.stride:.3g} m is granted instead of 0.15 m")

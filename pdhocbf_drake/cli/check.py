@@ -61,7 +61,7 @@ def _of_walk(name: str, text: str) -> Iterator[Finding]:
     from pdhocbf_drake.fitting.findings import Finding
     from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
     from pdhocbf_drake.robot import Biped
-    from pdhocbf_drake.simulation.joint_limits import joint_findings
+    from pdhocbf_drake.simulation.limits import limit_findings
 
     scenario, fitted = load_fitted(name, text)
     for reason in fitted.reasons if fitted else ():
@@ -72,7 +72,7 @@ def _of_walk(name: str, text: str) -> Iterator[Finding]:
     found = walk_findings(biped, scenario.gait, box)
     yield from found
     if not is_refused(found):
-        yield from joint_findings(scenario, biped)
+        yield from limit_findings(scenario, biped)
 
 
 def _scenario(what: str, text: str) -> tuple[str, str]:

@@ -115,7 +115,7 @@ def _within_limits(scenario: Scenario) -> Scenario:
     """The walk as its robot's joints allow it, which is simulated and written; says what they change."""
     if scenario.system != "biped":
         return scenario
-    from pdhocbf_drake.simulation.joint_limits import checked_walk
+    from pdhocbf_drake.simulation.limits import checked_walk
 
     _, kept = checked_walk(scenario)
     for sentence in kept.sentences:

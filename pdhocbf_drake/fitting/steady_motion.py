@@ -11,7 +11,7 @@ from pdhocbf_drake.mpc.loop import Measurement, TemplateTick
 from pdhocbf_drake.mpc.orbit import settled_gait
 from pdhocbf_drake.robot import Biped, InverseDynamics, WholeBodyIk, zmp_of_wrenches
 from pdhocbf_drake.robot.ik import LEVEL
-from pdhocbf_drake.robot.kernels import left_share
+from pdhocbf_drake.robot.kernels import left_share, use_of_ground
 from pdhocbf_drake.robot.posture import LEFT, RIGHT, TargetPoses
 from pdhocbf_drake.systems.kernels import write_wanted
 from pdhocbf_drake.systems.signals import places
@@ -32,7 +32,7 @@ class SteadyMotion(NamedTuple):
         offsets: that less the ZMP of the template (T, 2) [m].
         box: the ZMP box (27) at each tick (T, 2, 2) [m].
         friction: horizontal over vertical force on both soles together (T,) [1].
-        yaw_moment: moment about the vertical through the ZMP over the vertical force (T,) [m].
+        yaw_moment: moment about the vertical through the ZMP over the vertical force, with its sign (T,) [m].
     """
 
     torques: np.ndarray
@@ -109,14 +109,6 @@ def _motion(biped: Biped, mpc: PeriodicMpc, ticks: list[TemplateTick]) -> Steady
         left, right, planned = wanted[0, LEFT], wanted[0, RIGHT], before.zmp_reference[_ZMP]
         forces = dynamics(q, v, vdot, left_share(left, right, planned))
         zmp = np.array(zmp_of_wrenches(forces.left, left, forces.right, right))
-        total = forces.left[:3] + forces.right[:3]
-        about = _about(forces.left, left, zmp) + _about(forces.right, right, zmp)
-        friction, yaw = float(np.hypot(total[0], total[1])) / total[2], abs(about) / total[2]
-        rows.append((forces.tau, v[biped.v_index], zmp, zmp - planned, before.zmp_box.reshape(2, 2), friction, yaw))
+        friction, moment = use_of_ground(forces.left, left, forces.right, right)
+        rows.append((forces.tau, v[biped.v_index], zmp, zmp - planned, before.zmp_box.reshape(2, 2), friction, moment))
     return SteadyMotion(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
-def _about(wrench: np.ndarray, sole: np.ndarray, point: np.ndarray) -> float:
-    """Moment of a sole's wrench about the vertical through a point (2,) [N m]."""
-    way = sole[:2] - point
-    return float(wrench[5] + way[0] * wrench[1] - way[1] * wrench[0])

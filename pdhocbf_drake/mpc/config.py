@@ -24,6 +24,7 @@ class PlanLimits(Config):
         zmp_inward, zmp_outward: likewise towards the other foot and away from it, for that of its roll joint [m].
         step_reach: farthest that a foothold may lie from the stance foot in x and y, for the legs' length and the
             speed of the swinging leg's joints [m].
+        stride: longest stride that is granted to a commanded walk; null is as far as the legs reach [m].
     """
 
     zmp_behind: Room
@@ -31,6 +32,7 @@ class PlanLimits(Config):
     zmp_inward: Room
     zmp_outward: Room
     step_reach: tuple[Length, Length]
+    stride: Shift | None = None
 
 
 class RecoveryConfig(Config):

@@ -93,3 +93,20 @@ def zmp_of_wrenches(
         force += wrench[2]
     force = max(force, _LEAST_FORCE)
     return -about_y / force, about_x / force
+
+
+@compiled
+def use_of_ground(
+    on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray, right: np.ndarray
+) -> tuple[float, float]:
+    """|F_xy|/F_z of the force F on both soles, and M_z/F_z about the vertical through their ZMP [1, m].
+
+    Arguments as in `zmp_of_wrenches`.
+    """
+    x, y = zmp_of_wrenches(on_left, left, on_right, right)
+    force_x, force_y = on_left[0] + on_right[0], on_left[1] + on_right[1]
+    force = max(on_left[2] + on_right[2], _LEAST_FORCE)
+    moment = 0.0
+    for wrench, sole in ((on_left, left), (on_right, right)):
+        moment += wrench[5] + (sole[0] - x) * wrench[1] - (sole[1] - y) * wrench[0]
+    return np.sqrt(force_x * force_x + force_y * force_y) / force, moment / force

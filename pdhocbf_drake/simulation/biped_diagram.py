@@ -18,6 +18,7 @@ from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import add_controller, connect_controller
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
+from pdhocbf_drake.simulation.granted import grip_of
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
@@ -57,8 +58,9 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
     controller = add_controller(wiring, walk, LATENCY * plant.time_step())
     foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
+    grip = grip_of(biped, scenario)
     kinematics = wiring.add(
-        "inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick, walk.gait.turns))
+        "inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick, walk.gait.turns, grip))
     )
     lever = swing_lever(biped, standing_posture(walk, biped))
     # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.

@@ -19,10 +19,13 @@ _MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an en
 # Keys that a system does not read; "pushes.body" is that of each push.
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
-    "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
+    "vhip": (
+        "robot", "friction", "friction_belief", "plant", "model_error", "gait.swing_height", "pushes.body",
+        "van_der_pol",
+    ),
     "van_der_pol": (
-        "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "vhip",
-        "start", "commands", "path", "path_speed",
+        "robot", "friction", "friction_belief", "plant", "model_error", "measurement", "gait", "mpc", "barriers",
+        "pushes", "vhip", "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 

@@ -14,7 +14,7 @@ from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable
 from pdhocbf_drake.simulation.diagram import oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
-from pdhocbf_drake.simulation.joint_limits import checked_walk
+from pdhocbf_drake.simulation.limits import checked_walk
 from pdhocbf_drake.simulation.log_rows import LogRows
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario

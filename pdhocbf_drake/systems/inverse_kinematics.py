@@ -12,16 +12,19 @@ from pdhocbf_drake.robot import (
     WholeBodyIk,
     zmp_of_wrenches,
 )
+from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.ik import LEVEL
-from pdhocbf_drake.robot.kernels import left_share
+from pdhocbf_drake.robot.kernels import left_share, use_of_ground
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.signals import places, size, sizes
+from pdhocbf_drake.systems.torso_yaw import TorsoYaw, add_to
 
 _INPUTS = ("gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
 _OUTPUTS = ("desired_state", "feedforward", "whole_body_zmp", "ik_status")
 _SWING_FOOT: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the stance foot
 _TURNS = [turn.start + 2 for turn in (LEFT_TURN, RIGHT_TURN, TORSO_TURN)]  # about the vertical
+_YAW = -len(TorsoYaw())  # where the deviation of the torso's yaw begins
 _LARGEST_ERROR = 1e3  # in ik_status, where a refused target has an infinite one
 (_SUPPORT,) = places("gait_phase", "support")
 _ZMP = places("zmp_reference", "x_zmp", "y_zmp")
@@ -31,7 +34,9 @@ class InverseKinematics(LeafSystem):
     """Whole-body inverse kinematics and inverse dynamics of the plan, solved once a tick.
 
     The outputs are functions of the inputs, which change once a tick, and of the last tick's motion, which is this
-    block's discrete state (q, v, v̇ and the v̇ before: 19 + 3 · 18): the iteration starts where that motion leads.
+    block's discrete state (q, v, v̇ and the v̇ before: 19 + 3 · 18): the iteration starts where that motion leads. Two
+    more numbers are the deviation of the torso's yaw from its reference and its rate: where the planned motion asks
+    more of the ground about the vertical than the soles' grip, the torso's yaw acceleration gives way, and comes back.
 
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18): as in `systems.signals`.
@@ -48,12 +53,15 @@ class InverseKinematics(LeafSystem):
         initial: q at the start (19,).
         tick: δ [s].
         turns: whether the walk may turn.
+        grip: of the soles; without one the torso always keeps to its reference.
     """
 
-    def __init__(self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False) -> None:
+    def __init__(
+        self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False, grip: Grip | None = None
+    ) -> None:
         super().__init__()
         self.parts = sizes(*_OUTPUTS)
-        self._tick = tick
+        self._tick, self._grip = tick, grip
         self._ik = WholeBodyIk(biped)
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
         self._joints = biped.q_index
@@ -63,7 +71,7 @@ class InverseKinematics(LeafSystem):
         ports += [] if self._turn is None else [self._turn]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
         self._q = slice(positions)
-        motion = np.concatenate([initial, np.zeros(3 * self._velocities)])
+        motion = np.concatenate([initial, np.zeros(3 * self._velocities + len(TorsoYaw()))])
         self._motion = slice(sum(self.parts.values()), None)  # the coming state, behind the parts
         self.DeclareDiscreteState(motion)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
@@ -82,6 +90,7 @@ class InverseKinematics(LeafSystem):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state_vector().value()
+        state, yaw = state[:_YAW], TorsoYaw(*state[_YAW:].tolist())
         last, step, wanted = state[self._q], np.empty(self._velocities), np.zeros((3, self._velocities))
         write_step(state, self._tick, step)
         write_wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context), wanted)
@@ -92,12 +101,24 @@ class InverseKinematics(LeafSystem):
             wanted[1:, _TURNS] = turn[:, 1:].T
             left_yaw, right_yaw, torso_yaw = turn[:, 0].tolist()
             angles = (0.0, 0.0, torso_yaw, 0.0, 0.0, left_yaw, 0.0, 0.0, right_yaw)
-        q, v, vdot, found = self._ik.motion(wanted, seed, self._swing_foot(context), angles)
+        swing, turning = self._swing_foot(context), yaw.returning
+        if yaw.angle or yaw.rate:
+            angles = (0.0, 0.0, angles[2] + yaw.angle, *angles[3:])
+            add_to(wanted, _TURNS[2], yaw, turning)
+        q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
         share = left_share(left, right, self._zmp.Eval(context)[_ZMP])
         torque = self._dynamics(q, v, vdot, share)
+        if self._grip is not None:
+            used = use_of_ground(torque.left, left, torque.right, right)
+            yielding = yaw.yielding(self._grip, turning, *used)
+            if yielding != turning and found.ok:
+                wanted[2, _TURNS[2]] += yielding - turning
+                v, vdot = self._ik.derivatives(q, wanted[1], wanted[2])
+                torque, turning = self._dynamics(q, v, vdot, share), yielding
         zmp = zmp_of_wrenches(torque.left, left, torque.right, right)
         status, solution = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), np.empty(self._size)
         write_motion(q, v, vdot, state, self._joints, self._tick, torque.tau, zmp, status, solution)
+        solution[_YAW:] = yaw.after(turning, self._tick)
         output.SetFromVector(solution)

@@ -1,0 +1,118 @@
+"""A walk within the limits of its robot and of the ground: bounds of the plan, and the stride that is granted."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.fitting.findings import Finding
+from pdhocbf_drake.fitting.plan_limits import plan_limits
+from pdhocbf_drake.fitting.preview import Step, preview
+from pdhocbf_drake.mpc.programs import ProgramCache
+from pdhocbf_drake.robot import SIDES, Biped, check_walk, check_zmp_box
+from pdhocbf_drake.simulation.commands import commanded_stride
+from pdhocbf_drake.simulation.granted import Asked, exceeded, longest_granted
+from pdhocbf_drake.simulation.scenario import Scenario
+
+_FAR = 0.7  # share of a joint's limit below which a walk is taken as it is, by its preview
+_SLIPPERY = 0.3  # friction below which it is looked at; a walk uses some 0.08 and 20 mm about the vertical
+_TUNE = "`pdhocbf tune` searches a gait that asks less of a joint"
+
+
+class Kept(NamedTuple):
+    """A scenario with `mpc.limits` as numbers, a stride that can be walked, and a sentence for each other change."""
+
+    scenario: Scenario
+    sentences: tuple[str, ...] = ()
+
+
+def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
+    """The robot of a scenario, and its walk as `within_limits`.
+
+    Raises:
+        ModelError: a box, height or stride is out of the robot's reach, or as `within_limits`.
+    """
+    biped, gait, recovery = Biped.load(scenario.robot), scenario.gait, scenario.mpc.recovery
+    heights = (gait.com_height - gait.com_height_amplitude, gait.com_height + gait.com_height_amplitude)
+    check_walk(biped, stride=gait.stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=gait.zmp_box)
+    if recovery is not None and recovery.zmp_box is not None:
+        check_zmp_box(biped, recovery.zmp_box, "mpc.recovery.zmp_box")
+    return biped, within_limits(scenario, biped)
+
+
+def within_limits(scenario: Scenario, biped: Biped) -> Kept:
+    """The scenario within the limits of the robot's joints and of its soles' grip, where `mpc.limits` is "model".
+
+    Where friction does not do for the commanded walk, its ZMP box gets as wide as the soles, so that the CoM sways
+    less; then the stride is reduced.
+
+    Raises:
+        ModelError: the joints can't hold the robot, or it can't even step in place.
+    """
+    if scenario.mpc.limits != "model":
+        return Kept(scenario)
+    limits = plan_limits(biped, scenario.gait)
+    scenario = _with(scenario, mpc={"limits": limits})
+    if not _is_near(biped, scenario):
+        return Kept(scenario)
+    asked, sentences, programs = commanded_stride(scenario), list[str](), ProgramCache()
+    first = exceeded(Asked(biped, scenario, programs), asked)
+    if first.of_ground:
+        wider = 2.0 * min(float(biped.soles[side].half_size[1]) for side in SIDES)
+        box = scenario.gait.zmp_box
+        if wider > box[1]:
+            scenario = _with(scenario, gait={"zmp_box": (box[0], wider)})
+            sentences.append(f"the ZMP box is {wider:g} m wide instead of {box[1]:g} m: {first.said}")
+            first = exceeded(Asked(biped, scenario, programs), asked)
+    if not first.said:
+        return Kept(scenario, tuple(sentences))
+    stride = longest_granted(Asked(biped, scenario, programs), asked)
+    if stride is None:
+        in_place = exceeded(Asked(biped, scenario, programs), 0.0)
+        hint = "friction_belief is what is reckoned with" if in_place.of_ground else _TUNE
+        raise ModelError(f"robot {biped.config.name!r} can't walk, not even in place: {in_place.said}; {hint}")
+    duration = scenario.gait.ticks_per_step * scenario.gait.tick
+    sentences.append(
+        f"a stride of {stride:.3g} m is granted instead of {asked:.3g} m, {stride / duration:.3g} instead of "
+        f"{asked / duration:.3g} m/s: {first.said}"
+    )
+    scenario = _with(scenario, mpc={"limits": limits.model_copy(update={"stride": stride})})
+    if not (scenario.commands or scenario.path):
+        scenario = _with(scenario, gait={"stride": stride})
+    return Kept(scenario, tuple(sentences))
+
+
+def limit_findings(scenario: Scenario, biped: Biped) -> list[Finding]:
+    """What joints and friction leave to the plan of a walk within reach, and what that changes."""
+    try:
+        kept = within_limits(scenario, biped)
+    except ModelError as error:
+        return [Finding("limits", "fault", "mpc.limits, friction_belief", str(error), "null leaves them to the motors")]
+    limits = kept.scenario.mpc.plan_limits
+    if limits is None:
+        return [Finding("limits", "ok", "mpc.limits", "left to the motors")]
+    x, y = limits.step_reach
+    said = (
+        f"the ankles carry the ZMP from {-limits.zmp_behind:.3g} to {limits.zmp_ahead:.3g} m of the soles' centres and "
+        f"up to {limits.zmp_outward:.3g} m outward; steps of up to {x:.3g} m, {y:.3g} m aside"
+    )
+    key = "gait.stride, gait.zmp_box"
+    return [
+        Finding("limits", "ok", "mpc.limits", said),
+        *(Finding("granted", "note", key, sentence, _TUNE) for sentence in kept.sentences),
+    ]
+
+
+def _with(scenario: Scenario, **changes: dict[str, object]) -> Scenario:
+    """The scenario with other values in some of its parts."""
+    parts = {part: getattr(scenario, part).model_copy(update=values) for part, values in changes.items()}
+    return scenario.model_copy(update=parts)
+
+
+def _is_near(biped: Biped, scenario: Scenario) -> bool:
+    """Whether a limit may be exceeded, or a posture is out of reach."""
+    if scenario.believed_friction < _SLIPPERY:
+        return True
+    seen = preview(biped, Step.of(scenario.gait))
+    used = max((seen.torques / biped.effort_limits).max(), (seen.speeds / biped.velocity_limits).max())
+    return bool(seen.missed) or bool(used > _FAR)
