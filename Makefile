@@ -2,6 +2,7 @@
 #   make walk   walks ten seconds and says where the replay and the report are
 #   make quick  after a change: the tests that take no time
 #   make test   everything that can fail: style, types, tests, and how many lines they cover
+#   make docs   the documentation site, in build/docs, with every notebook run
 #   make dist   the package: built, checked, and tried from another folder
 PYTHON ?= python3
 VENV := .venv
@@ -11,10 +12,10 @@ export OPENBLAS_NUM_THREADS := 1
 # The demonstration writes to the same place every time.
 WALK := runs/walking
 
-.PHONY: help install walk quick test lint types pytest dist compare clean
+.PHONY: help install walk quick test lint types pytest docs dist compare clean
 
 help:
-	@sed -n '2,5s/^#  *//p' Makefile
+	@sed -n '2,6s/^#  *//p' Makefile
 
 install: $(VENV)/installed
 
@@ -24,7 +25,7 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	@$(PYTHON) -m venv $(VENV) || \
 	  { echo "$(PYTHON) cannot make a virtual environment; on Debian and Ubuntu: apt-get install python3-venv"; exit 1; }
 	@echo "installing into $(VENV), which takes a minute"
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[test,dev,campaign]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e ".[test,dev,campaign,docs]"
 	@touch $@
 
 walk: install
@@ -50,6 +51,11 @@ quick: install
 pytest: install
 	NUMBA_DISABLE_JIT=1 $(PYTEST) --cov --cov-report= --cov-fail-under=0 -k "not every_kernel" $(KERNELS)
 	$(PYTEST) --cov --cov-append
+
+# Every warning is an error, and nothing is loaded from a network. PATH has the commands whose help the pages show.
+docs: install
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -c docs . build/docs
+	@echo "open build/docs/index.html"
 
 # The wheel walks from any folder: unpacked without the checkout, and run with what is installed here.
 dist: install

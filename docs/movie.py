@@ -1,7 +1,7 @@
 """Makes the moving picture of the README: `python docs/movie.py` writes walk.gif beside this file.
 
-It walks `walking`, opens the replay in headless Chromium (needs playwright and Chromium), and takes a picture every
-80 ms of two gaits.
+It walks `walking` through a turn and a push, opens the replay in headless Chromium (needs playwright and Chromium), and
+takes a picture every 80 ms.
 """
 
 from __future__ import annotations
@@ -18,23 +18,31 @@ from pdhocbf_drake import load_scenario, replay, simulate, write_run
 
 HERE = Path(__file__).parent
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-START, END, EVERY = 3.2, 4.8, 0.08  # [s]; a whole number of gaits, so that the picture has no jump
-SIZE = {"width": 720, "height": 480}
+WALK = """
+duration: 8.0
+commands:
+  - {time: 0.0, velocity: [0.3, 0.0]}
+  - {time: 2.4, velocity: [0.3, 0.0], turn: 0.6}
+  - {time: 5.0, velocity: [0.3, 0.0]}
+pushes: [{time: 5.7, duration: 0.1, force: [0.0, 60.0, 0.0]}]
+"""
+START, END, EVERY = 2.0, 7.6, 0.08  # [s]
+SIZE = {"width": 720, "height": 560}
 COLOURS = 255
 SEEK = "t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.set_dirty(); }"
-HIDE = "() => document.querySelectorAll('.dg, .lil-gui').forEach(part => part.style.display = 'none')"
+HIDE = "() => document.querySelectorAll('.dg, .lil-gui, #legend').forEach(part => part.style.display = 'none')"
 
 
 def main() -> None:
     """Writes walk.gif."""
-    scenario = load_scenario("walking", "{duration: 5.0}")
+    scenario = load_scenario("walking", WALK)
     with tempfile.TemporaryDirectory() as folder:
         run = write_run(Path(folder) / "walk", simulate(scenario), scenario)
         page = Path(folder) / "replay.html"
         replay(run, page)
         pictures = frames(page)
     first, *others = (
-        picture.quantize(COLOURS, Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE) for picture in pictures
+        picture.quantize(COLOURS, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE) for picture in pictures
     )
     milliseconds = round(1e3 * EVERY)
     first.save(HERE / "walk.gif", save_all=True, append_images=others, duration=milliseconds, loop=0, optimize=True)

@@ -1,4 +1,4 @@
-"""Writes the README's tables of rooms, signals and metrics from the code: `python docs/tables.py`."""
+"""Writes the tables of rooms, signals and metrics into their pages from the code: `python docs/tables.py`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ else:
     import tomli as tomllib
 
 ROOT = Path(__file__).parents[1]
-README, PACKAGE = ROOT / "README.md", ROOT / "pdhocbf_drake"
+PACKAGE = ROOT / "pdhocbf_drake"
+PAGES = ROOT / "docs" / "how_it_is_built.md", ROOT / "docs" / "run_folder.md"
 
 
 def rooms_table() -> str:
@@ -65,7 +66,7 @@ def _fields(model: type[BaseModel]) -> list[tuple[str, str]]:
 
 
 def with_tables(text: str) -> str:
-    """The README's text with its tables renewed between their marks."""
+    """The text of a page with its tables renewed between their marks."""
     for name, table in (("rooms", rooms_table()), ("signals", signals_table()), ("metrics", metrics_table())):
         mark = re.compile(f"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
         text = mark.sub(lambda m, table=table: f"{m[1]}\n{table}\n\n{m[2]}", text)  # type: ignore[misc]
@@ -73,4 +74,5 @@ def with_tables(text: str) -> str:
 
 
 if __name__ == "__main__":
-    README.write_text(with_tables(README.read_text(encoding="utf-8")), encoding="utf-8")
+    for page in PAGES:
+        page.write_text(with_tables(page.read_text(encoding="utf-8")), encoding="utf-8")

@@ -3,7 +3,21 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import Any
+
+
+def add_scenario(parser: argparse.ArgumentParser, note: str = "") -> None:
+    """Adds the scenario that is to be studied, and `--text`."""
+    help_text = f"a name from `pdhocbf list`, or FILE[:NAME]{note}"
+    parser.add_argument("scenario", metavar="SCENARIO", help=help_text)
+    add_overrides(parser)
+
+
+def add_work(parser: argparse.ArgumentParser, verb: str) -> None:
+    """Adds the number of processes, and the folder of the results."""
+    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
+    parser.add_argument("--out", type=Path, metavar="DIR", help=f"the folder; otherwise ./runs/{verb}-NAME")
 
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:

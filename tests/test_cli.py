@@ -206,7 +206,7 @@ def test_the_exit_code_says_how_a_run_ended_and_the_run_is_kept(ending, code, mo
 
     recorded = synthetic.run("vhip", ending=ending)
     monkeypatch.setattr("pdhocbf_drake.simulation.simulate.simulate", lambda *_: recorded.log)
-    monkeypatch.setattr(run, "_write_pages", lambda *_: ([], ""))
+    monkeypatch.setattr(run, "write_pages", lambda *_: ([], ""))
     assert main(["run", "vhip", "--out", str(tmp_path / "run")]) == code
     assert ("what was recorded is in" in capsys.readouterr().err) == (code != 0)
     assert read_run(tmp_path / "run").log.ending == ending
@@ -281,9 +281,9 @@ def test_the_unexpected_is_one_line_too(monkeypatch, elsewhere, capsys):
         main(["run", "vhip"])
 
 
-def test_a_template_cannot_be_watched_live(elsewhere, capsys):
-    assert main(["run", "vhip", "--meshcat"]) == 1
-    assert "only a robot can be watched live; vhip is a template" in capsys.readouterr().err
+def test_an_oscillator_cannot_be_watched_live(elsewhere, capsys):
+    assert main(["run", "van_der_pol", "--meshcat"]) == 1
+    assert "--meshcat: walks can be watched live" in capsys.readouterr().err
     assert [entry for entry in elsewhere.rglob("*") if entry.is_file()] == []
 
 

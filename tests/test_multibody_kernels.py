@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from biped_cases import biped, standing
-from numba.core.registry import CPUDispatcher
+from kernel_cases import Values, assert_agreement, by_name, kernels_of
 
 from pdhocbf_drake.robot.damped import nearest_posture, row_weights
 from pdhocbf_drake.robot.drake_task_space import DrakeTaskSpace
 from pdhocbf_drake.robot.multibody import kernels
 from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN, TargetPoses
-
-Values = tuple[object, ...]
-Case = Callable[[np.random.Generator], tuple[Values, Values]]
-"""Runs a kernel and its reference on random arrays: what both return and write."""
 
 QUATERNION = 1
 
@@ -311,23 +305,17 @@ def follow(random: np.random.Generator) -> tuple[Values, Values]:
     return (done, ours, v, vdot), (True, jacobian, robot.v, robot.vdot)
 
 
-CASES: dict[str, Case] = {
-    case.__name__: case
-    for case in (
-        vector, store, store_column, plus, times, cross, turned, turned_back, times_inertia, axis, place, write_poses,
-        write_jacobian, accelerate, write_bias, write_forces, write_com_velocity, move, factorize, substitute,
-        within_limits, limit, largest, write_error, write_product, weigh, clip_joints, descend, approach, follow,
-    )
-}  # fmt: skip
+CASES = by_name(
+    vector, store, store_column, plus, times, cross, turned, turned_back, times_inertia, axis, place, write_poses,
+    write_jacobian, accelerate, write_bias, write_forces, write_com_velocity, move, factorize, substitute,
+    within_limits, limit, largest, write_error, write_product, weigh, clip_joints, descend, approach, follow,
+)  # fmt: skip
 
 
 def test_every_kernel_has_a_reference() -> None:
-    assert {name for name, value in vars(kernels).items() if isinstance(value, CPUDispatcher)} == set(CASES)
+    assert kernels_of(kernels) == set(CASES)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_kernels_agree_with_numpy_and_drake(name: str) -> None:
-    for seed in range(30):
-        found, expected = CASES[name](np.random.default_rng(seed))
-        for ours, theirs in zip(found, expected, strict=True):
-            np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9, err_msg=f"seed {seed}")
+    assert_agreement(CASES[name], 1e-9)

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 
 import numpy as np
 import pytest
-from numba.core.registry import CPUDispatcher
+from kernel_cases import Values, assert_agreement, by_name, kernels_of
 from qp_programs import random_program
 
 from pdhocbf_drake.qp import AffineMap, DaqpQp, QuadraticForm, compile_program, kernels
 from pdhocbf_drake.qp.affine_map import by_columns, compressed
-
-Values = tuple[np.ndarray | float, ...]
-Case = Callable[[np.random.Generator], tuple[Values, Values]]
-"""Runs a kernel and its reference on random arrays: what both return and write."""
 
 
 def sparse(random: np.random.Generator, rows: int, columns: int) -> np.ndarray:
@@ -136,24 +131,18 @@ def merge_rows(random: np.random.Generator) -> tuple[Values, Values]:
 
 
 CALLS_OF_DAQP = ("solve_packed", "solve_programs")
-CASES: dict[str, Case] = {
-    case.__name__: case
-    for case in [
-        *(write_affine, write_product, quadratic_value, is_finite, write_senses, write_limits, write_decisions),
-        *(write_slacks, solve_packed, solve_programs, merge_rows),
-    ]
-}
+CASES = by_name(
+    write_affine, write_product, quadratic_value, is_finite, write_senses, write_limits, write_decisions,
+    write_slacks, solve_packed, solve_programs, merge_rows,
+)  # fmt: skip
 
 
 def test_every_kernel_has_a_reference() -> None:
-    assert {name for name, value in vars(kernels).items() if isinstance(value, CPUDispatcher)} == set(CASES)
+    assert kernels_of(kernels) == set(CASES)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_kernels_agree_with_numpy(name: str) -> None:
     if name in CALLS_OF_DAQP and os.environ.get("NUMBA_DISABLE_JIT") == "1":
         pytest.skip("DAQP's functions are called from compiled code only")
-    for seed in range(30):
-        found, expected = CASES[name](np.random.default_rng(seed))
-        for ours, theirs in zip(found, expected, strict=True):
-            np.testing.assert_allclose(ours, theirs, rtol=1e-11, atol=1e-11, err_msg=f"seed {seed}")
+    assert_agreement(CASES[name], 1e-11)

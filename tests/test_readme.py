@@ -1,7 +1,9 @@
-"""What the README says of the code is written by the code."""
+"""What README and pages say of the code is written by the code."""
 
 import re
 import runpy
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -11,17 +13,18 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+HOUSE = (ROOT / "docs" / "how_it_is_built.md").read_text(encoding="utf-8")
 
 
 def test_tables_are_those_of_the_code() -> None:
     tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
-    assert tables["with_tables"](README) == README, "run python docs/tables.py"
-    assert tables["signals_table"]() in README
-    assert tables["metrics_table"]() in README
+    texts = [page.read_text(encoding="utf-8") for page in tables["PAGES"]]
+    assert [tables["with_tables"](text) for text in texts] == texts, "run python docs/tables.py"
+    assert all(any(tables[f"{name}_table"]() in text for text in texts) for name in ("rooms", "signals", "metrics"))
 
 
 def test_the_table_of_rooms_names_every_package() -> None:
-    rooms = README.partition("<!-- rooms -->")[2].partition("<!-- end of rooms -->")[0]
+    rooms = HOUSE.partition("<!-- rooms -->")[2].partition("<!-- end of rooms -->")[0]
     package = ROOT / "pdhocbf_drake"
     folders = {file.parent.relative_to(package).as_posix() for file in package.glob("*/**/__init__.py")}
     assert set(re.findall(r"^\| \d* ?\| `(\S+)/` \|", rooms, re.MULTILINE)) == folders
@@ -29,7 +32,7 @@ def test_the_table_of_rooms_names_every_package() -> None:
 
 def test_the_table_of_rooms_follows_the_contract_from_the_lowest_layer_to_the_highest() -> None:
     layers = runpy.run_path(str(ROOT / "docs" / "tables.py"))["layers"]
-    rows = re.findall(r"^\| (\d+) \| `(\w+)/` \|", README, re.MULTILINE)
+    rows = re.findall(r"^\| (\d+) \| `(\w+)/` \|", HOUSE, re.MULTILINE)
     assert [(int(level), room) for level, room in rows] == [
         (level, room) for level, layer in enumerate(layers(), start=1) for room in layer
     ]
@@ -49,13 +52,42 @@ def test_the_page_s_example_is_a_scenario(tmp_path: Path) -> None:
     assert (scenario.gait.stride, set(scenario.barriers)) == (0.1, {"forward_speed", "sideways"})
 
 
-def test_pictures_and_files_that_it_links_exist() -> None:
-    links = re.findall(r"\]\((?!http|#)([^)#]+)", README)
-    assert links
-    assert all((ROOT / link).exists() for link in links)
+@pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "models/README.md", "docs/*.md"])
+def test_pictures_and_files_that_pages_link_exist(page: str) -> None:
+    for path in ROOT.glob(page):
+        links = re.findall(r"\]\((?!http|#)([^)#]+)", path.read_text(encoding="utf-8"))
+        assert [link for link in links if not (path.parent / link).exists()] == [], path
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/mpc.md"])
+def test_the_container_has_the_packages_that_the_product_names() -> None:
+    page = (ROOT / "docs" / "platforms.md").read_text(encoding="utf-8")
+    (named,) = re.findall(r'packages = f"(.*?){suffix}"', (ROOT / "pdhocbf_drake/cli/loading.py").read_text("utf-8"))
+    (installed,) = re.findall(r"apt-get install -y --no-install-recommends (.*)", page)
+    assert f"{named}t64".split() == installed.split()[-3:]
+
+
+def test_every_extra_is_on_the_page_of_platforms() -> None:
+    tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
+    project = tables["tomllib"].loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    page = (ROOT / "docs" / "platforms.md").read_text(encoding="utf-8")
+    named = {name for names in re.findall(r"pip install '\.\[([\w,]+)\]'", page) for name in names.split(",")}
+    assert named == set(project["project"]["optional-dependencies"])
+
+
+def test_the_readme_is_short() -> None:
+    assert len(README.splitlines()) < 150
+
+
+def test_every_verb_is_on_the_page_of_commands() -> None:
+    page = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    shown = re.findall(r"{program-output} pdhocbf (\S+) --help", page)
+    usage = subprocess.run(
+        [sys.executable, "-c", "from pdhocbf_drake.cli import main; main()", "--help"], capture_output=True, text=True
+    )
+    assert sorted(shown) == sorted(re.findall(r"^    (\S+)", usage.stdout.partition("VERB\n")[2], re.MULTILINE))
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/barriers.md", "docs/mpc.md"])
 def test_its_python_runs_and_prints_what_it_says(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", text, re.DOTALL)

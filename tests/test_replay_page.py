@@ -21,6 +21,14 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 
 SEEK = "t => { viewer.animator.pause(); viewer.animator.seek(t); viewer.set_dirty(); }"
+PLAY = "t => { const a = viewer.animator; a.reset(); a.play(); a.mixer.update(t); a.pause(); viewer.set_dirty(); }"
+SCENE = """() => {
+    const seen = [];
+    viewer.scene_tree.find(['drake', 'world']).object.traverse(o => {
+        seen.push(...o.position, ...o.scale, ...(o.material?.color?.toArray() ?? []));
+    });
+    return seen;
+}"""
 NODE = "path => { const o = viewer.scene_tree.find(['drake', 'world', ...path]).object; return [o.position, o.scale]; }"
 SEEN = """path => {
     const world = viewer.scene_tree.find(['drake', 'world']).object, q = world.quaternion;
@@ -107,6 +115,31 @@ def test_markers_are_where_the_log_has_them(opened):
     assert [place["x"], place["y"]] == pytest.approx(run.log[signal][200, columns], abs=1e-6)
 
 
+def test_the_strip_is_in_step_and_goes_to_where_it_is_pressed(opened):
+    canvas = opened.page.locator("#strip").bounding_box()
+    lines = []
+    for time in (2.0, 4.0):
+        strip = opened.seek(time)[round(canvas["y"]) + 8 : -24, 62:-12]
+        dark = (strip.max(axis=2) < 0.25).mean(axis=0)
+        lines.append(int(np.argmax(dark)))
+        assert dark.max() > 0.9
+    assert (lines[1] - lines[0]) / strip.shape[1] == pytest.approx(2.0 / 6.0, abs=0.01)
+    opened.page.mouse.click(62 + 0.5 * strip.shape[1], canvas["y"] + 40)
+    assert opened.page.evaluate("viewer.animator.time") == pytest.approx(3.0, abs=0.03)
+
+
+def test_h_below_zero_is_filled(browser, tmp_path):
+    run = synthetic.run("vhip", 6.0)
+    pictures = []
+    for least in (0.01, -0.1):
+        run.log["h"][300:400] = least
+        path = tmp_path / "replay.html"
+        path.write_text(replay_html(run), encoding="utf-8")
+        pictures.append(Opened(browser, path).seek(2.0)[-150:])
+    red = [(np.abs(picture - palette.rgb(palette.UNSAFE)).max(axis=2) < 0.05).mean() for picture in pictures]
+    assert red[0] == 0.0 < 0.01 < red[1]
+
+
 def test_the_view_follows_and_turns_with_a_walk(browser, tmp_path):
     text = "{duration: 5.0, commands: [{time: 0, velocity: [0.3, 0.0], turn: 0.6}]}"
     scenario = load_scenario("vhip_nobarrier", text)
@@ -140,6 +173,16 @@ def test_footholds_appear_when_they_are_taken(opened):
         opened.seek(time)
         sizes[time] = [opened.page.evaluate(NODE, ["footholds taken", str(n)])[1]["x"] for n in range(6)]
     assert sum(size > 0.5 for size in sizes[5.9]) == 6 > sum(size > 0.5 for size in sizes[0.7])
+
+
+def test_played_over_and_over_it_shows_what_it_shows_at_that_time(opened):
+    duration = opened.page.evaluate("viewer.animator.duration")
+    for time in (1.0, 3.3, 5.9):
+        opened.seek(time)
+        sought = opened.page.evaluate(SCENE)
+        for rounds in (0, 1, 4):
+            opened.page.evaluate(PLAY, rounds * duration + time)
+            assert opened.page.evaluate(SCENE) == pytest.approx(sought, abs=1e-4)
 
 
 def test_the_report_holds_its_replay_and_asks_nothing_of_a_network(browser, tmp_path):

@@ -1,4 +1,4 @@
-"""The README's equation table is complete: every equation of the paper, a symbol that exists, a test that exists."""
+"""The table of equations is complete: every equation of the paper, a symbol that exists, a test that exists."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LAST = 39
 
 
 def _rows():
-    return ROW.findall((ROOT / "README.md").read_text(encoding="utf-8"))
+    return ROW.findall((ROOT / "docs" / "equations.md").read_text(encoding="utf-8"))
 
 
 def _numbers(cell):

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from numba.core.registry import CPUDispatcher
+from kernel_cases import Values, assert_agreement, by_name, kernels_of
 
 from pdhocbf_drake.robot import kernels
 from pdhocbf_drake.robot.posture import LEFT
-
-Values = tuple[np.ndarray | float, ...]
-Case = Callable[[np.random.Generator], tuple[Values, Values]]
-"""Runs a kernel and its reference on random arrays: what both return and write."""
 
 
 def write_shared_wrench(random: np.random.Generator) -> tuple[Values, Values]:
@@ -59,21 +53,21 @@ def zmp_of_wrenches(random: np.random.Generator) -> tuple[Values, Values]:
     return kernels.zmp_of_wrenches(on_left, left, on_right, right), (-moment[1] / force, moment[0] / force)
 
 
-CASES: dict[str, Case] = {
-    case.__name__: case
-    for case in (
-        write_shared_wrench, left_share, left_share_of_zmp, zmp_of_wrenches,
-    )
-}  # fmt: skip
+def use_of_ground(random: np.random.Generator) -> tuple[Values, Values]:
+    (on_left, on_right), (left, right) = random.normal(size=(2, 6)), random.normal(size=(2, 3))
+    zmp = np.array([*kernels.zmp_of_wrenches(on_left, left, on_right, right), 0.0])
+    force, load = on_left[:3] + on_right[:3], max(on_left[2] + on_right[2], 1e-6)
+    moment = on_left[3:] + on_right[3:] + np.cross(left - zmp, on_left[:3]) + np.cross(right - zmp, on_right[:3])
+    return kernels.use_of_ground(on_left, left, on_right, right), (np.hypot(*force[:2]) / load, moment[2] / load)
+
+
+CASES = by_name(write_shared_wrench, left_share, left_share_of_zmp, use_of_ground, zmp_of_wrenches)
 
 
 def test_every_kernel_has_a_reference() -> None:
-    assert {name for name, value in vars(kernels).items() if isinstance(value, CPUDispatcher)} == set(CASES)
+    assert kernels_of(kernels) == set(CASES)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_kernels_agree_with_numpy(name: str) -> None:
-    for seed in range(30):
-        found, expected = CASES[name](np.random.default_rng(seed))
-        for ours, theirs in zip(found, expected, strict=True):
-            np.testing.assert_allclose(ours, theirs, rtol=1e-9, atol=1e-9, err_msg=f"seed {seed}")
+    assert_agreement(CASES[name], 1e-9)

@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
-from numba.core.registry import CPUDispatcher
+from kernel_cases import Values, assert_agreement, by_name, kernels_of
 from pydrake.math import RollPitchYaw
 
 from pdhocbf_drake.robot import posture
 from pdhocbf_drake.systems import kernels
 from pdhocbf_drake.systems.signals import places, size
-
-Values = tuple[np.ndarray | float, ...]
-Case = Callable[[np.random.Generator], tuple[Values, Values]]
-"""Runs a kernel and its reference on random arrays: what both return and write."""
 
 
 def write_h(random: np.random.Generator) -> tuple[Values, Values]:
@@ -101,24 +95,16 @@ def update_table(random: np.random.Generator) -> tuple[Values, Values]:
     return (table,), (expected,)
 
 
-CASES: dict[str, Case] = {
-    case.__name__: case
-    for case in (
-        write_h, write_estimate, write_step, write_motion, write_wanted, write_table_offset, update_table,
-    )
-}  # fmt: skip
+CASES = by_name(write_h, write_estimate, write_step, write_motion, write_wanted, write_table_offset, update_table)
 
 
 def test_every_kernel_has_a_reference() -> None:
-    assert {name for name, value in vars(kernels).items() if isinstance(value, CPUDispatcher)} == set(CASES)
+    assert kernels_of(kernels) == set(CASES)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_kernels_agree_with_numpy(name: str) -> None:
-    for seed in range(30):
-        found, expected = CASES[name](np.random.default_rng(seed))
-        for ours, theirs in zip(found, expected, strict=True):
-            np.testing.assert_allclose(ours, theirs, rtol=1e-11, atol=1e-11, err_msg=f"seed {seed}")
+    assert_agreement(CASES[name], 1e-11)
 
 
 def test_the_kernels_offsets_are_those_of_the_signals_and_of_the_task_coordinates() -> None:

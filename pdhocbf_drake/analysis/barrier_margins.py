@@ -77,6 +77,15 @@ def quantities_of(scenarios: Iterable[Scenario]) -> list[Quantity]:
     return sorted(bounded, key=lambda quantity: (quantity.axis, quantity.name, quantity.mirrored))
 
 
+def named(run: Run, quantity: Quantity) -> str:
+    """The quantity's name; in a walk that follows commands x is along the heading, and y across it."""
+    if "path" not in run.log:
+        return quantity.label
+    return (
+        f"{quantity.label.removesuffix(' in ' + 'xy'[quantity.axis])} {('along', 'across')[quantity.axis]} the heading"
+    )
+
+
 def measured(run: Run, quantity: Quantity) -> Array:
     """The measured quantity at each row, (T,) [its unit]."""
     seen = [along_heading(run.log, "lip_state", i, i + 3)[:, quantity.axis] for i in range(3)]

@@ -11,6 +11,7 @@ from pdhocbf_drake.analysis.barrier_margins import (
     barriers_of,
     bound_along,
     measured,
+    named,
     planned,
     psi_along_log,
     quantities_of,
@@ -21,7 +22,6 @@ from pdhocbf_drake.analysis.feet import sole_corners, step_starts, touchdown_row
 from pdhocbf_drake.analysis.heading import commanded_path, seen_from_path
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
-from pdhocbf_drake.walking.quantities import Quantity
 
 
 def com_and_zmp(run: Run) -> Figure:
@@ -66,17 +66,8 @@ def quantities(run: Run) -> Figure:
             if use.quantity == quantity:
                 colour = palette.barrier_colour(use.column)
                 axis.plot(log.time, bound_along(log, scenario, use), color=colour, label=f"bound of {barrier}")
-        label(axis, _name(run, quantity), quantity.unit)
+        label(axis, named(run, quantity), quantity.unit)
     return over_time(figure)
-
-
-def _name(run: Run, quantity: Quantity) -> str:
-    """The quantity's name; in a walk that follows commands x is along the heading, and y across it."""
-    if "path" not in run.log:
-        return quantity.label
-    return (
-        f"{quantity.label.removesuffix(' in ' + 'xy'[quantity.axis])} {('along', 'across')[quantity.axis]} the heading"
-    )
 
 
 def barriers(run: Run) -> Figure:

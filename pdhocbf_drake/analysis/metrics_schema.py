@@ -120,6 +120,9 @@ class Metrics(_Table):
     )
     joint_position_margin_min: float | None = Field(description="least distance of a joint from its stop [rad]")
     joint_speed_margin_min: float | None = Field(description="least distance of a joint's speed from its limit [rad/s]")
+    late_ticks: float | None = Field(
+        None, description="share of the ticks of a driven walk that were late in real time"
+    )
     barriers: dict[str, BarrierMetrics]
     mpc: MpcMetrics | None
 

@@ -7,6 +7,7 @@ import html
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.replay_scenes import oscillator_scene, robot_scene, rows_of, template_scene
 from pdhocbf_drake.analysis.replay_stage import FRAMES_PER_SECOND, Stage
+from pdhocbf_drake.analysis.replay_strip import HEIGHT, strip
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.run_folder import Run
 
@@ -35,7 +36,7 @@ def replay_html(run: Run, largest: float = 25e6) -> str:
         rate *= 0.9 * largest / len(page)
         page = _page(run, rate)
     end = page.rfind("</body>")
-    return page[:end] + _legend(run, rate) + page[end:]
+    return page[:end] + _legend(run, rate) + strip(run) + page[end:]
 
 
 def _page(run: Run, rate: float) -> str:
@@ -84,7 +85,8 @@ def _legend(run: Run, rate: float) -> str:
     if rate < FRAMES_PER_SECOND:
         rows += f"<div>{rate:.2g} frames a second, since the run is long</div>"
     style = (
-        "position:fixed;left:12px;bottom:12px;padding:8px 12px;border-radius:6px;background:rgba(255,255,255,.82);"
-        "font:12px/1.5 system-ui,sans-serif;color:#222;pointer-events:none"
+        f"position:fixed;left:12px;bottom:{HEIGHT + 12}px;padding:8px 12px;border-radius:6px;"
+        "background:rgba(255,255,255,.82);font:12px/1.5 system-ui,sans-serif;color:#222"
     )
-    return f'<div style="{style}"><b>{html.escape(run.scenario.name)}</b>{rows}</div>'
+    name = html.escape(run.scenario.name)
+    return f'<details id="legend" open style="{style}"><summary><b>{name}</b></summary>{rows}</details>'

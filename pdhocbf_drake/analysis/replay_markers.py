@@ -28,21 +28,38 @@ class Foothold(NamedTuple):
     yaw: float = 0.0
 
 
-_DRAWN = ("lip_state", "com_reference", "com_height", "zmp_reference", "zmp_box", "stance_plan")
+class Frame(NamedTuple):
+    """What the markers of one tick show; signals as in `systems.signals`.
+
+    Attributes:
+        lip_state, com_reference, zmp_reference, zmp_box, stance_plan: rows of these signals.
+        com_z, com_height: height of the CoM, measured and commanded [m].
+        headings: of the ZMP box and of the stance in the two coming steps (3,) [rad].
+        view: place and heading that the view follows (3,) [m, rad].
+        safety: from 0, no margin left, to 1, as safe as usual; None without a barrier.
+    """
+
+    lip_state: np.ndarray
+    com_reference: np.ndarray
+    zmp_reference: np.ndarray
+    zmp_box: np.ndarray
+    stance_plan: np.ndarray
+    com_z: float
+    com_height: float
+    headings: np.ndarray
+    view: np.ndarray
+    safety: float | None
 
 
 class Markers:
-    """CoM, ZMP, ZMP box and footholds of a walk, on the ground, under a view that follows the walk.
+    """CoM, ZMP, ZMP box and planned footholds of a walk, on the ground, under a view that follows the walk.
 
     Args:
-        com_z: height of the measured CoM at each row, (T,) [m].
-        taken: the footholds.
+        half: half size of the planned footholds (2,) [m].
     """
 
-    def __init__(self, stage: Stage, run: Run, com_z: np.ndarray, taken: list[Foothold]) -> None:
-        self._stage, self._com_z = stage, com_z
-        self._log = {name: run.log[name] for name in _DRAWN}
-        self._safety = safety_along(run)
+    def __init__(self, stage: Stage, half: np.ndarray) -> None:
+        self._stage = stage
         stage.add("CoM measured", Sphere(0.035), palette.MEASURED_COM)
         stage.add("CoM planned", Sphere(0.05), palette.PLANNED_COM, 0.35)
         stage.add("CoM plumb line", Cylinder(0.003, 1.0), palette.LIMIT, 0.6)
@@ -52,52 +69,81 @@ class Markers:
         # From far to near: the body hides none of them, nor do they hide each other.
         for order, path in enumerate(("ZMP box", "ZMP planned", "ZMP measured", "CoM measured")):
             stage.through_everything(path, order)
-        colours = {"left": palette.LEFT, "right": palette.RIGHT}
-        for number, foothold in enumerate(taken):
-            path = _taken_path(number)
-            stage.add(path, Box(2 * foothold.half[0], 2 * foothold.half[1], 0.001), colours[foothold.side], 0.35)
-            stage.place(path, _lying([*foothold.centre, _FOOTHOLD], foothold.yaw))
-        # Those that are not taken yet, the next one last.
-        self._hidden = sorted(((foothold.row, number) for number, foothold in enumerate(taken)), reverse=True)
-        self._drawn = False
-        half = taken[0].half if taken else np.array([0.05, 0.05])
         for path in ("footholds planned/next", "footholds planned/after"):
             _outline(stage, path, half)
-        x, y = run.log.element("lip_state", "x"), run.log.element("lip_state", "y")
-        self._yaws = _headings(run)
-        aside = (float(y.min()), float(y.max())) if "path" in run.log else (0.0, 0.0)
-        stage.ground(float(x.min()), float(x.max()), *aside)
         stage.aim([0.05, 0.0, 0.45], [0.85, -1.3, 0.4])
-        self._view = view_of(run)
 
-    def draw(self, row: int) -> None:
-        """Places the markers as at that row of the log; rows must not decrease from call to call."""
-        stage, log = self._stage, self._log
-        x, _, x_zmp, y, _, y_zmp = log["lip_state"][row]
-        z = self._com_z[row]
+    def draw(self, frame: Frame) -> None:
+        """Places the markers."""
+        stage, z = self._stage, frame.com_z
+        x, _, x_zmp, y, _, y_zmp = frame.lip_state
         stage.move("CoM measured", [x, y, z])
         stage.move("CoM plumb line", [x, y, z / 2])
         stage.scale("CoM plumb line", [1.0, 1.0, z])
-        stage.move("CoM planned", [*log["com_reference"][row, [0, 3]], log["com_height"][row, 0]])
+        stage.move("CoM planned", [*frame.com_reference[[0, 3]], frame.com_height])
         stage.move("ZMP measured", [x_zmp, y_zmp, _MEASURED])
-        stage.move("ZMP planned", [*log["zmp_reference"][row, [0, 2]], _PLANNED])
-        x_min, x_max, y_min, y_max = log["zmp_box"][row]
-        box, coming, after = self._yaws[row]
+        stage.move("ZMP planned", [*frame.zmp_reference[[0, 2]], _PLANNED])
+        x_min, x_max, y_min, y_max = frame.zmp_box
+        box, coming, after = frame.headings
         c, s, ahead, aside = np.cos(box), np.sin(box), (x_min + x_max) / 2, (y_min + y_max) / 2
         stage.place("ZMP box", _lying([c * ahead - s * aside, s * ahead + c * aside, _BOX], box))
         stage.scale("ZMP box", [round(x_max - x_min, 4), round(y_max - y_min, 4), 1.0])
-        plan = log["stance_plan"][row].reshape(4, 2)
+        plan = frame.stance_plan.reshape(4, 2)
         stage.place("footholds planned/next", _lying([*plan[2], _OUTLINE], coming))
         stage.place("footholds planned/after", _lying([*plan[3], _OUTLINE], after))
+        colour_by_safety(stage, "CoM measured", frame.safety)
+        stage.follow([*frame.view[:2], 0.0], frame.view[2])
+
+
+class RecordedMarkers:
+    """The markers of a run at each row of its log, and the footholds that it has taken until then.
+
+    Args:
+        com_z: height of the measured CoM at each row, (T,) [m].
+        taken: the footholds.
+    """
+
+    def __init__(self, stage: Stage, run: Run, com_z: np.ndarray, taken: list[Foothold]) -> None:
+        self._stage, self._com_z = stage, com_z
+        self._markers = Markers(stage, taken[0].half if taken else np.array([0.05, 0.05]))
+        self._log = {name: run.log[name] for name in _DRAWN}
+        self._com_height = run.log.element("com_height", "z")
+        self._safety, self._headings, self._view = safety_along(run), _headings(run), view_of(run)
+        for number, foothold in enumerate(taken):
+            add_foothold(stage, number, foothold)
+        # Those that are not taken yet, the next one last.
+        self._hidden = sorted(((foothold.row, number) for number, foothold in enumerate(taken)), reverse=True)
+        self._drawn = False
+        x, y = run.log.element("lip_state", "x"), run.log.element("lip_state", "y")
+        aside = (float(y.min()), float(y.max())) if "path" in run.log else (0.0, 0.0)
+        stage.ground(float(x.min()), float(x.max()), *aside)
+
+    def draw(self, row: int) -> None:
+        """Places the markers as at that row of the log; rows must not decrease from call to call."""
         if not self._drawn:
             for _, number in self._hidden:
-                stage.show(_taken_path(number), False)
+                self._stage.show(_taken_path(number), False)
             self._drawn = True
         while self._hidden and self._hidden[-1][0] <= row:
-            stage.show(_taken_path(self._hidden.pop()[1]), True)
-        colour_by_safety(stage, "CoM measured", self._safety, row)
-        x_seen, y_seen, yaw = self._view[row]
-        stage.follow([x_seen, y_seen, 0.0], yaw)
+            self._stage.show(_taken_path(self._hidden.pop()[1]), True)
+        signals = {name: table[row] for name, table in self._log.items()}
+        safety = None if self._safety is None else float(self._safety[row])
+        height, com_height = float(self._com_z[row]), float(self._com_height[row])
+        headings, view = self._headings[row], self._view[row]
+        self._markers.draw(
+            Frame(**signals, com_z=height, com_height=com_height, headings=headings, view=view, safety=safety)
+        )
+
+
+_DRAWN = ("lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
+
+
+def add_foothold(stage: Stage, number: int, foothold: Foothold) -> None:
+    """Lays a foothold that has been taken onto the ground."""
+    colours = {"left": palette.LEFT, "right": palette.RIGHT}
+    path = _taken_path(number)
+    stage.add(path, Box(2 * foothold.half[0], 2 * foothold.half[1], 0.001), colours[foothold.side], 0.35)
+    stage.place(path, _lying([*foothold.centre, _FOOTHOLD], foothold.yaw))
 
 
 def _lying(place: list[float], yaw: float) -> RigidTransform:
@@ -115,10 +161,10 @@ def _headings(run: Run) -> np.ndarray:
     return np.column_stack([box_frame(log)[:, 2], here + turn, here + 2.0 * turn])
 
 
-def colour_by_safety(stage: Stage, path: str, safety: np.ndarray | None, row: int) -> None:
+def colour_by_safety(stage: Stage, path: str, safety: float | None) -> None:
     """Colours the shape at a path, if there is a barrier; in few shades, since each change of colour is recorded."""
     if safety is not None:
-        stage.colour(path, palette.safety_colour(round(12 * safety[row]) / 12, 1.0))
+        stage.colour(path, palette.safety_colour(round(12 * safety) / 12, 1.0))
 
 
 def safety_along(run: Run) -> np.ndarray | None:

@@ -12,7 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.feet import sole_centres, step_starts, touchdown_rows
-from pdhocbf_drake.analysis.replay_markers import Foothold, Markers, colour_by_safety, safety_along
+from pdhocbf_drake.analysis.replay_markers import Foothold, RecordedMarkers, colour_by_safety, safety_along
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.config import SIDES
@@ -27,6 +27,26 @@ Draw = Callable[[int, float], None]
 def robot_scene(stage: Stage, run: Run) -> Draw:
     """The robot in its recorded posture, with all markers."""
     log, biped = run.log, Biped.load(run.scenario.robot)
+    pose, count = posed_robot(stage, biped)
+    positions = log["robot_state"][:, :count]
+    taken = []
+    for side in SIDES:
+        centres, yaws = sole_centres(log, side), log.element("foot_state", f"{side}_yaw")
+        for row in touchdown_rows(log, side):
+            start = row - int(log.element("gait_phase", "tick")[row])
+            yaw = float(yaws[row]) if "path" in log else 0.0
+            taken.append(Foothold(max(0, start), side, centres[row], biped.soles[side].half_size, yaw))
+    markers = RecordedMarkers(stage, run, log.element("com_z", "z"), taken)
+
+    def draw(row: int, time: float) -> None:
+        pose(positions[row], time)
+        markers.draw(row)
+
+    return draw
+
+
+def posed_robot(stage: Stage, biped: Biped) -> tuple[Callable[[np.ndarray, float], None], int]:
+    """The robot on a stage: what draws it in a posture q at a time [s], and the size of q."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     biped.add_to(plant)
@@ -37,23 +57,13 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
     visualizer = MeshcatVisualizer.AddToBuilder(builder, scene_graph, stage.meshcat, params)
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
-    positions = log["robot_state"][:, : plant.num_positions()]
-    taken = []
-    for side in SIDES:
-        centres, yaws = sole_centres(log, side), log.element("foot_state", f"{side}_yaw")
-        for row in touchdown_rows(log, side):
-            start = row - int(log.element("gait_phase", "tick")[row])
-            yaw = float(yaws[row]) if "path" in log else 0.0
-            taken.append(Foothold(max(0, start), side, centres[row], biped.soles[side].half_size, yaw))
-    markers = Markers(stage, run, log.element("com_z", "z"), taken)
 
-    def draw(row: int, time: float) -> None:
+    def pose(positions: np.ndarray, time: float) -> None:
         context.SetTime(time)
-        plant.SetPositions(plant.GetMyMutableContextFromRoot(context), positions[row])
+        plant.SetPositions(plant.GetMyMutableContextFromRoot(context), positions)
         visualizer.ForcedPublish(visualizer.GetMyContextFromRoot(context))
-        markers.draw(row)
 
-    return draw
+    return pose, plant.num_positions()
 
 
 def template_scene(stage: Stage, run: Run) -> Draw:
@@ -73,21 +83,30 @@ def template_scene(stage: Stage, run: Run) -> Draw:
         if support[row] != 0
     ]
     height = log.element("com_height", "z")
-    markers = Markers(stage, run, height, taken)
-    length = 0.8 * float(height.min())
+    markers = RecordedMarkers(stage, run, height, taken)
+    place = pendulum(stage, 0.8 * float(height.min()))
+
+    def draw(row: int, _: float) -> None:
+        place(log["lip_state"][row], float(height[row]))
+        markers.draw(row)
+
+    return draw
+
+
+def pendulum(stage: Stage, length: float) -> Callable[[np.ndarray, float], None]:
+    """The pendulum on a stage, as two tubes of a length [m]: what draws it at a `lip_state` and a height [m]."""
     stage.add("pendulum/tube", Cylinder(0.014, length), palette.LIMIT)
     stage.add("pendulum/rod", Cylinder(0.009, length), palette.LIMIT)
 
-    def draw(row: int, _: float) -> None:
-        x, _, x_zmp, y, _, y_zmp = log["lip_state"][row]
-        foot, mass = np.array([x_zmp, y_zmp, 0.0]), np.array([x, y, height[row]])
+    def place(state: np.ndarray, height: float) -> None:
+        x, _, x_zmp, y, _, y_zmp = state
+        foot, mass = np.array([x_zmp, y_zmp, 0.0]), np.array([x, y, height])
         along = (mass - foot) / np.linalg.norm(mass - foot)
         turn = RotationMatrix.MakeFromOneVector(along, 2)
         stage.place("pendulum/tube", RigidTransform(turn, foot + along * length / 2))
         stage.place("pendulum/rod", RigidTransform(turn, mass - along * length / 2))
-        markers.draw(row)
 
-    return draw
+    return place
 
 
 def oscillator_scene(stage: Stage, run: Run) -> Draw:
@@ -107,7 +126,7 @@ def oscillator_scene(stage: Stage, run: Run) -> Draw:
         stage.move("state", [x1, x2, 0.03])
         stage.move("tube", [x1 + (upper_1 - lower_1) / 2, x2 + (upper_2 - lower_2) / 2, 0.002])
         stage.scale("tube", [round(upper_1 + lower_1, 4), round(upper_2 + lower_2, 4), 1.0])
-        colour_by_safety(stage, "state", safety, row)
+        colour_by_safety(stage, "state", None if safety is None else float(safety[row]))
 
     return draw
 

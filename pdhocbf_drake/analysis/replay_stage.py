@@ -1,4 +1,4 @@
-"""A recorded Meshcat scene: ground, sky, a view that follows, and shapes that move, scale and change colour."""
+"""A Meshcat scene, recorded or live: ground, sky, a view that follows, shapes that move, scale and change colour."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Stage:
     target.
 
     Args:
-        frames_per_second: of the recording.
+        frames_per_second: of the recording; None shows each change at once instead, in whatever browser is connected.
 
     Attributes:
         meshcat: Drake's recorder, for a `MeshcatVisualizer` to publish to, below `world`.
@@ -35,7 +35,7 @@ class Stage:
 
     world = "world"
 
-    def __init__(self, frames_per_second: float = FRAMES_PER_SECOND) -> None:
+    def __init__(self, frames_per_second: float | None = FRAMES_PER_SECOND) -> None:
         self._rate = frames_per_second
         with _quiet():
             self.meshcat = Meshcat(MeshcatParams(host="localhost", show_stats_plot=False))
@@ -49,6 +49,8 @@ class Stage:
     @contextmanager
     def frame(self, time: float) -> Iterator[None]:
         """Records the changes made inside at this time [s], which must grow from frame to frame."""
+        if self._rate is None:
+            raise ValueError("a stage that shows each change at once records nothing")
         if self._time is None:
             self.meshcat.StartRecording(self._rate, set_visualizations_while_recording=False)
         self._time = time
@@ -116,6 +118,9 @@ class Stage:
 
     def html(self) -> str:
         """The page with the recording, playing over and over."""
+        for (path, name), value in self._recorded.items():
+            # Meshcat repeats what happens at each path by itself, so that all must be of the same length.
+            self.meshcat.SetProperty(path, name, list(value), self._time)
         recording = self.meshcat.get_mutable_recording()
         recording.set_autoplay(True)
         recording.set_loop_mode(recording.LoopMode.kLoopRepeat)
@@ -130,16 +135,27 @@ class Stage:
 
     def _animate(self, path: str, name: str, value: tuple[float, ...]) -> None:
         """Records a step, not a ramp, since the viewer interpolates between two changes."""
-        if self._time is None:
-            return
         last = self._recorded.get((path, name))
         if last == value:
+            return
+        if self._rate is None:
+            self._recorded[path, name] = value
+            self._set(path, name, value)
+            return
+        if self._time is None:
             return
         before = self._time - 1.0 / self._rate
         if last is not None and before > 0.0:
             self.meshcat.SetProperty(path, name, list(last), before)
         self.meshcat.SetProperty(path, name, list(value), self._time)
         self._recorded[path, name] = value
+
+    def _set(self, path: str, name: str, value: tuple[float, ...]) -> None:
+        """Sets a property at once, by the name that it has outside a recording."""
+        if name == "material.color":
+            self.meshcat.SetProperty(path, "color", [*value, 1.0])
+        else:  # not that of the place itself, which every new transform sets to 1
+            self.meshcat.SetProperty(f"{path}/<object>", name, list(value))
 
 
 @contextmanager

@@ -9,6 +9,8 @@ from typing import NamedTuple
 
 import yaml
 
+from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.answers import answers
 from pdhocbf_drake.analysis.comparison import comparison_figures
 from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.figures import Picture, make_figures, rendered, write_pictures
@@ -66,6 +68,8 @@ def report_html(runs: Sequence[ReportedRun]) -> str:
         "analysis",
         title=" and ".join(dict.fromkeys(names)),
         labels=labels,
+        answers=list(zip(*(answers(reported.metrics) for reported in runs), strict=True)),
+        colours={True: palette.SAFE, False: palette.UNSAFE, None: palette.BOX},
         rows=[(row, [column.get(row, "–") for column in columns]) for row in dict.fromkeys(chain(*columns))],
         shared=_images(rendered(shared)),
         runs=[

@@ -13,8 +13,8 @@ def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
     if metrics.path_error_max is not None:
         rows.append(("commands", _commands(metrics)))
     if metrics.com_rms_error is not None and not metrics.template:
-        errors = ", ".join(map(_mm, metrics.com_rms_error))
-        rows.append(("tracking", f"CoM RMS error in x, y, z: {errors}; feet slip at most {_mm(metrics.slip_max)}"))
+        errors = ", ".join(map(mm, metrics.com_rms_error))
+        rows.append(("tracking", f"CoM RMS error in x, y, z: {errors}; feet slip at most {mm(metrics.slip_max)}"))
     if metrics.zmp_outside_fraction is not None:
         rows.append(("ZMP", _zmp(metrics, metrics.zmp_outside_fraction)))
     if metrics.joint_torque_peak is not None:
@@ -35,20 +35,20 @@ def _run(metrics: Metrics) -> str:
 
 def _walk(metrics: Metrics, steps: int) -> str:
     return (
-        f"{_count(steps, 'step')}, {_of(metrics.distance, 'm')} (commanded {_of(metrics.distance_commanded, 'm')}), "
-        f"steady speed {_of(metrics.mean_speed, 'm/s')}"
+        f"{count(steps, 'step')}, {of(metrics.distance, 'm')} (commanded {of(metrics.distance_commanded, 'm')}), "
+        f"steady speed {of(metrics.mean_speed, 'm/s')}"
     )
 
 
 def _straightness(metrics: Metrics) -> str:
     if metrics.lateral_drift is None:
         return "not judged: no whole gait was walked"
-    text = f"lateral drift {_mm(metrics.lateral_drift)}"
+    text = f"lateral drift {mm(metrics.lateral_drift)}"
     if metrics.left_path:
         text += ", more than a sole is wide: THE WALK LEFT ITS PATH"
     if metrics.stance_width is not None:
-        text += f", feet {_mm(metrics.stance_width)} apart (commanded {_mm(metrics.stance_width_commanded)})"
-    return text if metrics.template else f"{text}, yaw drift {_of(metrics.yaw_drift_deg, 'deg')}"
+        text += f", feet {mm(metrics.stance_width)} apart (commanded {mm(metrics.stance_width_commanded)})"
+    return text if metrics.template else f"{text}, yaw drift {of(metrics.yaw_drift_deg, 'deg')}"
 
 
 def _zmp(metrics: Metrics, outside_fraction: float) -> str:
@@ -56,25 +56,25 @@ def _zmp(metrics: Metrics, outside_fraction: float) -> str:
     if metrics.template:
         return outside
     if metrics.unloaded_ticks:
-        outside += f"; no load on the ground at {_count(metrics.unloaded_ticks, 'tick')}"
+        outside += f"; no load on the ground at {count(metrics.unloaded_ticks, 'tick')}"
     least = metrics.zmp_margin_min
     if least is None or least > -5e-5:
-        return f"at least {_mm(least if least is None else max(least, 0.0))} inside the soles' edge, {outside}"
-    return f"up to {_mm(-least)} outside the soles' edge, {outside}"
+        return f"at least {mm(least if least is None else max(least, 0.0))} inside the soles' edge, {outside}"
+    return f"up to {mm(-least)} outside the soles' edge, {outside}"
 
 
 def _joints(metrics: Metrics) -> str:
     return (
-        f"torque up to {_of(metrics.joint_torque_peak, 'N m')}, {metrics.torque_limit_hits} samples at a limit; "
-        f"to the stops {_of(metrics.joint_position_margin_min, 'rad')}, "
-        f"to the speed limits {_of(metrics.joint_speed_margin_min, 'rad/s')}"
+        f"torque up to {of(metrics.joint_torque_peak, 'N m')}, {metrics.torque_limit_hits} samples at a limit; "
+        f"to the stops {of(metrics.joint_position_margin_min, 'rad')}, "
+        f"to the speed limits {of(metrics.joint_speed_margin_min, 'rad/s')}"
     )
 
 
 def _ground(metrics: Metrics) -> str:
     return (
-        f"friction of {_of(metrics.friction_used_max, '1')} is used, "
-        f"and a yaw moment of {_mm(metrics.yaw_moment_used_max)} times the load"
+        f"friction of {of(metrics.friction_used_max, '1')} is used, "
+        f"and a yaw moment of {mm(metrics.yaw_moment_used_max)} times the load"
     )
 
 
@@ -82,8 +82,8 @@ def _barrier(barrier: BarrierMetrics) -> str:
     text = f"{_margin(barrier)}{_action(barrier)}"
     if not barrier.softened_ticks:
         return text
-    slack = _of(barrier.slack_max, barrier.unit)
-    return f"{text}; softened at {_count(barrier.softened_ticks, 'tick')}, by {slack} at most"
+    slack = of(barrier.slack_max, barrier.unit)
+    return f"{text}; softened at {count(barrier.softened_ticks, 'tick')}, by {slack} at most"
 
 
 def _action(barrier: BarrierMetrics) -> str:
@@ -91,40 +91,40 @@ def _action(barrier: BarrierMetrics) -> str:
         return ""
     if barrier.active_first is None:
         return "; it never acted"
-    text = f"; it acted at {_count(barrier.active_ticks, 'tick')}, first at {barrier.active_first:.2f} s"
+    text = f"; it acted at {count(barrier.active_ticks, 'tick')}, first at {barrier.active_first:.2f} s"
     slower = barrier.active_slower
     if slower is None:
         return text
     way = "slower" if slower >= 0.0 else "faster"
-    return f"{text}, in steps that were {_of(abs(slower), 'm/s')} {way} than commanded"
+    return f"{text}, in steps that were {of(abs(slower), 'm/s')} {way} than commanded"
 
 
 def _margin(barrier: BarrierMetrics) -> str:
     if barrier.violations is None:
         return "not judged: the run ended before from_time"
-    violations = _count(barrier.violations, "violation")
+    violations = count(barrier.violations, "violation")
     if barrier.h_min is None:
         return f"h is no number at some ticks; {violations}, counting those"
     return (
-        f"h at least {_of(barrier.h_min, barrier.unit)}, mean {_of(barrier.h_mean, barrier.unit)}, "
-        f"{violations}; least ψ_{len(barrier.gamma)} {_of(barrier.psi_min, barrier.unit)}"
+        f"h at least {of(barrier.h_min, barrier.unit)}, mean {of(barrier.h_mean, barrier.unit)}, "
+        f"{violations}; least ψ_{len(barrier.gamma)} {of(barrier.psi_min, barrier.unit)}"
     )
 
 
 def _commands(metrics: Metrics) -> str:
-    text = f"{_mm(metrics.path_error_max)} from the path at most"
+    text = f"{mm(metrics.path_error_max)} from the path at most"
     if metrics.command_error is not None:
         ahead, aside, turn = metrics.command_error
-        text += f", settled within {_of(ahead, 'm/s')} ahead, {_of(aside, 'm/s')} aside"
-        text += "" if turn is None else f", {_of(turn, 'rad/s')}"
+        text += f", settled within {of(ahead, 'm/s')} ahead, {of(aside, 'm/s')} aside"
+        text += "" if turn is None else f", {of(turn, 'rad/s')}"
     limited = metrics.commands_limited
-    return f"{text}; {_count(limited, 'command')} granted in part" if limited else text
+    return f"{text}; {count(limited, 'command')} granted in part" if limited else text
 
 
 def _mpc(mpc: MpcMetrics) -> str:
     text = (
-        f"{_count(mpc.solves, 'solve')} with {mpc.solver}, {_count(mpc.failures, 'failure')}, "
-        f"{_count(mpc.fallbacks, 'fallback')}"
+        f"{count(mpc.solves, 'solve')} with {mpc.solver}, {count(mpc.failures, 'failure')}, "
+        f"{count(mpc.fallbacks, 'fallback')}"
     )
     if mpc.degraded:
         text += f"; degraded ticks: {', '.join(f'{n} {reason}' for reason, n in mpc.degraded.items())}"
@@ -134,16 +134,19 @@ def _mpc(mpc: MpcMetrics) -> str:
     return f"{text}; a tick takes {1e3 * median:.2g} ms, 99 % below {1e3 * p99:.3g} ms"
 
 
-def _count(number: int, noun: str) -> str:
+def count(number: int, noun: str) -> str:
+    """ "1 tick", "2 ticks"."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-def _of(value: float | None, unit: str) -> str:
+def of(value: float | None, unit: str) -> str:
+    """A value with three digits and its unit, or "unknown"."""
     if value is None:
         return "unknown"
     number = f"{value:#.3g}".removesuffix(".") if value else "0"  # 0.18 and 0.188 with as many digits
     return f"{number} {unit}".removesuffix(" 1")
 
 
-def _mm(value: float | None) -> str:
+def mm(value: float | None) -> str:
+    """A length [m] in millimetres, or "unknown"."""
     return "unknown" if value is None else f"{1e3 * value:.1f} mm"

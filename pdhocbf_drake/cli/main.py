@@ -30,6 +30,7 @@ _CODES = (
 _VERBS: Final[dict[str, tuple[str, str]]] = {
     "list": ("scenarios that come with the package", "cli.list"),
     "run": ("simulate a scenario and write a run folder", "cli.run"),
+    "drive": ("a walk in real time under your controls in a browser, recorded as a run", "cli.drive"),
     "import": (
         "a robot file and a scenario from a URDF, SDF or MJCF file",
         "importing.command",

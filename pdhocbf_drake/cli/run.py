@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import errno
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from itertools import count
@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 
 from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.collecting import quick_imports, without_garbage_collection
-from pdhocbf_drake.errors import PdhocbfError, RunFolderError, reason
+from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
-from pdhocbf_drake.simulation.checks import check_scenario, check_watchable, unused_settings
+from pdhocbf_drake.simulation.checks import check_scenario, unused_settings
 from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, ROWS, Run, begin_run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -31,6 +31,7 @@ from pdhocbf_drake.terminal import say, shown_progress, table
 if TYPE_CHECKING:
     from pdhocbf_drake.analysis.metrics_schema import Metrics
     from pdhocbf_drake.fitting.defaults import Fitted
+    from pdhocbf_drake.simulation.run_log import RunLog
 
 _STOPPED = "interrupted after the run"
 _ENDED_EARLY = 3  # exit code of a run that ended in a fall or a failure of Drake
@@ -52,8 +53,8 @@ def run(options: argparse.Namespace) -> int:
     scenario, fitted = load_fitted(options.scenario, options.text)
     check_scenario(scenario)
     _say_fit(scenario, fitted)
-    if options.meshcat:
-        check_watchable(scenario)
+    if options.meshcat and scenario.system == "van_der_pol":
+        raise InputError("--meshcat: walks can be watched live; the replay shows this scenario's oscillator")
     if unused := unused_settings(scenario):
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
     if scenario.commands or scenario.path:
@@ -61,7 +62,7 @@ def run(options: argparse.Namespace) -> int:
 
         for sentence in limited_commands(scenario):
             say(f"pdhocbf: {sentence}")
-    with interruptible(), _place(options.out, scenario) as place, new_folder(place, ENTRIES, keep=ROWS) as folder:
+    with interruptible(), run_place(options.out, scenario) as place, new_folder(place, ENTRIES, keep=ROWS) as folder:
         for saved in folder.saved:
             say(f"pdhocbf: a run was killed as it was written to {place}; what it recorded is now in {saved}")
         with stop_requests() as stop:  # the log is written before such a request takes effect
@@ -78,14 +79,14 @@ def run(options: argparse.Namespace) -> int:
         written, problem = list[str](), _STOPPED
         if not stop.is_set():
             with without_garbage_collection():  # figures are many objects
-                written, problem = _write_pages(recorded, metrics, place, not options.no_replay)
+                written, problem = write_pages(recorded, metrics, place, not options.no_replay)
     rows = [(name.removesuffix(".html"), str(place / name)) for name in written] or [("run folder", str(place))]
     print(table([*summary_rows(metrics), *degraded_rows(recorded), *rows]))
     if problem:
         say(f"pdhocbf: {problem}; `pdhocbf report {place}` makes up what is missing")
     if not stop.is_set():
-        _complete(recorded.scenario, options.verbose)
-    return _exit_code(recorded.log.ending, place) or bool(problem)
+        complete(recorded.scenario, options.verbose)
+    return exit_code(recorded.log.ending, place) or bool(problem)
 
 
 def _say_fit(scenario: Scenario, fitted: Fitted | None) -> None:
@@ -123,7 +124,7 @@ def _within_limits(scenario: Scenario) -> Scenario:
     return kept.scenario
 
 
-def _complete(scenario: Scenario, verbose: bool) -> None:
+def complete(scenario: Scenario, verbose: bool) -> None:
     """Compiles what this walk may need the next time; the run does not depend on it."""
     if scenario.system == "van_der_pol":
         return
@@ -136,7 +137,7 @@ def _complete(scenario: Scenario, verbose: bool) -> None:
             say("pdhocbf: programs are not kept")
 
 
-def _exit_code(ending: str, place: Path) -> int:
+def exit_code(ending: str, place: Path) -> int:
     """0 for a run that reached its duration; for another one, prints the reason and the folder too."""
     kept = f"what was recorded is in {place}"
     if ending == FINISHED:
@@ -168,17 +169,22 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool, folder: Path) -> Ru
             if stop.is_set():  # between two ticks, so that the log ends with a whole row
                 raise KeyboardInterrupt
 
-        meshcat = None
-        if live:
-            from pydrake.geometry import Meshcat
-
-            meshcat = Meshcat()
-            say(f"live at {meshcat.web_url()}")
-        log = simulate(scenario, report, meshcat, begin_run(scenario, folder))
+        rows = begin_run(scenario, folder)
+        log = _watched(scenario, report, rows) if live else simulate(scenario, report, None, rows)
     return Run.of(scenario, log, time.perf_counter() - started)
 
 
-def _write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:
+def _watched(scenario: Scenario, report: Callable[[float], None], rows: Path) -> RunLog:
+    """Simulates no faster than real time, in a scene in the browser."""
+    from pdhocbf_drake.driving.scene import live_scene
+    from pdhocbf_drake.simulation.simulate import advance, make_diagram
+
+    scene, address = live_scene(scenario)
+    say(f"live at {address}")
+    return advance(scenario, make_diagram(scenario), report, rows=rows, show=scene.draw)
+
+
+def write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:
     """Writes replay and report; returns the names of those written, and the reason why one is missing, or "".
 
     What one of them raises costs that one, a full disk and Ctrl-C all that is not yet there.
@@ -216,7 +222,7 @@ def _cause(error: Exception) -> str:
 
 
 @contextmanager
-def _place(out: Path | None, scenario: Scenario) -> Iterator[Path]:
+def run_place(out: Path | None, scenario: Scenario) -> Iterator[Path]:
     """The place of the run folder: the one given, or one in ./runs that no other command gets, even at the same time.
 
     It is removed at the end if it is empty.

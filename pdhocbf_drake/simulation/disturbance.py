@@ -42,7 +42,8 @@ def _pushed_point(push: Push, plant: MultibodyPlant, biped: Biped) -> tuple[Body
         there = sorted(plant.get_body(index).name() for index in plant.GetBodyIndices(robot))
         raise InputError(f"pushes: the robot has no body '{name}'; it has {', '.join(there)}")
     body = plant.GetBodyByName(name)
-    return body.index(), body.default_com()
+    # Copies, since those of Drake keep the plant alive.
+    return BodyIndex(int(body.index())), np.array(body.default_com())
 
 
 def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names: str) -> None:

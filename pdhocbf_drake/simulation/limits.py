@@ -40,6 +40,11 @@ def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
     return biped, within_limits(scenario, biped)
 
 
+def within_its_limits(scenario: Scenario) -> Scenario:
+    """The scenario of `checked_walk`, or as it is where it has no robot; raises as that does."""
+    return scenario if scenario.system != "biped" else checked_walk(scenario)[1].scenario
+
+
 def within_limits(scenario: Scenario, biped: Biped) -> Kept:
     """The scenario within the limits of the robot's joints and of its soles' grip, where `mpc.limits` is "model".
 

@@ -89,10 +89,6 @@ class RunLog:
         """The rows from `time` on (half a microsecond early, against rounding)."""
         return self._rows(int(np.searchsorted(self.time, time - 5e-7)), len(self))
 
-    def before(self, time: float) -> RunLog:
-        """The rows up to `time` (half a microsecond late, against rounding)."""
-        return self._rows(0, int(np.searchsorted(self.time, time + 5e-7)))
-
     def finite(self) -> RunLog:
         """The rows before the first one with NaN or infinity."""
         finite = np.ones(len(self), bool)

@@ -8,20 +8,21 @@ from pathlib import Path
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
-from pdhocbf_drake.collecting import without_garbage_collection
+from pdhocbf_drake.collecting import freed_at_the_end, without_garbage_collection
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable
 from pdhocbf_drake.simulation.diagram import oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
 from pdhocbf_drake.simulation.limits import checked_walk
-from pdhocbf_drake.simulation.log_rows import LogRows
+from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import LoggedDiagram
 
 Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress
+_PICTURE = 1.0 / 30.0  # [s] likewise between two pictures of a walk that is shown
 _ROWS = 500  # ticks of which the log is kept in memory where it goes to disk
 
 
@@ -43,6 +44,7 @@ def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None, walk: Walk 
     return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat)
 
 
+@freed_at_the_end()
 def simulate(
     scenario: Scenario,
     progress: Progress | None = None,
@@ -70,13 +72,19 @@ def advance(
     progress: Progress | None = None,
     meshcat: Meshcat | None = None,
     rows: Path | None = None,
+    show: Callable[[dict[str, Array]], None] | None = None,
 ) -> RunLog:
-    """What `simulate` does once the scenario's diagram is built."""
+    """What `simulate` does once the scenario's diagram is built.
+
+    Args:
+        show: called 30 times a second of simulated time, which is then no faster than real time, with each logged
+            signal.
+    """
     columns = {name: place.stop - place.start for name, place in logged.columns.items()}
     written = None if rows is None else LogRows(rows, columns)
     simulator = Simulator(logged.diagram)
     ApplySimulatorConfig(simulator_config(scenario.simulator), simulator)
-    if meshcat is not None:
+    if meshcat is not None or show is not None:
         simulator.set_target_realtime_rate(1.0)
     for adjust in logged.adjust:
         adjust(simulator.get_mutable_context())
@@ -85,10 +93,12 @@ def advance(
         simulator.Initialize()
         now, end = 0.0, _end(scenario)
         while now < end:
-            now = min(now + _CHUNK, end)
+            now = min(now + (_CHUNK if show is None else _PICTURE), end)
             status = simulator.AdvanceTo(now)
             if written is not None:
                 logged.hand_over(simulator.get_context(), written, _ROWS)
+            if show is not None:
+                show(logged.present(simulator.get_context()))
             if progress is not None:
                 progress(simulator.get_context().get_time())
             if status.reason() == SimulatorStatus.ReturnReason.kReachedTerminationCondition:

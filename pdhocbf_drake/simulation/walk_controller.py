@@ -15,6 +15,7 @@ from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.checks import check_scenario
+from pdhocbf_drake.simulation.limits import within_its_limits
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.unbundled import unbundled
@@ -52,7 +53,7 @@ class WalkController:
         check_scenario(scenario)
         if scenario.system == "van_der_pol":
             raise InputError(f"only a walk has this controller; {scenario.name} is the oscillator")
-        return cls(build_walk(scenario).mpc)
+        return cls(build_walk(within_its_limits(scenario)).mpc)
 
     def step(
         self,
@@ -90,10 +91,9 @@ class WalkController:
 
         Its memory is discrete state of the context. It has the vector input port lip_state (c, v, p of x, then of y),
         and optional ones: foot_state, zmp_offset, gait_phase, barrier_bound, and where the scenario has commands,
-        command (see `step`). Its output ports com_reference,
-        zmp_reference, zmp_box, stance_plan, foot_plan, solver_status, barrier_slack, barrier_active, unmet, last_step
-        and resumed are the README's signals of those names. It is a diagram around one `LeafSystem`, whose vector it
-        takes apart.
+        command (see `step`). Its output ports com_reference, zmp_reference, zmp_box, stance_plan, foot_plan,
+        solver_status, barrier_slack, barrier_active, unmet, last_step and resumed are the signals of those names in
+        docs/run_folder.md. It is a diagram around one `LeafSystem`, whose vector it takes apart.
         """
         names = [(axis, barrier.name) for axis, group in enumerate(self.mpc.barriers) for barrier in group]
         return unbundled(MpcController(self.mpc, self.memory.state, self.memory.feet, names, self.latency))

@@ -12,7 +12,7 @@ from pydrake.systems.primitives import LogVectorOutput, Multiplexer, VectorLogSi
 from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 
-_MEASURED = "_measured"
+_MEASURED, _SIGNALS = "_measured", "signals"
 
 
 @dataclass
@@ -45,6 +45,12 @@ class LoggedDiagram:
         """Moves the log in a context to disk, once it has so many rows; they stay where that can't be done."""
         if self.sink.FindLog(context).num_samples() >= at_least and rows.append(*self._samples(context)):
             self.forget(context)
+
+    def present(self, context: Context) -> dict[str, Array]:
+        """Each logged signal as it is in a context, (size,)."""
+        signals = self.diagram.GetSubsystemByName(_SIGNALS)
+        values = signals.get_output_port().Eval(signals.GetMyContextFromRoot(context))
+        return {name: values[place] for name, place in self.columns.items()}
 
     def forget(self, context: Context) -> None:
         """Empties the log of a context."""
@@ -110,7 +116,7 @@ class Wiring:
     def build(self, name: str) -> LoggedDiagram:
         """The diagram, with one sink for all logged ports."""
         ports = [self._ports[signal] for signal in self._logged]
-        signals = self.builder.AddNamedSystem("signals", Multiplexer([port.size() for port in ports]))
+        signals = self.builder.AddNamedSystem(_SIGNALS, Multiplexer([port.size() for port in ports]))
         for i, port in enumerate(ports):
             self.builder.Connect(port, signals.get_input_port(i))
         sink = LogVectorOutput(signals.get_output_port(), self.builder, self.tick)

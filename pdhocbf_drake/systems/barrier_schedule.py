@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from math import lcm
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, InputPort, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, InputPort
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.kept import Kept
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.kernels import write_h
 from pdhocbf_drake.systems.signals import places, size, sizes
@@ -23,7 +24,7 @@ _WALKS = 8  # whose bounds are kept: the commanded one, and those that a control
 _NOW = places("stance_plan", "x_now", "y_now")
 
 
-class BarrierSchedule(LeafSystem):
+class BarrierSchedule(Block):
     """Outputs the periodic bounds V̄(k) of n_b barriers over the horizon H, and h.
 
     Input ports:
@@ -68,7 +69,7 @@ class BarrierSchedule(LeafSystem):
         if np.any(self._seen_from < 2):
             self._stance = self.DeclareVectorInputPort("stance_plan", size("stance_plan"))
             prerequisites.add(self._stance.ticket())
-        self.DeclareVectorOutputPort("bounds_and_h", sum(self.parts.values()), self._calc, prerequisites)
+        self.DeclareVectorOutputPort("bounds_and_h", sum(self.parts.values()), weakly(self._calc), prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         phase, step, _ = self._phase.Eval(context).tolist()

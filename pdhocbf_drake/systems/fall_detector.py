@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 
-from pydrake.systems.framework import Context, EventStatus, LeafSystem
+from pydrake.systems.framework import Context, EventStatus
 
+from pdhocbf_drake.systems.block import Block
 from pdhocbf_drake.systems.signals import places, size
 
 _STANDS = EventStatus.Succeeded()
@@ -13,7 +14,7 @@ _FRACTION = 0.7  # of the nominal CoM height
 (_Z,) = places("com_z", "z")
 
 
-class FallDetector(LeafSystem):
+class FallDetector(Block):
     """Ends the run when the robot's CoM is at or below 70 % of its nominal height, or its height is not finite.
 
     Checked once a tick.
@@ -38,7 +39,7 @@ class FallDetector(LeafSystem):
         return EventStatus.ReachedTermination(self, f"fell: the CoM is below {self._least:.2f} m")
 
 
-class LeanDetector(LeafSystem):
+class LeanDetector(Block):
     """Ends the run when the template leans by more than 45°: its CoM is farther from the ZMP than it is high.
 
     Checked once a tick; a state with NaN ends the run as well. In single support a walk leans by less than half a

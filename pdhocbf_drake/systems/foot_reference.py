@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.signals import size
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.swing import Swing
 
 
-class FootReference(LeafSystem):
+class FootReference(Block):
     """Keeps the stance foot in place and moves the swing foot to its planned landing.
 
     The plan may move the landing at every tick. The swing foot continues from its reference of the last tick, which is
@@ -34,7 +35,7 @@ class FootReference(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
         prerequisites = {self._phase.ticket(), self._plan.ticket(), self._resumed.ticket(), self.xd_ticket()}
         self._reference = self.DeclareVectorOutputPort(
-            "foot_reference", size("foot_reference"), self._calc, prerequisites
+            "foot_reference", size("foot_reference"), weakly(self._calc), prerequisites
         )
 
     def _update(self, context: Context, values: DiscreteValues) -> None:

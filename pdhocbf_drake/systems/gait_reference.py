@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.signals import size, sizes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.course import Course
@@ -44,7 +45,7 @@ class ChangedGait:
         return gait
 
 
-class GaitReference(LeafSystem):
+class GaitReference(Block):
     """Counts ticks and outputs what the gait commands for the present one.
 
     Its one discrete state is the tick k. Like every block here it is updated at kδ, so that its outputs between kδ and
@@ -66,7 +67,7 @@ class GaitReference(LeafSystem):
         self.DeclareDiscreteState(1)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._advance)
         prerequisites = {self.xd_ticket(), *self._gait.tickets}
-        self.DeclareVectorOutputPort("commanded", sum(self.parts.values()), self._calc, prerequisites)
+        self.DeclareVectorOutputPort("commanded", sum(self.parts.values()), weakly(self._calc), prerequisites)
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(context.get_discrete_state_vector().value() + 1.0)

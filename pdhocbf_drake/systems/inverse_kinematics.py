@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.robot import (
     Biped,
@@ -16,6 +16,7 @@ from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.ik import LEVEL
 from pdhocbf_drake.robot.kernels import left_share, use_of_ground
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.signals import places, size, sizes
 from pdhocbf_drake.systems.torso_yaw import TorsoYaw, add_to
@@ -30,7 +31,7 @@ _LARGEST_ERROR = 1e3  # in ik_status, where a refused target has an infinite one
 _ZMP = places("zmp_reference", "x_zmp", "y_zmp")
 
 
-class InverseKinematics(LeafSystem):
+class InverseKinematics(Block):
     """Whole-body inverse kinematics and inverse dynamics of the plan, solved once a tick.
 
     The outputs are functions of the inputs, which change once a tick, and of the last tick's motion, which is this
@@ -77,7 +78,7 @@ class InverseKinematics(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
         self._size = self._motion.start + len(motion)
-        self._solution = self.DeclareVectorOutputPort("solution", self._size, self._calc, prerequisites)
+        self._solution = self.DeclareVectorOutputPort("solution", self._size, weakly(self._calc), prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._solution.Eval(context)[self._motion])

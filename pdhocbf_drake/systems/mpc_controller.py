@@ -6,15 +6,16 @@ import time
 from collections.abc import Sequence
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control
 from pdhocbf_drake.mpc.memory import OUTPUTS, Memory, MemoryLayout
+from pdhocbf_drake.systems.block import Block
 from pdhocbf_drake.systems.signals import size
 
 
-class MpcController(LeafSystem):
+class MpcController(Block):
     """Solves (36) at every tick kδ; its outputs are then what is planned for tick k + 1.
 
     All it remembers (the last plan, the feet on the ground, the active sets) is discrete state, laid out by

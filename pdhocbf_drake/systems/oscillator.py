@@ -5,10 +5,11 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.signals import places, size
 
 (_FALLBACKS,) = places("solver_status", "fallbacks")
@@ -16,7 +17,7 @@ _AT_BOUND = 1e-6  # share of the largest |ψ| below which a ψ is at its bound
 _REASONS = {"solved": Reason.SOLVED, "softened": Reason.SOFTENED, "failed": Reason.NOT_OPTIMAL}
 
 
-class Oscillator(LeafSystem):
+class Oscillator(Block):
     """Eq. (16) as a discrete-time plant. It steps half a tick after the filter: the input found at kδ acts from kδ on.
 
     Input ports:
@@ -38,7 +39,7 @@ class Oscillator(LeafSystem):
         values.set_value(self._system.step(0, state, self._input.Eval(context)))
 
 
-class TubeFilter(LeafSystem):
+class TubeFilter(Block):
     """u nearest to zero with ψ_m ≥ 0 for all four barriers.
 
     Its discrete state is the tick, and the input, the status and the slacks of the last one.
@@ -65,7 +66,7 @@ class TubeFilter(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(tube.config.tick, 0.0, self._update)
         self.DeclareStateOutputPort("oscillator_input", self._input)
         h_changes_with = {self._state.ticket(), self.discrete_state_ticket(self._tick)}
-        self.DeclareVectorOutputPort("h", size("h", count), self._calc_h, h_changes_with)
+        self.DeclareVectorOutputPort("h", size("h", count), weakly(self._calc_h), h_changes_with)
         self.DeclareStateOutputPort("solver_status", self._status)
         self.DeclareStateOutputPort("barrier_slack", self._slack)
         self.DeclareStateOutputPort("barrier_active", self._active)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.signals import places, size, sizes
 from pdhocbf_drake.walking import Gait
@@ -11,7 +12,7 @@ from pdhocbf_drake.walking import Gait
 (_STEP,) = places("gait_phase", "step")
 
 
-class PathReference(LeafSystem):
+class PathReference(Block):
     """Outputs the middle between the feet, the heading, and the command of the present step, granted and asked.
 
     Input ports:
@@ -26,7 +27,7 @@ class PathReference(LeafSystem):
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._gait = ChangedGait(self, gait)
         prerequisites = {self._phase.ticket(), *self._gait.tickets}
-        self.DeclareVectorOutputPort("path_and_command", sum(self.parts.values()), self._calc, prerequisites)
+        self.DeclareVectorOutputPort("path_and_command", sum(self.parts.values()), weakly(self._calc), prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         gait, step = self._gait(context), round(self._phase.Eval(context)[_STEP])

@@ -10,8 +10,9 @@ from pydrake.common.value import AbstractValue, Value
 from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import BodyIndex
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.signals import size
 
 
@@ -25,7 +26,7 @@ class TimedForce(NamedTuple):
     last: int
 
 
-class PushSchedule(LeafSystem):
+class PushSchedule(Block):
     """Applies forces to the plant; its discrete state is the present tick.
 
     Each force is a numeric parameter of the context (force, first, last), so that one diagram serves for many pushes,
@@ -45,8 +46,8 @@ class PushSchedule(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._advance)
         state = {self.xd_ticket(), self.all_parameters_ticket()}
         model = Value[list[ExternallyAppliedSpatialForce]]
-        self.DeclareAbstractOutputPort("applied_spatial_force", lambda: model([]), self._applied, state)
-        self.DeclareVectorOutputPort("push", size("push"), self._sum, state)
+        self.DeclareAbstractOutputPort("applied_spatial_force", lambda: model([]), weakly(self._applied), state)
+        self.DeclareVectorOutputPort("push", size("push"), weakly(self._sum), state)
 
     def _advance(self, context: Context, values: DiscreteValues) -> None:
         values.set_value([context.get_discrete_state_vector()[0] + 1.0])

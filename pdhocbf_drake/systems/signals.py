@@ -1,6 +1,7 @@
 """The one table of the blocks' vector ports: name, block, size, unit, meaning, elements, and whether it is logged.
 
-Blocks take the sizes of their ports from it; so do logs, axis labels, the tests of ports and the README's table.
+Blocks take the sizes of their ports from it; so do logs, axis labels, the tests of ports and the table in
+docs/run_folder.md.
 """
 
 from __future__ import annotations

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.tree_task_space import task_space_of
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.kernels import LEAST_LOAD, write_estimate
 from pdhocbf_drake.systems.signals import size, sizes, stretch
 
 _ZMP = stretch("lip_state", "x_zmp", "y_zmp")
 
 
-class StateEstimator(LeafSystem):
+class StateEstimator(Block):
     """CoM by kinematics, ZMP by the ground's wrench on the robot (Remark 8), here from the true state.
 
     The ground's generalized force on the floating base is the net contact wrench about the base's origin b:
@@ -44,7 +45,7 @@ class StateEstimator(LeafSystem):
         self.DeclareDiscreteState(np.full(2, np.nan))  # the last ZMP
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self._state.ticket(), self._forces.ticket(), self.xd_ticket()}
-        self._estimate = self.DeclareVectorOutputPort("estimate", self._size, self._calc, prerequisites)
+        self._estimate = self.DeclareVectorOutputPort("estimate", self._size, weakly(self._calc), prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._estimate.Eval(context)[_ZMP])

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.systems.framework import BasicVector, Context
 
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.signals import size
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.swing import turned_heading
 
 
-class TurnReference(LeafSystem):
+class TurnReference(Block):
     """Turns the swing foot from the heading of its last stance to that of its next one, and the torso half as far.
 
     The stance foot keeps its heading; that of the torso is the mean of both soles', so that it turns smoothly.
@@ -27,7 +28,7 @@ class TurnReference(LeafSystem):
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._gait = ChangedGait(self, gait)
         prerequisites = {self._phase.ticket(), *self._gait.tickets}
-        self.DeclareVectorOutputPort("turn_reference", size("turn_reference"), self._calc, prerequisites)
+        self.DeclareVectorOutputPort("turn_reference", size("turn_reference"), weakly(self._calc), prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, step, _ = self._phase.Eval(context).tolist()

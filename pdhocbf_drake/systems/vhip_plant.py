@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import Context, DiscreteValues
 
+from pdhocbf_drake.systems.block import Block
 from pdhocbf_drake.systems.signals import places, size
 from pdhocbf_drake.walking.vhip import Vhip
 
@@ -12,7 +13,7 @@ _ZMP_VELOCITY = places("zmp_reference", "ux", "uy")
 _HORIZONTAL = places("push", "fx", "fy")
 
 
-class VhipPlant(LeafSystem):
+class VhipPlant(Block):
     """Both axes of the VHIP (23) as a discrete-time plant.
 
     Blocks updated at the same instant read each other's old state. So that the input planned at kδ acts during

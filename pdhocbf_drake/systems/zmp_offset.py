@@ -5,8 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
 from pdhocbf_drake.systems.signals import size, stretch
@@ -20,7 +21,7 @@ _LARGEST = 0.08 / 0.58  # learned offset, over the CoM's height: a larger differ
 _LARGEST_SWING = 0.12 / 0.58  # offset that a swing foot is expected to cause, likewise
 
 
-class ZmpOffset(LeafSystem):
+class ZmpOffset(Block):
     """Predicts the difference between the ZMP of all links and that of the template over the horizon.
 
     It is the rate of the legs' angular momentum, −Ḣ/(m (g + z̈)), and the controller shifts its ZMP box by it:
@@ -65,7 +66,9 @@ class ZmpOffset(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), self._phase.ticket(), *(port.ticket() for port in ports[3:])}
         prerequisites |= self._gait.tickets
-        self.DeclareVectorOutputPort("zmp_offset", size("zmp_offset", horizon=horizon), self._calc, prerequisites)
+        self.DeclareVectorOutputPort(
+            "zmp_offset", size("zmp_offset", horizon=horizon), weakly(self._calc), prerequisites
+        )
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         tick, _, support = self._phase.Eval(context).tolist()

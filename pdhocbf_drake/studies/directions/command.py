@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.arguments import add_overrides
+from pdhocbf_drake.arguments import add_scenario, add_work
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.terminal import shown_progress
@@ -13,14 +13,12 @@ from pdhocbf_drake.terminal import shown_progress
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the rows of the table, and the folder of the results."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
-    add_overrides(parser)
+    add_scenario(parser)
     parser.add_argument("--rows", metavar="LIST", help="some of the rows, such as circle,square,random")
     parser.add_argument("--quick", action="store_true", help="a few seconds of each, without pushes")
     parser.add_argument("--walks", type=int, default=20, metavar="N", help="random sequences of commands")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the random sequences")
-    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/directions-NAME")
+    add_work(parser, "directions")
 
 
 def run(options: argparse.Namespace) -> int:

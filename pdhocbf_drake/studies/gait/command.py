@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from pdhocbf_drake.arguments import add_overrides
+from pdhocbf_drake.arguments import add_scenario, add_work
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.gait.plan import default_lines, plan
@@ -16,8 +16,7 @@ from pdhocbf_drake.terminal import shown_progress
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the values to try, and the folder of the results."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
-    add_overrides(parser)
+    add_scenario(parser)
     keys = ", ".join(KEYS)
     line = f"values of one of {keys}, all else unchanged; may be repeated; otherwise some of each"
     parser.add_argument("--vary", action="append", metavar="KEY=LIST", help=line)
@@ -27,8 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--directions", metavar="LIST", help=pushes)
     phases = "ticks of the gait at which pushes begin, as for push"
     parser.add_argument("--phases", default="4", metavar="N|LIST", help=phases)
-    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/gait-NAME")
+    add_work(parser, "gait")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pdhocbf_drake.arguments import add_overrides
+from pdhocbf_drake.arguments import add_scenario, add_work
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.push.study import RESULT, push
 from pdhocbf_drake.studies.shared.cases import CASES, lent_barriers
@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the pushes to try, and the folder of the results."""
-    parser.add_argument("scenario", metavar="SCENARIO", help="a name from `pdhocbf list`, or FILE[:NAME]")
-    add_overrides(parser)
+    add_scenario(parser)
     directions = "such as +x,+y or forward,left; one that begins with a minus as --directions=-x,+y"
     parser.add_argument("--directions", default="+x,-x,+y,-y", metavar="LIST", help=directions)
     phases = "how many, evenly spread over the gait, or a list of its ticks such as 0,10,20 (or '0,' for one)"
@@ -29,8 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--tolerance", type=float, default=1.0, metavar="NS", help="resolution of the answer [N s]")
     parser.add_argument("--duration", type=float, default=0.1, metavar="S", help="length of a push [s]")
     parser.add_argument("--watch", type=float, default=3.2, metavar="S", help="time simulated from the push on [s]")
-    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/push-NAME")
+    add_work(parser, "push")
 
 
 def run(options: argparse.Namespace) -> int:

@@ -6,7 +6,7 @@ import argparse
 import math
 from pathlib import Path
 
-from pdhocbf_drake.arguments import add_overrides
+from pdhocbf_drake.arguments import add_scenario, add_work
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.file import replaced_file, write_text
 from pdhocbf_drake.files.folder import new_folder
@@ -31,17 +31,14 @@ _FASTEST = 2.0  # times the right stride; longer ones exceed the reach of the le
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, the events, the range of γ, and the folder of the results."""
-    scenario = "a name from `pdhocbf list`, or FILE[:NAME]; a template (such as vhip) takes a minute, a robot several"
-    parser.add_argument("scenario", metavar="SCENARIO", help=scenario)
-    add_overrides(parser)
+    add_scenario(parser, "; a template (such as vhip) takes a minute, a robot several")
     parser.add_argument("--gamma", default="0.05,0.1,0.2,0.5,1", metavar="LIST", help="class-K rates in (0, 1]")
     parser.add_argument("--phases", default="8", metavar="N|LIST", help="ticks at which events begin, as for push")
     parser.add_argument("--kick", type=float, metavar="SIZE", help="velocity gained [m/s], or on a robot impulse [N s]")
     parser.add_argument("--push", type=float, metavar="SIZE", help="acceleration [m/s²], or on a robot force [N]")
     command = "commanded stride over the right one"
     parser.add_argument("--command", type=float, default=_COMMAND, metavar="FACTOR", help=command)
-    parser.add_argument("--workers", type=int, default=2, metavar="N", help="processes")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="the folder; otherwise ./runs/worth-NAME")
+    add_work(parser, "worth")
 
 
 def run(options: argparse.Namespace) -> int:

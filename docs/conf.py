@@ -1,0 +1,69 @@
+"""The documentation site: `make docs` builds it from the pages beside this file, the notebooks and the docstrings.
+
+The source folder is the repository's, so that a link leads to the same page here and where the repository is shown.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from pydantic import BaseModel
+
+import pdhocbf_drake
+
+project = html_title = "pdhocbf_drake"
+author = "the pdhocbf_drake authors"
+version = release = pdhocbf_drake.__version__
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx.ext.viewcode",
+    "sphinxcontrib.programoutput",
+]
+root_doc = "docs/index"
+include_patterns = ["*.md", "docs/*.md", "models/README.md", "notebooks/*.ipynb"]
+html_theme = "furo"
+html_extra_path = ["first_page"]  # leads from the site's root to the root document
+
+myst_heading_anchors = 3
+nb_execution_mode = "force"
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
+
+default_role = "code"  # in docstrings single backticks hold code
+highlight_language = "none"  # of blocks that name none
+napoleon_use_ivar = True
+autodoc_member_order = "bysource"
+autodoc_typehints = "description"
+autodoc_typehints_description_target = "documented"
+
+
+def plain(app: object, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:
+    """Makes reStructuredText of a docstring in plain text: bars are bars, and what is indented after ":" is code."""
+    if lines and lines[0].startswith("Alias for field number"):
+        lines.clear()  # a named tuple's own words for its fields, which its docstring describes
+    for place, line in enumerate(lines):
+        parts = line.split("`")
+        parts[::2] = [re.sub(r"([|*])", r"\\\1", part) for part in parts[::2]]
+        lines[place] = "`".join(parts)
+        blank, follows = [*lines[place + 1 : place + 3], "x", "x"][:2]
+        if line.endswith(":") and not blank and _indent(follows) > _indent(line):
+            lines[place] += ":"
+
+
+def _indent(line: str) -> int:
+    return len(line) - len(line.lstrip())
+
+
+def short(app: object, what: str, name: str, obj: object, *rest: object) -> tuple[str, str] | None:
+    """No signature for a configuration, whose keys its docstring describes."""
+    return ("", "") if isinstance(obj, type) and issubclass(obj, BaseModel) else None
+
+
+def setup(app: Any) -> None:
+    """Called by Sphinx; sections such as "Args:" are read after `plain`."""
+    app.connect("autodoc-process-docstring", plain, priority=400)
+    app.connect("autodoc-process-signature", short)

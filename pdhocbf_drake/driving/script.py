@@ -1,0 +1,69 @@
+"""A driver that follows a file: `pdhocbf drive --script FILE` presses its own buttons."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from pdhocbf_drake.config import Config, parse_config, within
+from pdhocbf_drake.driving.controls import Asked, Pushed
+from pdhocbf_drake.walking.commands import STOP, Command
+from pdhocbf_drake.yaml_text import read_yaml
+
+_Speed = Annotated[float, within(-10.0, 10.0, "m/s")]
+_ROUNDING = 1e-9  # [s]
+
+
+class Press(Config):
+    """What is pressed at a time; what is left out stays.
+
+    Attributes:
+        time: when [s].
+        forward, sideways: the sliders of the velocity [m/s].
+        turn: that of the turn rate [rad/s].
+        walks: whether it walks where all of them are 0, in place, or stands.
+        push: from where it is pushed.
+        impulse: how hard [N s].
+    """
+
+    time: float = Field(ge=0)
+    forward: _Speed | None = None
+    sideways: _Speed | None = None
+    turn: Annotated[float, within(-10.0, 10.0, "rad/s")] | None = None
+    walks: bool | None = None
+    push: Literal["from behind", "from the left", "from the front", "from the right"] | None = None
+    impulse: Annotated[float, within(0.0, 1e3, "N s")] = 5.0
+
+
+class _File(Config):
+    presses: tuple[Press, ...]
+
+
+class Script:
+    """The presses of a file, in the order of their times."""
+
+    def __init__(self, presses: tuple[Press, ...]) -> None:
+        self._presses = sorted(presses, key=lambda press: press.time)
+        self._next, self._way, self._walks = 0, {"forward": 0.0, "sideways": 0.0, "turn": 0.0}, False
+
+    @classmethod
+    def read(cls, path: Path) -> Script:
+        """The script of a YAML file with a list `presses`; raises `InputError`."""
+        data = read_yaml(path)
+        return cls(parse_config(_File, data, str(path)).presses)
+
+    def at(self, time: float) -> Asked:
+        """What is asked for at a time [s], which must not decrease from call to call."""
+        pushes = []
+        while self._next < len(self._presses) and self._presses[self._next].time <= time + _ROUNDING:
+            press = self._presses[self._next]
+            self._next += 1
+            self._way |= {name: value for name in self._way if (value := getattr(press, name)) is not None}
+            self._walks = self._walks if press.walks is None else press.walks
+            if press.push is not None:
+                pushes.append(Pushed(press.push, press.impulse))
+        ahead, aside, turn = self._way.values()
+        command = Command(ahead, aside, turn) if self._walks or any(self._way.values()) else STOP
+        return Asked(command, tuple(pushes))

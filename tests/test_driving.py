@@ -1,0 +1,133 @@
+"""Driven walks: what was pressed simulates again to the same bits, in a script and by hand in a browser."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake import Scenario, load_scenario, read_run, simulate
+from pdhocbf_drake.config import parse_config
+from pdhocbf_drake.driving.controls import SIDES, Asked, Pushed
+from pdhocbf_drake.driving.script import Press, Script
+from pdhocbf_drake.driving.session import Session, drivable
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.run_log import FELL, FINISHED, RunLog
+from pdhocbf_drake.walking.commands import Command
+
+PRESSES = [
+    {"time": 0.25, "forward": 0.3},
+    {"time": 1.63, "turn": 0.4},
+    {"time": 2.2, "push": "from the left", "impulse": 2.0},
+    {"time": 2.25, "push": "from behind", "impulse": 1.0},
+    {"time": 2.4, "turn": 0.2},  # where a step begins
+    {"time": 2.79, "turn": 0.3},
+    {"time": 3.1, "turn": 0.0, "forward": 0.0},
+]
+
+
+def script(presses: list[dict]) -> Script:
+    return Script(tuple(parse_config(Press, press, "presses") for press in presses))
+
+
+def equal(one: RunLog, other: RunLog) -> None:
+    assert len(one) == len(other)
+    for name, table in one.signals.items():
+        if name == "solver_status":  # has the wall time of each tick
+            table, again = table[:, [0, *range(2, 6)]], other[name][:, [0, *range(2, 6)]]
+        else:
+            again = other[name]
+        np.testing.assert_array_equal(table, again, err_msg=name)
+
+
+@pytest.mark.parametrize(("name", "seconds"), [("vhip", 4.5), ("walking", 2.6)])
+def test_a_drive_simulates_again_to_the_same_bits(name: str, seconds: float) -> None:
+    driven = Session(load_scenario(name), script(PRESSES).at, pace=False).run(seconds)
+    assert driven.log.ending == FINISHED
+    assert driven.scenario.duration == pytest.approx(seconds)
+    assert [push.time for push in driven.scenario.pushes] == [2.2, 2.25]
+    assert [command.time for command in driven.scenario.commands][:4] == pytest.approx([0.0, 0.26, 1.64, 2.41])
+    equal(driven.log, simulate(Scenario.from_dict(driven.scenario.to_dict(), "again")))
+
+
+def test_a_push_comes_from_the_side_that_it_names() -> None:
+    for heading in (0.0, 0.7):
+        c, s = np.cos(heading), np.sin(heading)
+        seen = {side: np.array([[c, s], [-s, c]]) @ Pushed(side, 3.0).force(heading)[:2] for side in SIDES}
+        assert seen["from behind"] == pytest.approx([30.0, 0.0], abs=1e-9)
+        assert seen["from the front"] == pytest.approx([-30.0, 0.0], abs=1e-9)
+        assert seen["from the left"] == pytest.approx([0.0, -30.0], abs=1e-9)
+        assert seen["from the right"] == pytest.approx([0.0, 30.0], abs=1e-9)
+
+
+def test_a_restart_forgets_and_a_pause_waits() -> None:
+    asked = iter([Asked(Command(0.3))] * 40 + [Asked(restarts=True)] + [Asked(paused=True)] * 3)
+    driven = Session(load_scenario("vhip"), lambda now: next(asked, Asked()), pace=False).run(0.5)
+    assert [command.stop for command in driven.scenario.commands] == [True]
+    assert len(driven.log) == 51
+    assert np.abs(driven.log.element("lip_state", "vx")).max() < 1e-9
+
+
+def test_a_fall_is_recorded() -> None:
+    hard = script([{"time": 0.2, "push": "from the right", "impulse": 1000.0}])
+    driven = Session(load_scenario("vhip"), hard.at, pace=False).run(20.0)
+    assert driven.log.ending == FELL
+    assert driven.log.time[-1] < 19.0
+
+
+def test_an_oscillator_is_refused() -> None:
+    with pytest.raises(InputError, match="walks can be driven"):
+        drivable(load_scenario("van_der_pol"))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("presses: [{time: -1.0}]", "presses.0.time"),
+        ("presses: [{time: 1.0, push: above}]", "from behind"),
+        ("presses: [{time: 1.0, forward: .nan}]", "presses.0.forward"),
+        ("nothing: 1", "presses"),
+    ],
+)
+def test_a_wrong_script_is_named(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "script.yaml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        Script.read(path)
+
+
+def test_it_is_driven_by_hand_in_a_browser(chromium: str, tmp_path: Path) -> None:
+    sync_api = pytest.importorskip("playwright.sync_api")
+    words = ["drive", "vhip", "--out", str(tmp_path / "run"), "--no-replay"]
+    code = "import sys; from pdhocbf_drake.cli import main; sys.exit(main())"
+    process = subprocess.Popen([sys.executable, "-c", code, *words], stderr=subprocess.PIPE, text=True)
+    assert process.stderr is not None
+    address = re.search(r"http://\S+\d", process.stderr.readline())
+    assert address is not None
+    assert "localhost" in address[0]
+    with sync_api.sync_playwright() as player:
+        arguments = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+        browser = player.chromium.launch(executable_path=chromium, args=arguments)
+        page = browser.new_page(viewport={"width": 1000, "height": 800})
+        page.goto(address[0])
+        page.get_by_text("Open Controls").click()
+        page.get_by_text("push from the left").wait_for()
+        page.wait_for_timeout(500)
+        for _ in range(4):
+            page.keyboard.press("KeyW")
+            page.wait_for_timeout(60)
+        page.wait_for_timeout(1000)
+        page.get_by_text("push from the left").click()
+        page.wait_for_timeout(500)
+        page.get_by_text("end", exact=True).click()
+        assert process.wait(60) == 0
+        browser.close()
+    run = read_run(tmp_path / "run")
+    assert [command.velocity for command in run.scenario.commands][-1] == (0.2, 0.0)
+    (push,) = run.scenario.pushes
+    assert push.force[1] < 0.0
+    equal(run.log, simulate(run.scenario))
