@@ -22,7 +22,7 @@ SLOW = {
     "test_simulate", "test_stand_robot", "test_stepping", "test_studies_shared", "test_van_der_pol",
     "test_import_command", "test_import_copy", "test_import_formats", "test_import_reading",
     "test_walk_barriers", "test_walk_controller", "test_commands", "test_commands_robot", "test_command_port",
-    "test_commanded_bounds", "test_directions", "test_any_size", "test_tune",
+    "test_commanded_bounds", "test_directions", "test_any_size", "test_tune", "test_friction", "test_joint_limits",
 }  # fmt: skip
 """Files of tests that together take most of the time; `make quick` leaves them out."""
 

@@ -14,6 +14,7 @@ from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.simulation.build import nominal_mpc
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.torso_yaw import TorsoYaw
+from pdhocbf_drake.walking.com_height import GRAVITY
 
 _HALVINGS = 5  # of the stride
 _GRIP = 0.9  # share of the friction that a walk may use
@@ -22,11 +23,17 @@ _GAITS = 4  # in which the torso's yaw settles
 
 
 class Asked(NamedTuple):
-    """A robot's walk at any stride: robot, scenario with `mpc.limits` as numbers, and the programs of its plans."""
+    """A robot's walk at any stride.
+
+    Attributes:
+        biped: the robot. scenario: with `mpc.limits` as numbers. programs: of its plans.
+        turn: the largest turn rate that is commanded [rad/s].
+    """
 
     biped: Biped
     scenario: Scenario
     programs: ProgramCache
+    turn: float = 0.0
 
 
 class Excess(NamedTuple):
@@ -68,7 +75,9 @@ def exceeded(asked: Asked, stride: float) -> Excess:
                 f"{biped.joint_names[joint]} needs {peaks[joint]:.3g} {unit} and has {limits[joint]:.3g} {unit}, "
                 f"{missing:.2g} {unit} are missing"
             )
-    return _of_grip(biped, scenario, motion)
+    # In a turn the ground also gives the centripetal force.
+    duration = scenario.gait.ticks_per_step * scenario.gait.tick
+    return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)
 
 
 def grip_of(biped: Biped, scenario: Scenario) -> Grip:
@@ -79,8 +88,9 @@ def grip_of(biped: Biped, scenario: Scenario) -> Grip:
     return Grip.of(biped, q, scenario.believed_friction, gait.zmp_box)
 
 
-def _of_grip(biped: Biped, scenario: Scenario, motion: SteadyMotion) -> Excess:
-    friction, used = scenario.believed_friction, float(motion.friction.max())
+def _of_grip(biped: Biped, scenario: Scenario, motion: SteadyMotion, more: float) -> Excess:
+    """What is asked of friction; `more` than by the motion straight ahead is asked of |F_xy|/F_z [1]."""
+    friction, used = scenario.believed_friction, float(motion.friction.max()) + more
     if used > _GRIP * friction:
         return Excess(f"the soles need a friction of {used:.2g}, and {_GRIP:g} of {friction:.2g} is there", True)
     grip = grip_of(biped, scenario)
@@ -88,7 +98,7 @@ def _of_grip(biped: Biped, scenario: Scenario, motion: SteadyMotion) -> Excess:
     for _ in range(_GAITS):
         for share, moment in zip(motion.friction.tolist(), motion.yaw_moment.tolist(), strict=True):
             planned = yaw.returning
-            turning = yaw.yielding(grip, planned, share, moment + grip.lever * planned)
+            turning = yaw.yielding(grip, planned, share + more, moment + grip.lever * planned)
             yaw = yaw.after(turning, scenario.gait.tick)
             largest = max(largest, abs(yaw.angle))
     if largest > (most := _YAW * (friction - used)):

@@ -16,6 +16,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 
 _FAR = 0.7  # share of a joint's limit below which a walk is taken as it is, by its preview
 _SLIPPERY = 0.3  # friction below which it is looked at; a walk uses some 0.08 and 20 mm about the vertical
+_APART = 1.03  # distance of the feet over the least one, where friction is low
 _TUNE = "`pdhocbf tune` searches a gait that asks less of a joint"
 
 
@@ -48,8 +49,8 @@ def within_its_limits(scenario: Scenario) -> Scenario:
 def within_limits(scenario: Scenario, biped: Biped) -> Kept:
     """The scenario within the limits of the robot's joints and of its soles' grip, where `mpc.limits` is "model".
 
-    Where friction does not do for the commanded walk, its ZMP box gets as wide as the soles, so that the CoM sways
-    less; then the stride is reduced.
+    Where friction does not do for the commanded walk, its gait gets cautious, see `_cautious`; then the stride is
+    reduced.
 
     Raises:
         ModelError: the joints can't hold the robot, or it can't even step in place.
@@ -61,19 +62,20 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
     if not _is_near(biped, scenario):
         return Kept(scenario)
     asked, sentences, programs = commanded_stride(scenario), list[str](), ProgramCache()
-    first = exceeded(Asked(biped, scenario, programs), asked)
+    turn = max((abs(command.turn) for command in scenario.commands), default=0.0)
+    walk = Asked(biped, scenario, programs, turn)
+    first = exceeded(walk, asked)
     if first.of_ground:
-        wider = 2.0 * min(float(biped.soles[side].half_size[1]) for side in SIDES)
-        box = scenario.gait.zmp_box
-        if wider > box[1]:
-            scenario = _with(scenario, gait={"zmp_box": (box[0], wider)})
-            sentences.append(f"the ZMP box is {wider:g} m wide instead of {box[1]:g} m: {first.said}")
-            first = exceeded(Asked(biped, scenario, programs), asked)
+        scenario, said = _cautious(scenario, biped)
+        if said:
+            sentences.append(f"{said}: {first.said}")
+            walk = walk._replace(scenario=scenario)
+            first = exceeded(walk, asked)
     if not first.said:
         return Kept(scenario, tuple(sentences))
-    stride = longest_granted(Asked(biped, scenario, programs), asked)
+    stride = longest_granted(walk, asked)
     if stride is None:
-        in_place = exceeded(Asked(biped, scenario, programs), 0.0)
+        in_place = exceeded(walk, 0.0)
         hint = "friction_belief is what is reckoned with" if in_place.of_ground else _TUNE
         raise ModelError(f"robot {biped.config.name!r} can't walk, not even in place: {in_place.said}; {hint}")
     duration = scenario.gait.ticks_per_step * scenario.gait.tick
@@ -112,6 +114,25 @@ def _with(scenario: Scenario, **changes: dict[str, object]) -> Scenario:
     """The scenario with other values in some of its parts."""
     parts = {part: getattr(scenario, part).model_copy(update=values) for part, values in changes.items()}
     return scenario.model_copy(update=parts)
+
+
+def _cautious(scenario: Scenario, biped: Biped) -> tuple[Scenario, str]:
+    """The gait that asks least of friction, and what it changes in words.
+
+    The ZMP box is as wide as the soles and the feet are nearly as close as they may be, so that the CoM sways less;
+    and the CoM stays level, so that the load is even.
+    """
+    gait, mpc = scenario.gait, scenario.mpc
+    least = max(mpc.stance_width_min, 0.0 if mpc.recovery is None else mpc.recovery.stance_width_min)
+    wider = 2.0 * min(float(biped.soles[side].half_size[1]) for side in SIDES)
+    wanted = {
+        "zmp_box": (gait.zmp_box[0], max(gait.zmp_box[1], wider)),
+        "stance_width": min(gait.stance_width, round(_APART * least, 4)),
+        "com_height_amplitude": 0.0,
+    }
+    changed = {key: value for key, value in wanted.items() if value != getattr(gait, key)}
+    said = ", ".join(f"gait.{key} {value} instead of {getattr(gait, key)}" for key, value in changed.items())
+    return _with(scenario, gait=changed), said
 
 
 def _is_near(biped: Biped, scenario: Scenario) -> bool:
