@@ -9,7 +9,8 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
+from pdhocbf_drake.estimation.config import EncoderConfig, EstimatorConfig, ForceTorqueConfig, ImuConfig, SensorFault
+from pdhocbf_drake.mpc.config import DisturbanceConfig, FilterConfig, MpcConfig, RecoveryConfig, RobustConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.scenario import MeasurementConfig, MeasurementNoise, ModelErrorConfig, Push, Scenario
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
@@ -23,9 +24,17 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "barriers.NAME.bound.": WalkBoundConfig,
     "mpc.": MpcConfig,
     "mpc.recovery.": RecoveryConfig,
+    "mpc.robust.": RobustConfig,
+    "mpc.filter.": FilterConfig,
+    "mpc.disturbance.": DisturbanceConfig,
     "pushes.0.": Push,
     "measurement.": MeasurementConfig,
     "measurement.noise.": MeasurementNoise,
+    "measurement.imu.": ImuConfig,
+    "measurement.encoders.": EncoderConfig,
+    "measurement.force_torque.": ForceTorqueConfig,
+    "measurement.estimator.": EstimatorConfig,
+    "measurement.faults.0.": SensorFault,
     "model_error.": ModelErrorConfig,
     "vhip.": VhipConfig,
     "van_der_pol.": VanDerPolConfig,

@@ -202,3 +202,8 @@ def _text(values: Any) -> str:
 def resized(size: float) -> Shape:
     """A copy of the packaged biped of another size."""
     return replace(Shape(), size=size)
+
+
+def narrow() -> Shape:
+    """Of a common human-sized robot's proportions: hips four times as far apart as the soles are wide."""
+    return replace(Shape(), size=1.06, hip=0.112, sole=(0.08, 0.0235), sole_x=0.033)

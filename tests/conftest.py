@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import shutil
 from collections.abc import Iterator
@@ -22,7 +23,8 @@ SLOW = {
     "test_simulate", "test_stand_robot", "test_stepping", "test_studies_shared", "test_van_der_pol",
     "test_import_command", "test_import_copy", "test_import_formats", "test_import_reading",
     "test_walk_barriers", "test_walk_controller", "test_commands", "test_commands_robot", "test_command_port",
-    "test_commanded_bounds", "test_directions", "test_any_size", "test_tune", "test_friction", "test_joint_limits",
+    "test_commanded_bounds", "test_directions", "test_any_size", "test_fused", "test_sensing_study",
+    "test_sensors_robot", "test_tune", "test_friction", "test_joint_limits",
 }  # fmt: skip
 """Files of tests that together take most of the time; `make quick` leaves them out."""
 
@@ -32,6 +34,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         if item.path.stem in SLOW:
             item.add_marker(pytest.mark.slow)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _freed() -> Iterator[None]:
+    """Frees the diagrams of a file's tests, and what a command that they ran has put aside as imported."""
+    yield
+    gc.unfreeze()
+    gc.collect()
 
 
 @pytest.fixture(scope="session")

@@ -34,7 +34,8 @@ _STEPS = [
      "plant_seconds_per_tick": 1e-3, "real_time_factor": 5.0},
 ]  # fmt: skip
 _ROBOT = {
-    "robot_over_bare_plant": 2.0, "replayed_over_bare_plant": 1.2, "loop_seconds_per_tick": 2e-3,
+    "plant_step": 1e-3, "robot_over_bare_plant": 2.0, "replayed_over_bare_plant": 1.2, "replayed_over_robot": 0.6,
+    "blocks_over_fused": 1.1, "loop_seconds_per_tick": 2e-3, "blocks_seconds_per_tick": 2.2e-3,
     "bare_plant_seconds_per_tick": 1e-3, "replayed_plant_seconds_per_tick": 1.2e-3,
     "python_calls_per_tick": 500.0, "kinematics_seconds_per_tick": 1e-4,
     "blocks": {"PeriodicMpc": 1e-4, "plant and framework": 1e-3},
@@ -77,6 +78,7 @@ def test_all_numbers_are_written_and_printed(
     for name in ("ours", "solver core", "Drake rebuilt", "Drake updated", "stock_over_ours_nominal", "≥ 20"):
         assert name in printed
     lines = {" ".join(line.split()) for line in printed.splitlines()}
+    assert "1 ms 2000 2200 1200 1000" in lines
     assert {"PeriodicMpc 100 0.09091", "plant and framework 1000 0.9091", "all 1100 1"} <= lines
     assert "1 ms yes 0.37 0.01 0.03 1 1 5" in lines
     assert "500 calls from Python a tick; kinematics and dynamics of the robot take 100 µs of it" in lines

@@ -199,12 +199,12 @@ def test_run_says_what_was_made_to_fit_and_what_it_doubts(
     tmp_path: Path, elsewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     robot = robot_file(tmp_path / "robot", 5)
-    text = f"{{robot: {robot}, duration: 0.5, gait: {{stride: 0.25}}}}"
+    text = f"{{robot: {robot}, duration: 0.5, gait: {{stride: 0.27}}}}"
     assert main(["run", "walking", "--text", text, "--out", "run", "--no-replay"]) == 0
     err = capsys.readouterr().err
     assert f"values that fit {robot} (legs 0.765 m" in err
     assert re.search(r"^pdhocbf:   gait: .*swing_height 0.06379 \(0.05\)", err, re.MULTILINE)
     assert re.search(r"note: swing leg: .*0\.8\d of the half sole .*gait\.ticks_per_step \d+, or gait\.stride", err)
     written = yaml.safe_load((elsewhere / "run" / "scenario.yaml").read_text())
-    assert written["gait"]["stride"] == 0.25
+    assert written["gait"]["stride"] == 0.27
     assert load_scenario(str(elsewhere / "run" / "scenario.yaml")).to_dict() == written

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from pydrake.systems.analysis import Simulator
-from pydrake.systems.framework import BasicVector, Context, DiagramBuilder, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiagramBuilder
 
 from pdhocbf_drake import Scenario, load_scenario, make_diagram, simulate
 from pdhocbf_drake.analysis.metrics import compute_metrics
@@ -14,6 +14,7 @@ from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.run_log import RunLog
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.walking.footsteps import Footsteps
 from pdhocbf_drake.walking.sides import BOTH
 from tests.walks import repacked
@@ -135,12 +136,12 @@ def test_what_a_port_is_granted_in_part_is_counted() -> None:
 # The wired diagram.
 
 
-class Sender(LeafSystem):
+class Sender(Block):
     """The sequence's command at each time."""
 
     def __init__(self) -> None:
         super().__init__()
-        self.DeclareVectorOutputPort("command", 4, self._calc, {self.time_ticket()})
+        self.DeclareVectorOutputPort("command", 4, weakly(self._calc), {self.time_ticket()})
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(at(context.get_time()))

@@ -33,7 +33,9 @@ SCALE_FREE = {
     "gait.com_height_phase", "gait.start_steps", "gait.walk_steps", "mpc.swing_acceleration",
     "mpc.recovery.swing_acceleration",
 }  # fmt: skip
-OF_ROBOT_AND_STEP = {"gait.com_height", "gait.stance_width", "gait.stride", "gait.tick", "gait.ticks_per_step"}
+OF_ROBOT_AND_STEP = {
+    "gait.com_height", "gait.stance_width", "gait.stride", "gait.tick", "gait.ticks_per_step", "mpc.sway_weight",
+}  # fmt: skip
 OF_ROBOT_AND_STEP |= {f"mpc.limits.{key}" for key in PlanLimits.model_fields}
 
 

@@ -14,6 +14,7 @@ from pydrake.systems.framework import Diagram, LeafSystem, System
 from pdhocbf_drake import systems as blocks
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
+from pdhocbf_drake.simulation.wiring import Form
 from pdhocbf_drake.systems.block import Block
 
 EVERYTHING = """{
@@ -43,19 +44,21 @@ def test_every_block_is_one_that_can_be_freed() -> None:
     assert len(ours) > 10
 
 
+@pytest.mark.parametrize("form", ["fused", "blocks"])
 @pytest.mark.parametrize(("name", "text"), RUNS)
-def test_a_run_leaves_no_system_behind(name: str, text: str) -> None:
+def test_a_run_leaves_no_system_behind(name: str, text: str, form: Form) -> None:
     scenario = load_scenario(name, text)
     before = {id(system) for system in systems()}
-    log = simulate(scenario)
+    log = simulate(scenario, form=form)
     left = [type(system).__name__ for system in systems() if id(system) not in before]
     assert len(log) > 10
     assert left == []
 
 
+@pytest.mark.parametrize("form", ["fused", "blocks"])
 @pytest.mark.parametrize(("name", "text"), RUNS)
-def test_a_diagram_lives_as_long_as_its_simulator(name: str, text: str) -> None:
-    simulator = Simulator(make_diagram(load_scenario(name, text)).diagram)
+def test_a_diagram_lives_as_long_as_its_simulator(name: str, text: str, form: Form) -> None:
+    simulator = Simulator(make_diagram(load_scenario(name, text), form=form).diagram)
     gc.collect()
     simulator.AdvanceTo(0.1)  # every block is called
     assert simulator.get_context().get_time() == 0.1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pdhocbf_drake.mpc.kernels import believe, mark_acting, write_plan
+from pdhocbf_drake.mpc.kernels import believe, same_bits, write_common, write_plan
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -39,17 +39,34 @@ def test_a_plan_from_the_decisions(seed: int, barriers: tuple[list[int], list[in
     starts = [np.cumsum([0, *counts])[: len(counts)] for counts in barriers]
     parts = [[random.normal(size=count) * random.integers(0, 2) for count in counts] for counts in barriers]
     x, y = (np.concatenate([random.normal(size=9), *(own if soft else [])]) for own in parts)
-    largest = write_plan(x, y, *starts, inputs, footholds, slacks)
+    rows = [random.integers(0, 2, (len(counts), 9)).astype(float) for counts in barriers]
+    active = [random.choice([-1.0, 0.0, 0.0, 0.0, 1.0], 9 + (own_program == 0)) for own_program in (seed > 0, True)]
+    acting = np.empty_like(slacks)
+    largest = write_plan(x, y, *starts, *rows, *active, 0.1, inputs, footholds, slacks, acting)
     np.testing.assert_array_equal(inputs, [x[:7], y[:7]])
     np.testing.assert_array_equal(footholds, [x[7:9], y[7:9]])
     np.testing.assert_array_equal(slacks, [own.max() if soft else 0.0 for axis in parts for own in axis])
     assert largest == max(0.0, slacks.max(initial=0.0))
+    expected = [own @ np.abs(flags) > 0.0 for own, flags in zip(rows, active, strict=True) if len(flags) == 9]
+    if seed == 0:  # another program than its own was solved on x
+        expected.insert(0, slacks[: len(barriers[0])] > 0.1)
+    np.testing.assert_array_equal(acting, np.concatenate(expected))
 
 
-@pytest.mark.parametrize("seed", range(5))
-def test_barriers_with_an_active_row(seed: int) -> None:
-    random = np.random.default_rng(seed)
-    rows, active = random.integers(0, 2, (3, 9)).astype(float), random.choice([-1.0, 0.0, 0.0, 0.0, 1.0], 9)
-    acting = np.full(5, 7.0)
-    mark_acting(rows, active, 1, acting)
-    np.testing.assert_array_equal(acting, [7.0, *(rows @ np.abs(active) > 0.0), 7.0])
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("horizon", [0, 7])
+def test_what_all_thetas_begin_with(axis: int, horizon: int) -> None:
+    random = np.random.default_rng(axis)
+    of_step, theta = random.normal(size=20), np.empty(20)
+    state, stance, offset = random.normal(size=(2, 3)), random.normal(size=(2, 2)), random.normal(size=(2, horizon))
+    write_common(of_step, axis, state, stance, offset, theta)
+    np.testing.assert_array_equal(theta, [*state[axis], *stance[axis], *offset[axis], *of_step[5 + horizon :]])
+
+
+def test_the_same_bits() -> None:
+    vector = np.array([1.0, np.nan, -0.0, np.inf])
+    assert same_bits(vector, vector.copy())
+    for i, value in enumerate((np.nextafter(1.0, 2.0), 0.0, 0.0, -np.inf)):
+        other = vector.copy()
+        other[i] = value
+        assert not same_bits(vector, other)

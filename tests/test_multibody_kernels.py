@@ -153,6 +153,12 @@ def write_com_velocity(random: np.random.Generator) -> tuple[Values, Values]:
     return (velocity,), (robot.drake.com_velocity(),)
 
 
+def write_poses_and_velocity(random: np.random.Generator) -> tuple[Values, Values]:
+    robot, poses, velocity = Robot(random), np.empty(39), np.empty(3)
+    kernels.write_poses_and_velocity(robot.q, robot.v, robot.links, robot.numbers, robot.work, poses, velocity)
+    return (poses, velocity), (robot.drake.poses(), robot.drake.com_velocity())
+
+
 def move(random: np.random.Generator) -> tuple[Values, Values]:
     robot, moved = Robot(random), np.empty(19)
     kernels.move(robot.q, robot.v, robot.links, moved)
@@ -307,8 +313,9 @@ def follow(random: np.random.Generator) -> tuple[Values, Values]:
 
 CASES = by_name(
     vector, store, store_column, plus, times, cross, turned, turned_back, times_inertia, axis, place, write_poses,
-    write_jacobian, accelerate, write_bias, write_forces, write_com_velocity, move, factorize, substitute,
-    within_limits, limit, largest, write_error, write_product, weigh, clip_joints, descend, approach, follow,
+    write_jacobian, accelerate, write_bias, write_forces, write_com_velocity, write_poses_and_velocity, move,
+    factorize, substitute, within_limits, limit, largest, write_error, write_product, weigh, clip_joints, descend,
+    approach, follow,
 )  # fmt: skip
 
 

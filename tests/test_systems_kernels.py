@@ -17,12 +17,10 @@ def write_h(random: np.random.Generator) -> tuple[Values, Values]:
     bounds, lip = random.normal(size=(3, 5)), random.normal(size=6)
     if random.random() < 0.3:
         lip[3 * random.integers(2) :][:3] = np.nan
-    out = np.concatenate([bounds.ravel(), np.empty(3)])
-    stances = random.normal(size=3)
-    kernels.write_h(signs, axes, normals, stances, 5, lip, out)
+    out, stances = np.empty(3), random.normal(size=3)
+    kernels.write_h(signs, axes, normals, stances, lip, bounds.ravel(), out)
     seen = lip.reshape(2, 3)[axes] - np.multiply.outer(stances, [1.0, 0.0, 1.0])
-    h = signs * (bounds[:, 0] - (normals * seen).sum(axis=1))
-    return (out,), (np.concatenate([bounds.ravel(), h]),)
+    return (out,), (signs * (bounds[:, 0] - (normals * seen).sum(axis=1)),)
 
 
 def write_estimate(random: np.random.Generator) -> tuple[Values, Values]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from matplotlib.figure import Figure
 
-from pdhocbf_drake.analysis import figures_oscillator, figures_robot, figures_walk
+from pdhocbf_drake.analysis import figures_estimate, figures_oscillator, figures_robot, figures_walk
 from pdhocbf_drake.analysis.barrier_margins import quantities_of
 from pdhocbf_drake.analysis.drawing import styled
 from pdhocbf_drake.analysis.page import png
@@ -74,5 +74,7 @@ def _walk(run: Run, limits: RobotLimits | None) -> Iterator[Drawn]:
 
 def _robot(run: Run, limits: RobotLimits) -> Iterator[Drawn]:
     yield Drawn("tracking", "Tracking errors and ZMP margin", figures_robot.tracking(run, limits))
+    if "lip_estimate" in run.log:
+        yield Drawn("estimate", "Estimate from the sensors, and its errors within 2σ", figures_estimate.estimate(run))
     yield Drawn("joints", "Joint angles", figures_robot.joints(run))
     yield Drawn("torques", "Torques", figures_robot.torques(run, limits))

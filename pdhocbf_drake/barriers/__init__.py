@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         initial_psi,
         input_interval,
     )
+    from pdhocbf_drake.barriers.uncertainty import robust_barrier
 
 __all__ = [
     "AffineBarrier", "Barrier", "BarrierConfig", "BarrierFilter", "BarrierRecord", "Bound", "BoundConfig", "ClassK",
@@ -37,8 +38,8 @@ __all__ = [
     "WorstCase", "add_barrier_rows", "add_dynamics", "add_nonlinear_barrier_rows", "affine_rows", "check_class_k",
     "check_in_safe_set", "check_relative_degree", "constant", "enforced_psi", "feasible_width", "harmonic",
     "in_safe_set", "initial_psi", "input_interval", "make_barrier", "make_bound", "margin_ratio", "psi", "psi_along",
-    "psi_coefficients", "psi_from_h", "record", "record_from_h", "relative_degree", "rollout", "safety_margin",
-    "tabulated",
+    "psi_coefficients", "psi_from_h", "record", "record_from_h", "relative_degree", "robust_barrier", "rollout",
+    "safety_margin", "tabulated",
 ]  # fmt: skip
 
 __getattr__, __dir__ = lazy_names(
@@ -64,5 +65,6 @@ __getattr__, __dir__ = lazy_names(
             "initial_psi",
             "input_interval",
         ),
+        "uncertainty": ("robust_barrier",),
     },
 )

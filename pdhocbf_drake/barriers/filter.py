@@ -16,6 +16,7 @@ from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem, PeriodicSystem
 from pdhocbf_drake.barriers.priorities import nearest_kept
 from pdhocbf_drake.barriers.relative_degree import enforced_row, enforced_values, psi_sizes
 from pdhocbf_drake.barriers.requirements import check_barriers
+from pdhocbf_drake.barriers.uncertainty import robust_barrier
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[np.float64]
@@ -89,6 +90,10 @@ class BarrierFilter:
         tightening: d̄ ≥ 0 [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
         priority: names of barriers, the most important one first; the others follow in the order of `barriers`.
         states: (S, n), states at which h and the dynamics are defined, where they are checked.
+        disturbance: w̄, (n,): |w_i| ≤ w̄_i is added to x(k+1) at every tick, and h ≥ 0 holds none the less. Each barrier
+            is then its `robust_barrier`, which must be affine on affine dynamics.
+        estimate: ē, (n,): the states given to the filter err by at most ē, and h ≥ 0 holds for the true ones.
+        delay: the age of what they were predicted from, by the inputs sent since [ticks].
 
     Raises:
         InputError: a declared relative degree is not the computed one; ψ_m is not affine in the input within its
@@ -105,9 +110,14 @@ class BarrierFilter:
         tightening: float = 0.0,
         priority: Sequence[str] = (),
         states: ArrayLike | None = None,
+        disturbance: ArrayLike | None = None,
+        estimate: ArrayLike | None = None,
+        delay: int = 0,
     ) -> None:
         self.system = check_system(system)
         self.barriers = check_barriers(barriers, system, states)
+        if disturbance is not None or estimate is not None:
+            self.barriers = tuple(_robust(each, system, disturbance, estimate, delay) for each in self.barriers)
         self.lower = np.full(system.m, -np.inf) if lower is None else number_array("the lower limits", lower)
         self.upper = np.full(system.m, np.inf) if upper is None else number_array("the upper limits", upper)
         self.tightening = finite_number("the tightening", tightening, 0.0)
@@ -264,6 +274,17 @@ class BarrierFilter:
 def rounding_of(size: Array, rows: Linearisation) -> Array:
     """By how much each ψ_m may fall short because of rounding, its own and that of the answer, (n_b,) [unit of h]."""
     return _ROUNDING * size + (_ROUNDING_OF_INPUT * math.sqrt(rows.point @ rows.point)) * rows.length
+
+
+def _robust(
+    barrier: Barrier, system: PeriodicSystem, disturbance: ArrayLike | None, estimate: ArrayLike | None, delay: int
+) -> AffineBarrier:
+    if isinstance(barrier, AffineBarrier) and isinstance(system, PeriodicAffineSystem):
+        return robust_barrier(barrier, system, disturbance, estimate, delay)
+    raise InputError(
+        f'barrier "{barrier.name}": a disturbance or an error of the state takes an AffineBarrier on a '
+        "PeriodicAffineSystem; for any other give what it can add to h as the tightening"
+    )
 
 
 def _order(names: list[str], priority: Sequence[str]) -> list[int]:

@@ -48,7 +48,8 @@ class NonlinearFilter(BarrierFilter):
     of all inputs, or proves that there is none, where ψ_m is affine in the input.
 
     Args:
-        system, barriers, lower, upper, tightening, priority, states: as in `BarrierFilter`.
+        system, barriers, lower, upper, tightening, priority, states, disturbance, estimate, delay: as in
+            `BarrierFilter`.
 
     Raises:
         InputError: as `BarrierFilter`, but for a ψ_m that is not affine.

@@ -55,6 +55,10 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
         "walks that turn, go sideways, stop and start, beside what they must reach",
         "studies.directions.command",
     ),
+    "sensing": (
+        "walks with late, noisy and wrong knowledge of the robot, beside what they must reach",
+        "studies.sensing.command",
+    ),
     "reproduce": ("every figure and number of the paper beside ours", "studies.reproduce.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "studies.campaign.command"),
 }

@@ -181,7 +181,7 @@ def _watched(scenario: Scenario, report: Callable[[float], None], rows: Path) ->
 
     scene, address = live_scene(scenario)
     say(f"live at {address}")
-    return advance(scenario, make_diagram(scenario), report, rows=rows, show=scene.draw)
+    return advance(scenario, make_diagram(scenario, form="fused"), report, rows=rows, show=scene.draw)
 
 
 def write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool) -> tuple[list[str], str]:

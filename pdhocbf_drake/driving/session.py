@@ -73,7 +73,7 @@ class Session:
         rows: Path | None = None,
     ) -> None:
         self._scenario, self._ask, self._show, self._pace = drivable(scenario), ask, show, pace
-        self._logged = make_diagram(self._scenario)
+        self._logged = make_diagram(self._scenario, form="fused")
         diagram = self._logged.diagram
         self._pushes = diagram.GetSubsystemByName("push_schedule")
         self._command = diagram.GetInputPort("command")

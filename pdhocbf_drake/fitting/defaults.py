@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any, Final, NamedTuple
 
 from pdhocbf_drake.fitting.facts import RobotFacts
-from pdhocbf_drake.fitting.rules import OF_BARRIERS, RULES, Scale, sizes_of
-from pdhocbf_drake.fitting.step import fitted_step
+from pdhocbf_drake.fitting.rules import LENGTH, OF_BARRIERS, RULES, Scale, sizes_of, sway_price
+from pdhocbf_drake.fitting.step import BOX, fitted_step
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.quantities import QUANTITIES
@@ -47,12 +47,18 @@ def fitted(data: dict[str, Any], given: dict[str, Any], biped: Biped) -> Fitted:
     length, sole = sizes_of(facts)
     step = fitted_step(biped, gait, _part(given, "gait"), length)
     ticks = step.ticks / _STEP.ticks_per_step
-    scale = Scale(length, ticks * step.tick / _STEP.tick, ticks, sole, facts)
+    box = step.box / BOX if step.box else 1.0
+    scale = Scale(length, ticks * step.tick / _STEP.tick, ticks, sole, box, step.pull, facts)
     wanted: dict[str, Any] = {
         "gait.stride": step.stride, "gait.tick": step.tick, "gait.ticks_per_step": step.ticks,
         **{key: rule(_value(data, key), scale) for key, rule in RULES.items() if _value(data, key) is not None},
         **_of_barriers(data, scale),
     }  # fmt: skip
+    if data["mpc"]["zmp_centre_weight"] and not _has(given, "mpc.zmp_centre_weight"):
+        box = (gait if _has(given, "gait.zmp_box") else {"zmp_box": wanted["gait.zmp_box"]})["zmp_box"]
+        price = sway_price(data["mpc"]["zmp_centre_weight"], box[1], scale)
+        if price > wanted["mpc.zmp_centre_weight"]:
+            wanted["mpc.sway_weight"] = price
     if not data["path"]:
         wanted.pop("path_speed")
     if step.tick < _STEP.tick:
@@ -77,7 +83,7 @@ def _of_barriers(data: dict[str, Any], scale: Scale) -> dict[str, Any]:
     wanted = {}
     for name, barrier in data["barriers"].items():
         quantity = QUANTITIES[barrier["quantity"] or "forward_speed"]
-        for key, rule in (("margin", OF_BARRIERS[quantity.unit]), ("stride", OF_BARRIERS["m"])):
+        for key, rule in (("margin", OF_BARRIERS[quantity.unit]), ("stride", LENGTH)):
             if barrier["bound"][key] is not None:
                 wanted[f"barriers.{name}.bound.{key}"] = rule(barrier["bound"][key], scale)
     return wanted

@@ -9,7 +9,10 @@ from typing import Any, Final, NamedTuple
 from pdhocbf_drake.fitting.facts import PACKAGED, RobotFacts
 from pdhocbf_drake.walking.config import GaitConfig
 
-_BOX: Final = GaitConfig().zmp_box[1]
+_GAIT: Final = GaitConfig()
+_BOX: Final = _GAIT.zmp_box[1]
+_TICKS: Final = _GAIT.ticks_per_step * _GAIT.double_support_ticks * _GAIT.tick**2  # N D δ² [s²]
+_INSIDE = 0.6
 _DIGITS = 4  # of a value that a rule has changed
 
 
@@ -18,13 +21,18 @@ class Scale(NamedTuple):
 
     Attributes:
         length: of the legs. time: of a step's duration. ticks: of a step's ticks.
-        sole: of the sole's length and width. facts: the robot.
+        sole: of the sole's length and width.
+        box: of the length of the ZMP box, as a share of the sole's.
+        pull: of how far the swing leg moves the ZMP over that length, for a robot of which it is more.
+        facts: the robot.
     """
 
     length: float
     time: float
     ticks: float
     sole: tuple[float, float]
+    box: float
+    pull: float
     facts: RobotFacts
 
 
@@ -67,6 +75,11 @@ def _horizon(value: int, scale: Scale) -> int:
     return round(value * scale.ticks)
 
 
+def _gait_box(value: tuple[float, float], scale: Scale) -> list[float]:
+    """As `_box`, as long as swing leg and ankles make it."""
+    return _box((value[0] * scale.box, value[1]), scale)
+
+
 def _box(value: tuple[float, float], scale: Scale) -> list[float]:
     """Sides over those of the sole; rounded down, since no box may be larger than the sole."""
     return [_floored(side, factor) for side, factor in zip(value, scale.sole, strict=True)]
@@ -91,14 +104,23 @@ def _least_width(value: float, scale: Scale) -> float:
     return _rounded(max(facts.stance_width - (PACKAGED.stance_width - value) * gap / usual, 0.0), 1.0 + 1e-15)
 
 
-def _centring(value: float, scale: Scale) -> float:
-    """A price at each tick, as that of the ZMP's speed, which grows with the square of its way from box to box.
+def sway_price(value: float, box: float, scale: Scale) -> float:
+    """The price of the ZMP's lateral distance from its boxes' centres, in place of `mpc.zmp_centre_weight`.
 
-    Where it is too low beside that of the speed, nothing brings a walk back whose sway is larger to one side, and it
-    leaves its path sideways.
+    With the price w, N ticks in a step and D in double support, effort and price are least where the ZMP is so far
+    inside the centres of both boxes:
+
+        d = 2 · width/(4 + w N D δ²)
+
+    Where that is beyond the boxes' inner edges, the ZMP stays on both of them, from where it can't follow a CoM that
+    falls inwards: the sway grows to one side, and feet set wider each time carry the walk off its path. With stances
+    wider than the packaged one, counted in half boxes, the price grows so that d tends to `_INSIDE` of a half box.
+
+    Args:
+        value: `mpc.zmp_centre_weight` as it is written for the packaged robot [1/s²]. box: width of the ZMP box [m].
     """
-    way = scale.facts.stance_width - scale.sole[1] * _BOX
-    return _rounded(value, max(1.0, way / (scale.length * (PACKAGED.stance_width - _BOX))) ** 2 / scale.time**2)
+    wider = max(scale.facts.stance_width / box - PACKAGED.stance_width / _BOX, 0.0) * 2.0
+    return _rounded((value + 2.0 * wider / (_INSIDE * _TICKS)) / scale.time**2, 1.0 + 1e-15)
 
 
 def _slack(value: tuple[float, float], scale: Scale) -> list[float]:
@@ -115,12 +137,12 @@ RULES: Final[dict[str, Rule]] = {
     "from_time": TIME,
     "path_speed": SPEED,
     "gait.double_support_ticks": _ticks,
-    "gait.zmp_box": _box,
+    "gait.zmp_box": _gait_box,
     "gait.com_height_amplitude": LENGTH,
     "gait.swing_height": LENGTH,
     "mpc.horizon": _horizon,
     "mpc.foothold_weight": ONCE,
-    "mpc.zmp_centre_weight": _centring,
+    "mpc.zmp_centre_weight": ONCE,
     "mpc.path_correction": LENGTH,
     "mpc.step_tolerance": LENGTH,
     "mpc.stance_width_min": _least_width,
@@ -148,5 +170,11 @@ RULES: Final[dict[str, Rule]] = {
 """The rule of each default value. Accelerations and counts of steps are the same for every robot; stride, tick and
 ticks per step are those of `fitting.step`; CoM height, stance width and gains are those of the robot."""
 
-OF_BARRIERS: Final[dict[str, Rule]] = {"m": LENGTH, "m/s": SPEED}
-"""The rule of the margin of a bound, by the unit of its quantity."""
+OF_BARRIERS: Final[dict[str, Rule]] = {
+    "m": _by(lambda scale: scale.length * scale.pull),
+    "m/s": _by(lambda scale: scale.length / scale.time * scale.pull),
+}
+"""The rule of the margin of a bound, by the unit of its quantity.
+
+The bound follows the orbit of the pendulum, from which the orbit of all links differs by what the swing leg does.
+"""

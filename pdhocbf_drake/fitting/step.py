@@ -8,16 +8,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.fitting.facts import PACKAGED
 from pdhocbf_drake.fitting.preview import Step, preview, zmp_shift
 from pdhocbf_drake.robot import Biped, longest_stride, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot.leg import axis_of
+from pdhocbf_drake.walking.com_height import GRAVITY
 from pdhocbf_drake.walking.config import GaitConfig
 
 SHIFT, LARGEST_SHIFT = 0.6, 0.9
 """How far the swing leg may move the ZMP, over half the sole's length: by default, and before a step is stretched."""
 
 _STEP = GaitConfig()
+BOX = _STEP.zmp_box[0] / (2.0 * PACKAGED.sole[0])
+"""Half the length of the ZMP box, as it is written for the packaged robot, over that of its sole."""
+
 _REACH = 0.5  # of the longest step that the legs can stand in
 _SPEED = 0.8  # of the joints' limits
+_TORQUE = 0.9  # of an ankle's
 _SLOWER = 1.5  # longest step over that of the size of the legs; from there on the stride gets shorter
 _SHORTER = 0.9  # factor of the stride in one attempt
 _ATTEMPTS = 12
@@ -29,12 +36,18 @@ class FittedStep(NamedTuple):
 
     Attributes:
         stride: [m]. tick: δ [s]. ticks: of a step.
+        box: half the length of a ZMP box over that of the sole, for as far as the swing leg moves the ZMP in the
+            robot's own step, and the ankles hold it; 0 where the robot can't stand.
+        pull: how far the swing leg moves the ZMP, over half the length of the box as it is written; 1 for a robot whose
+            own step has it within that.
         reasons: a sentence for each limit that has changed it.
     """
 
     stride: float
     tick: float
     ticks: int
+    box: float
+    pull: float
     reasons: tuple[str, ...]
 
 
@@ -46,7 +59,7 @@ def fitted_step(biped: Biped, gait: dict[str, Any], given: dict[str, Any], lengt
         given: those that the user has given, which stay as they are.
         length: of the legs over those of the packaged robot.
     """
-    stride = gait["stride"] if "stride" in given else _rounded(gait["stride"] * length)
+    own = _rounded((_STEP.stride if "stride" in given else gait["stride"]) * length)
     tick, usual = gait["tick"], gait["ticks_per_step"] * gait["tick"]
     if "ticks_per_step" not in given:
         usual = _STEP.ticks_per_step * _STEP.tick * math.sqrt(length)
@@ -55,15 +68,18 @@ def fitted_step(biped: Biped, gait: dict[str, Any], given: dict[str, Any], lengt
     step = gait if {"double_support_ticks", "ticks_per_step"} <= given.keys() else _STEP.model_dump()
     share = 1.0 - step["double_support_ticks"] / step["ticks_per_step"]
     wanted = _Wanted(biped, gait, length, share)
-    duration, reasons = usual, list[str]()
+    duration, why = usual, ""
     if "ticks_per_step" not in given:
-        duration, reason = wanted.duration(stride, usual, LARGEST_SHIFT if "stride" in given else SHIFT)
-        reasons += [reason] if reason else []
-    if "stride" not in given:
-        stride, reason = wanted.stride(stride, duration)
-        reasons += [reason] if reason else []
+        duration, why = wanted.duration(own, usual, SHIFT)
+    stride, shorter = wanted.stride(own, duration)
+    box, pull = wanted.box(stride, duration), wanted.shift(stride, duration) / BOX
+    if "stride" in given:
+        stride, shorter = gait["stride"], ""
+        if "ticks_per_step" not in given:
+            duration, why = wanted.duration_of(stride, own, usual)
+    pull = max(pull, wanted.shift(stride, duration) / BOX) if pull > 1.0 else 1.0
     ticks = round(duration / tick) if duration == usual else math.ceil(duration / tick - 1e-9)
-    return FittedStep(stride, tick, ticks, tuple(reasons))
+    return FittedStep(stride, tick, ticks, box, pull, tuple(reason for reason in (why, shorter) if reason))
 
 
 class _Wanted:
@@ -79,12 +95,19 @@ class _Wanted:
         try:
             posture = upright_posture(biped, com, sole_pose(0.0, half), sole_pose(0.0, -half))
             self._lever = float(swing_lever(biped, posture)[0])
+            self._ankles = _ankle_reach(biped, posture)
         except ModelError:
-            self._lever = math.nan
+            self._lever, self._ankles = math.nan, 0.0
 
     def shift(self, stride: float, duration: float) -> float:
         """How far the swing leg moves the ZMP at most, over half the sole's length."""
         return zmp_shift(self._lever, stride, duration * self._share) / self._half
+
+    def box(self, stride: float, duration: float) -> float:
+        """Half the length of a ZMP box over that of the sole; 0 where the robot can't stand."""
+        if math.isnan(self._lever):
+            return 0.0
+        return min(max(self.shift(stride, duration), BOX), max(self._ankles / self._half, BOX / 2.0))
 
     def speed(self, stride: float, duration: float) -> float:
         """The largest joint speed over its limit; 0 where the step is out of reach."""
@@ -103,6 +126,12 @@ class _Wanted:
         duration = usual * (min(longer, _SLOWER) if most == SHIFT else longer)
         return duration, f"steps of {duration:.3g} s instead of {usual:.3g} s for {why}"
 
+    def duration_of(self, stride: float, own: float, usual: float) -> tuple[float, str]:
+        """That of a stride which the user has given: beyond the robot's own one no shorter than that takes."""
+        if abs(stride) <= own:
+            return self.duration(stride, usual, SHIFT)
+        return max(self.duration(own, usual, SHIFT), self.duration(stride, usual, LARGEST_SHIFT))
+
     def stride(self, stride: float, duration: float) -> tuple[float, str]:
         """The longest stride up to the default one that legs, soles and joints allow, with the reason."""
         first, why = stride, ""
@@ -118,6 +147,21 @@ class _Wanted:
         if stride == first:
             return stride, ""
         return _rounded(stride), f"a stride of {stride:.3g} m instead of {first:.3g} m for {why}"
+
+
+def _ankle_reach(biped: Biped, posture: np.ndarray) -> float:
+    """How far from the middle of its sole the ankle pitch of the weaker leg holds the ZMP under all of the weight [m].
+
+    A ZMP ahead of the ankle's axis by d takes the torque m g d.
+    """
+    context = biped.plant.CreateDefaultContext()
+    biped.plant.SetPositions(context, posture)
+    weight = biped.mass * GRAVITY
+    reaches = []
+    for number in (4, 10):
+        ankle = axis_of(biped, context, biped.joint_names[number])[0][0]  # the soles are at x = 0
+        reaches.append(_TORQUE * float(biped.effort_limits[number]) / weight - abs(float(ankle)))
+    return min(reaches)
 
 
 def _rounded(value: float) -> float:

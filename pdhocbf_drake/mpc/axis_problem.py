@@ -8,11 +8,15 @@ from math import lcm
 
 import numpy as np
 
+from pdhocbf_drake.mpc.config import SENSING
+from pdhocbf_drake.mpc.kernels import write_common
 from pdhocbf_drake.mpc.plan import NOTICED
 from pdhocbf_drake.mpc.terms import TERMS
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, compile_program
+
+_NONE = np.zeros((2, 0))
 
 
 class AxisProblem:
@@ -35,7 +39,7 @@ class AxisProblem:
 
     def _settle(self, setting: Setting, terms: list[Term]) -> None:
         self.setting, self.terms = setting, terms
-        sizes = {"state": 3, "stance": 2, "zmp_offset": setting.config.horizon}
+        sizes = {"state": 3, "stance": 2, "zmp_offset": setting.config.horizon}  # in the order of `write_common`
         self.row_kinds: dict[str, RowKind] = {}
         for term in self.terms:
             sizes |= term.sizes
@@ -46,7 +50,6 @@ class AxisProblem:
         for term in self.terms:
             term.places = {name: self.places[name] for name in term.sizes}
         self._axis = setting.axis
-        self._state, self._stance, self._offset = (self.places[name] for name in ("state", "stance", "zmp_offset"))
         self._fill = [term.fill_tick for term in self.terms if type(term).fill_tick is not Term.fill_tick]
         self._weights = cache(self._box_weights)
         self._of_step = lru_cache(maxsize=4)(self._step_parameters)
@@ -60,7 +63,8 @@ class AxisProblem:
     def key(self) -> Hashable:
         """What its programs depend on; problems with equal keys have equal programs."""
         setting = self.setting
-        config = setting.config.model_dump_json(exclude={"recovery", "limits"})
+        # What is excluded is in θ, in other problems, or in none.
+        config = setting.config.model_dump_json(exclude={"recovery", "limits", "robust", *SENSING})
         matrices = (setting.gait.region.weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
         return config, matrices, tuple(term.key for term in self.terms)
 
@@ -85,13 +89,10 @@ class AxisProblem:
 
     def theta(self, tick: Tick) -> np.ndarray:
         """θ at a tick, shape (size,)."""
-        theta, axis = self._of_step(tick.step).copy(), self._axis
-        theta[self._state] = tick.state[axis]
-        theta[self._stance] = tick.stance[axis]
-        if tick.zmp_offset is not None:
-            theta[self._offset] = tick.zmp_offset[axis]
+        theta, offset = np.empty(self.size), _NONE if tick.zmp_offset is None else tick.zmp_offset
+        write_common(self._of_step(tick.step), self._axis, tick.state, tick.stance, offset, theta)
         if tick.ahead.shift is not None:  # p + offset lies in a box whose middle is not the centre of the stance
-            theta[self._offset] -= self._weights(tick.phase) @ tick.ahead.shift[axis]
+            theta[self.places["zmp_offset"]] -= self._weights(tick.phase) @ tick.ahead.shift[self._axis]
         for fill in self._fill:
             fill(tick, theta)
         return theta

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import math
+from typing import Annotated, Final, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from pdhocbf_drake.config import Config, Length, within
+
+_LARGEST_VARIANCE = 1e6  # [m²] or [m²/s²]
 
 Tail = Literal["periodic", "truncated", "anticipative"]
 Price = Annotated[float, within(0.0, 1e12, "", above=True)]
 Speed = Annotated[float, within(0.0, 1e3, "m/s", above=True)]
+Rate = Annotated[float, within(0.0, 1e3, "m/s")]
 Shift = Annotated[float, within(0.0, 10.0, "m")]
 Room = Annotated[float, within(-10.0, 10.0, "m")]
+Delay = Annotated[int, within(0, 1000, "ticks")]
+
+SENSING: Final = frozenset({"delay", "zmp_lag", "filter", "disturbance"})
+"""Keys of `MpcConfig` about what is measured and sent, which no program depends on."""
 
 
 class PlanLimits(Config):
@@ -71,6 +79,73 @@ class RecoveryConfig(Config):
     freeze_ticks: int = Field(6, ge=0)
 
 
+class RobustConfig(Config):
+    """What the true state may differ by from the one that is planned from, see docs/robust.md.
+
+    Attributes:
+        disturbance: the most that a tick may add to the CoM and to its velocity, along x and y [m, m/s].
+        estimate: of the error of the measured CoM and velocity along each axis: standard deviations [m, m/s], or their
+            covariance [[m², m²/s], [m²/s, m²/s²]].
+        sigmas: how many of these the error stays below.
+    """
+
+    disturbance: tuple[Shift, Rate] = (0.0, 0.0)
+    estimate: tuple[Shift, Rate] | tuple[tuple[float, float], tuple[float, float]] = (0.0, 0.0)
+    sigmas: Annotated[float, within(0.0, 10.0, "")] = 3.0
+
+    @model_validator(mode="after")
+    def _is_covariance(self) -> RobustConfig:
+        com, velocity = self.estimate
+        if isinstance(com, tuple) and isinstance(velocity, tuple):
+            same = com[1] == velocity[0] and min(com[0], velocity[1]) >= 0.0
+            if not same or com[0] * velocity[1] < com[1] ** 2 or max(com[0], velocity[1]) > _LARGEST_VARIANCE:
+                raise ValueError(
+                    "a covariance is symmetric, has no direction of negative variance, and variances up to "
+                    f"{_LARGEST_VARIANCE:g} (given {[list(com), list(velocity)]})"
+                )
+        return self
+
+    @property
+    def errors(self) -> tuple[float, float]:
+        """The box of the estimate's error, which holds that many standard deviations [m, m/s]."""
+        com, velocity = self.estimate
+        if isinstance(com, tuple) and isinstance(velocity, tuple):
+            com, velocity = math.sqrt(com[0]), math.sqrt(velocity[1])
+        return self.sigmas * float(com), self.sigmas * float(velocity)  # type: ignore[arg-type]
+
+
+class FilterConfig(Config):
+    """What is known of the measured CoM, from which the gain of a Kalman filter follows.
+
+    Attributes:
+        com: standard deviation of the noise of the measured CoM, the same in x and y [m].
+        velocity: likewise of the CoM velocity [m/s].
+        model: standard deviation of the acceleration that the template does not model [m/s²].
+        push: likewise while a push is noticed [m/s²].
+    """
+
+    com: Annotated[float, within(0.0, 1.0, "m")] = 0.0
+    velocity: Annotated[float, within(0.0, 10.0, "m/s")] = 0.0
+    model: Annotated[float, within(0.0, 100.0, "m/s²", above=True)] = 0.3
+    push: Annotated[float, within(0.0, 1000.0, "m/s²", above=True)] = 5.0
+
+
+class DisturbanceConfig(Config):
+    """How a constant disturbance, such as wind, a slope or a load, is estimated and cancelled.
+
+    Attributes:
+        gain: share of the acceleration that a tick was wrong by which the estimate takes over [1].
+        most: largest estimate, horizontally [m/s²].
+        rate: fastest change of the estimate, which keeps it from following a push [m/s³].
+        band: what is cancelled stays as it is while it is this close to the estimate [m/s²].
+    """
+
+    gain: Annotated[float, within(0.0, 1.0, "", above=True)] = 0.02
+    most: Annotated[float, within(0.0, 5.0, "m/s²", above=True)] = 0.6
+    rate: Annotated[float, within(0.0, 1000.0, "m/s³", above=True)] = 0.8
+    band: Annotated[float, within(0.0, 5.0, "m/s²")] = 0.05
+
+
 class MpcConfig(Config):
     """The periodic MPC.
 
@@ -80,6 +155,8 @@ class MpcConfig(Config):
             anticipative, since it does not repeat.
         foothold_weight: ε of eq. (36), one squared distance per foothold [1/s²].
         zmp_centre_weight: price of the ZMP's squared distance from the centre of its box [1/s²]; not in eq. (36).
+        sway_weight: the same in y alone, which keeps the sway in the middle between the feet; null is
+            `zmp_centre_weight` [1/s²].
         path_correction: how much of the feet's distance from the commanded path one step may ask back, x and y [m].
         step_tolerance: how far a foothold may move from the commanded step, in x and y [m].
         stance_width_min: least lateral distance of a foothold from the stance foot [m].
@@ -102,13 +179,22 @@ class MpcConfig(Config):
         limits: what the robot's joints leave to the plan, in a disturbed walk too; "model" computes it from the robot's
             model when the walk is built, null leaves the joints' limits to the motors.
         recovery: how a disturbed walk is planned; null plans it like any other.
+        robust: what barriers and ZMP box are tightened for, so that the true state keeps them; null tightens nothing.
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
+        delay: how late measurements are [ticks]; what is measured is carried forward by the ZMP velocities sent since.
+            "auto" takes what `measurement` has.
+        zmp_lag: rate λ at which the robot's ZMP follows the one that is sent, ṗ = λ (p_sent − p) [1/s]; what is sent
+            leads the planned ZMP by as much. null is for one that follows at once.
+        filter: noise of the measured CoM, which is filtered with the template as model; "auto" takes what
+            `measurement` has, null filters nothing.
+        disturbance: a constant disturbance is estimated and cancelled; null cancels nothing.
     """
 
     horizon: int = Field(80, ge=1, le=20_000)
     tail: Tail = "periodic"
     foothold_weight: Price = 1e5
     zmp_centre_weight: float = Field(0.0, ge=0, le=1e12)
+    sway_weight: float | None = Field(None, ge=0, le=1e12)
     path_correction: tuple[Shift, Shift] = (0.02, 0.05)
     step_tolerance: tuple[Shift, Shift] = (0.1, 0.05)
     stance_width_min: Shift = 0.12
@@ -126,7 +212,23 @@ class MpcConfig(Config):
     limits: PlanLimits | Literal["model"] | None = "model"
     recovery: RecoveryConfig | None = None
     tail_weight: Price = 1e6
+    robust: RobustConfig | None = None
     solver: Literal["daqp", "clarabel"] = "daqp"
+    delay: Delay | Literal["auto"] = "auto"
+    zmp_lag: Annotated[float, within(0.0, 1e4, "1/s", above=True)] | None = None
+    filter: FilterConfig | Literal["auto"] | None = "auto"
+    disturbance: DisturbanceConfig | None = None
+
+    @property
+    def delay_ticks(self) -> int:
+        """How late measurements are; 0 where no scenario says it [ticks]."""
+        return 0 if self.delay == "auto" else self.delay
+
+    @property
+    def noise(self) -> FilterConfig | None:
+        """What is filtered; None where there is nothing, or where no scenario says it."""
+        noise = self.filter
+        return noise if isinstance(noise, FilterConfig) and (noise.com or noise.velocity) else None
 
     @property
     def plan_limits(self) -> PlanLimits | None:

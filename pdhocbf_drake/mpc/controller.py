@@ -11,13 +11,15 @@ from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
+from pdhocbf_drake.mpc.believed import Believer
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.digest import digest
-from pdhocbf_drake.mpc.kernels import mark_acting, write_plan
+from pdhocbf_drake.mpc.kernels import write_plan
 from pdhocbf_drake.mpc.plan import NOTICED, Plan, Reason
 from pdhocbf_drake.mpc.programs import ProgramCache, rungs_of
 from pdhocbf_drake.mpc.recovery import recovery_of
+from pdhocbf_drake.mpc.robust import zmp_margin
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.mpc.terms import TERMS, constraints_of
 from pdhocbf_drake.mpc.terms.barrier import rows_of
@@ -33,6 +35,7 @@ from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
 
+_NO_ROWS = np.zeros((0, 0))
 _COURSES = 4  # walks under commands of a port that are kept: one a step
 Barriers = tuple[Sequence[AffineBarrier], Sequence[AffineBarrier]]
 
@@ -44,6 +47,7 @@ class PeriodicMpc:
         gait, vhip, divergent: the walk, its template and the divergent component of that.
         barriers: the barriers of the axes x and y.
         terminal: the terminal sets (20f) of the axes, by axis; none where the tail is demanded instead.
+        believer: from measurements to the state to plan from, and from a plan to what is sent.
         commanded: the steps that the gait commands.
         problems: problem (36) of both axes, which fill θ.
         qps, solvers: `qps[axis][k % len(qps[axis])]`, the compiled programs at tick k, and what solves them.
@@ -87,7 +91,7 @@ class PeriodicMpc:
                 f"such as {gait_ticks} or {2 * gait_ticks} (given: {config.horizon})"
             )
         self.gait, self.vhip, self.config, self.barriers = gait, vhip, config, barriers
-        self.divergent = DivergentComponent(vhip)
+        self.divergent, self.believer = DivergentComponent(vhip), Believer(vhip, config)
         self._omega: list[float] = self.divergent.omega.tolist()
         self.footholds = config.horizon // gait.period
         self.terminal = dict(terminal or {})
@@ -120,7 +124,10 @@ class PeriodicMpc:
         """Reads commanded steps from a gait, as the problems of both axes do."""
         config = self.config
         self.gait = gait
-        self.commanded = CommandedSteps(gait, config.horizon, config.zmp_margin, config.plan_limits)
+        self._margin = zmp_margin(self.vhip, config)
+        self.commanded = CommandedSteps(gait, config.horizon, self._margin, config.plan_limits)
+        if config.robust is not None and self.commanded.steps(gait.config.start_steps + 2).half.min() <= 0.0:
+            raise InputError(f"mpc.robust: the ZMP may err by {self._margin:.3g} m, which leaves nothing of its box")
         self.problems = [AxisProblem(self._setting(axis), self._kinds) for axis in (0, 1)]
         barriers, count = (*self.barriers[0], *self.barriers[1]), config.horizon + 1
         self._bounds = {barrier.name: bound_samples(barrier, gait, count) for barrier in barriers}
@@ -262,29 +269,21 @@ class PeriodicMpc:
         """What the solvers of both axes found for tick k, whose programs are those of the tick `place`."""
         (x, y), (starts_x, starts_y) = results, self._slack_starts
         inputs, footholds = np.empty((2, self.config.horizon)), np.empty((2, self.footholds))
-        slacks = np.empty(self._slacks)
-        largest = write_plan(x.decisions, y.decisions, starts_x, starts_y, inputs, footholds, slacks)
+        slacks, acting = np.empty(self._slacks), np.empty(self._slacks)
+        largest = write_plan(
+            x.decisions, y.decisions, starts_x, starts_y, self._barrier_rows(0, place), self._barrier_rows(1, place),
+            x.active, y.active, NOTICED, inputs, footholds, slacks, acting,
+        )  # fmt: skip
         if reason == Reason.SOLVED and largest > NOTICED:
             reason = Reason.SOFTENED
         active = (self._padded(0, x.active), self._padded(1, y.active))
-        acting, met = self._acting(place, results, slacks), self._all_met
+        met = self._all_met
         return Plan(tick, inputs, footholds, active, slacks, x.cost + y.cost, reason, 0, unmet=met, acting=acting)
 
-    def _acting(self, place: int, results: Sequence[QpResult], slacks: np.ndarray) -> np.ndarray:
-        """`Plan.acting`; on a lower rung, whose rows are others, of the barriers whose slack is noticed."""
-        acting = (slacks > NOTICED).astype(float)
-        first = 0
-        for axis, result in enumerate(results):
-            if not self.barriers[axis]:
-                continue
-            own = self._barrier_rows(axis, place)
-            if len(result.active) == own.shape[1]:
-                mark_acting(own, result.active, first, acting)
-            first += len(own)
-        return acting
-
     def _barrier_rows(self, axis: int, tick: int) -> np.ndarray:
-        """1 where a row of an axis' program at tick k is one of a barrier, (n_b, m)."""
+        """1 where a row of an axis' program at tick k is one of a barrier, (n_b, m); (0, 0) without barriers."""
+        if not self.barriers[axis]:
+            return _NO_ROWS
         place = axis, tick % len(self.qps[axis])
         if place not in self._rows_of_barriers:
 
@@ -373,7 +372,7 @@ class PeriodicMpc:
         """`zmp_box` from centres along the axes of the stance foot."""
         step, phase = self.gait.phase(tick - 1)
         ahead = self.commanded.steps(step)
-        box = self.gait.region.box(phase, stance, footholds, ahead.half, self.config.zmp_margin)
+        box = self.gait.region.box(phase, stance, footholds, ahead.half, self._margin)
         if ahead.shift is not None:
             box += (self.gait.region.weights(phase, 1, self.footholds) @ ahead.shift.T).T
         return box

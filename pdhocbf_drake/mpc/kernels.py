@@ -31,38 +31,50 @@ def believe(
 
 
 @compiled
-def mark_acting(rows: np.ndarray, active: np.ndarray, place: int, acting: np.ndarray) -> None:
-    """Sets to 1 or 0 from `place` on whether each barrier has an active row.
+def write_common(
+    of_step: np.ndarray, axis: int, state: np.ndarray, stance: np.ndarray, offset: np.ndarray, theta: np.ndarray
+) -> None:
+    """θ of an axis from what holds all through the step, and at its start [c, v, p], stance (2,) and ZMP offset (H,).
 
     Args:
-        rows: 1 where a row is one of a barrier, (n_b, m). active: flags of the rows, 0 if inactive (m,).
+        state: (2, 3). stance: (2, 2). offset: (2, H), or (2, 0) for none.
     """
-    for i in range(len(rows)):
-        acting[place + i] = 0.0
-        for j in range(len(active)):
-            if rows[i, j] != 0.0 and active[j] != 0.0:
-                acting[place + i] = 1.0
+    for i in range(len(theta)):
+        theta[i] = of_step[i]
+    for i in range(3):
+        theta[i] = state[axis, i]
+    for i in range(2):
+        theta[3 + i] = stance[axis, i]
+    for i in range(offset.shape[1]):
+        theta[5 + i] = offset[axis, i]
 
 
 @compiled
 def write_plan(
-    x: np.ndarray, y: np.ndarray, starts_x: np.ndarray, starts_y: np.ndarray, inputs: np.ndarray,
-    footholds: np.ndarray, slacks: np.ndarray,
+    x: np.ndarray, y: np.ndarray, starts_x: np.ndarray, starts_y: np.ndarray, rows_x: np.ndarray, rows_y: np.ndarray,
+    active_x: np.ndarray, active_y: np.ndarray, noticed: float, inputs: np.ndarray, footholds: np.ndarray,
+    slacks: np.ndarray, acting: np.ndarray,
 ) -> float:  # fmt: skip
-    """Fills in a plan from the decisions of both axes: [inputs, footholds, slacks].
+    """Fills in a plan from the decisions of both axes, [inputs, footholds, slacks], and from the active rows.
 
     Args:
         x, y: the decisions. starts_x, starts_y: where the slacks of each barrier begin among all slacks.
+        rows_x, rows_y: 1 where a row of the axis' own program is one of a barrier, (n_b, m).
+        active_x, active_y: flags of the rows of the program that was solved, 0 if inactive.
+        noticed: least slack that counts.
         inputs: (2, H). footholds: (2, n_f).
         slacks: the largest one of each barrier, those of x, then those of y; 0 where there are none.
+        acting: 1 for each barrier with an active row, in the same order, else 0; on a lower rung, whose program has
+            another number of rows, for those with a slack that counts.
 
     Returns:
-        The largest of them all, at least 0.
+        The largest of all slacks, at least 0.
     """
     horizon, count = inputs.shape[1], inputs.shape[1] + footholds.shape[1]
     largest, place = 0.0, 0
     for axis in range(2):
         decisions, starts = (x, starts_x) if axis == 0 else (y, starts_y)
+        rows, active = (rows_x, active_x) if axis == 0 else (rows_y, active_y)
         for i in range(horizon):
             inputs[axis, i] = decisions[i]
         for i in range(horizon, count):
@@ -74,5 +86,20 @@ def write_plan(
             for j in range(start, stop):
                 slacks[place] = max(slacks[place], decisions[j])
             largest = max(largest, slacks[place])
+            acting[place] = 1.0 if slacks[place] > noticed else 0.0
+            if rows.shape[1] == len(active):
+                acting[place] = 0.0
+                for j in range(len(active)):
+                    if rows[i, j] != 0.0 and active[j] != 0.0:
+                        acting[place] = 1.0
             place += 1
     return largest
+
+
+@compiled
+def same_bits(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two vectors of one length are the same bit for bit, as NaN is then equal to itself."""
+    a, b, differing = one.view(np.int64), other.view(np.int64), 0
+    for i in range(len(a)):
+        differing |= a[i] ^ b[i]
+    return differing == 0

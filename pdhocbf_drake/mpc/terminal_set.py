@@ -33,18 +33,30 @@ class TerminalSet:
     soft or the set was made for its rows, and that nothing else is asked of the plan's end: therefore the stability
     condition, which a shifted plan need not meet, is then paid for instead of demanded.
 
+    A set that was made for a disturbance w of a tick has further rows on the state that the plan reaches two ticks on,
+
+        com·(c − f) + velocity·v + step·(f − f₋) + following·v⁺ + coming·(f₊ − f) ≤ bound,
+
+    which is as soon as the ZMP that is chosen now acts: whatever w(k) is, the next state predicted so is in the set,
+    and from all of it there is a plan that meets these rows and ends in the set again. So then the program is
+    recursively feasible under every w of that box, and the true state stays within the limits.
+
     Attributes:
         axis: 0 (x) or 1 (y).
         period: ticks after which the set repeats, counted from an even step: N along x, 2N along y.
         rows: com, velocity, step, following [1, s, 1, s] for each phase, shapes (r, 4).
         bounds: [m] for each phase, shapes (r,).
         early: ticks before the plan's end at which the set holds, 0 or 1.
+        first, first_bounds: the rows com, velocity, step, following, coming of the plan's tick k + 2 − early and their
+            bounds, for each phase of that tick, shapes (r, 5) and (r,); none where no disturbance is withstood.
     """
 
     axis: int
     rows: tuple[np.ndarray, ...]
     bounds: tuple[np.ndarray, ...]
     early: int = 0
+    first: tuple[np.ndarray, ...] = ()
+    first_bounds: tuple[np.ndarray, ...] = ()
 
     @property
     def period(self) -> int:
@@ -66,7 +78,7 @@ def limits_of(gait: GaitConfig, mpc: MpcConfig, barriers: Mapping[str, BarrierCo
     """What a terminal set stands and falls with; barriers do not count where they may be broken at a price."""
     walk = gait.model_dump(exclude={"swing_height", "start_steps", "walk_steps"})
     hard = {name: barrier.model_dump() for name, barrier in barriers.items()} if mpc.barrier == "hard" else None
-    plan = mpc.model_dump(include={"step_tolerance", "step_reach", "stance_width_min", "zmp_margin"})
+    plan = mpc.model_dump(include={"step_tolerance", "step_reach", "stance_width_min", "zmp_margin", "robust"})
     # Along y phases are counted from an even step, on which another foot stands where the start has one step more.
     return {**walk, "odd start_steps": gait.start_steps % 2 == 1, **plan, "hard barriers": hard}
 
@@ -79,6 +91,11 @@ def save_terminal_sets(path: Path, sets: Mapping[int, TerminalSet], made_for: Ma
         columns[f"{'xy'[axis]}_phase"] = np.repeat(np.arange(terminal.period), counts)
         columns[f"{'xy'[axis]}_rows"] = np.column_stack([np.vstack(terminal.rows), np.concatenate(terminal.bounds)])
         columns[f"{'xy'[axis]}_early"] = np.array(terminal.early)
+        if terminal.first:
+            counts = [len(bounds) for bounds in terminal.first_bounds]
+            bounds = np.concatenate(terminal.first_bounds)
+            columns[f"{'xy'[axis]}_first_phase"] = np.repeat(np.arange(terminal.period), counts)
+            columns[f"{'xy'[axis]}_first_rows"] = np.column_stack([np.vstack(terminal.first), bounds])
     with replaced_file(path) as staging, staging.open("wb") as file:
         np.savez_compressed(file, allow_pickle=False, **columns)
 
@@ -108,11 +125,15 @@ def load_terminal_sets(path: Path, wanted_for: Mapping[str, Any]) -> dict[int, T
 
 
 def _unpacked(axis: int, data: Any) -> TerminalSet:
-    rows, phases = data[f"{'xy'[axis]}_rows"], data[f"{'xy'[axis]}_phase"]
-    count = int(phases.max()) + 1
-    return TerminalSet(
-        axis,
-        tuple(rows[phases == phase, :4] for phase in range(count)),
-        tuple(rows[phases == phase, 4] for phase in range(count)),
-        int(data[f"{'xy'[axis]}_early"]),
-    )
+    name = "xy"[axis]
+    period = int(data[f"{name}_phase"].max()) + 1
+    rows, bounds = _by_phase(data[f"{name}_rows"], data[f"{name}_phase"], period)
+    first = f"{name}_first_rows"
+    early = _by_phase(data[first], data[f"{name}_first_phase"], period) if first in data.files else ((), ())
+    return TerminalSet(axis, rows, bounds, int(data[f"{name}_early"]), *early)
+
+
+def _by_phase(rows: Any, phases: Any, period: int) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
+    """Rows and bounds of each phase, the bounds from the last column."""
+    of_phase = [rows[phases == phase] for phase in range(period)]
+    return tuple(part[:, :-1] for part in of_phase), tuple(part[:, -1] for part in of_phase)

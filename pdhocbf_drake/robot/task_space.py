@@ -50,6 +50,11 @@ class TaskSpace(ABC):
         The next call overwrites the array.
         """
 
+    def poses_and_velocity(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`poses` and `com_velocity` at q (19,) and v (18,)."""
+        self.set_state(q, v)
+        return self.poses(), self.com_velocity()
+
     @abstractmethod
     def com_velocity(self) -> np.ndarray:
         """Velocity of the CoM (3,) [m/s]."""

@@ -38,6 +38,13 @@ class TreeTaskSpace(TaskSpace):
         """Poses (39,)."""
         return self._poses
 
+    def poses_and_velocity(self, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """`poses` and `com_velocity` at q (19,) and v (18,), in one call."""
+        self._key, self._has_jacobian, self._factorized, velocity = b"", False, None, np.empty(3)
+        self._v[:] = v
+        kernels.write_poses_and_velocity(q, v, self._links, self._numbers, self._work, self._poses, velocity)
+        return self._poses, velocity
+
     def com_velocity(self) -> np.ndarray:
         """Velocity of the CoM (3,)."""
         velocity = np.empty(3)

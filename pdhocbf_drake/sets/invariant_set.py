@@ -14,7 +14,7 @@ import numpy as np
 from pdhocbf_drake.barriers.dynamics import PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.sets.flat import Rows, flat_predecessor, positive, step_rows
-from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope, bounding_box
+from pdhocbf_drake.sets.polytope import THINNEST, Array, Polytope, bounding_box, support
 
 _LOOSE = 1e-3  # share of its limits below which a state's extent is no longer resolved well
 _FIXED = 1e-12  # share of what one tick makes of a state below which its extent is rounding
@@ -25,18 +25,20 @@ _ROUNDING = 1e-13  # share of its terms below which an entry of a computed row i
 class InvariantSet:
     """The maximal periodic controlled-invariant set C_0, …, C_{N−1}:
 
-        C_k = X_k ∩ Pre_k(C_{k+1}),   Pre_k(C) = {x : A_k x + B_k u + c_k ∈ C for some u ∈ U_k},   C_{k+N} = C_k.
+        C_k = X_k ∩ Pre_k(C_{k+1} ⊖ W_k),   C_{k+N} = C_k,
+        Pre_k(C) = {x : A_k x + B_k u + c_k ∈ C for some u ∈ U_k},   C ⊖ W = {x : x + w ∈ C for all w ∈ W}.
 
-    From x(k) ∈ C_k some admissible inputs keep x(j) ∈ X_j for all j ≥ k, and from any other state none do; both hold
-    up to `residual`, since the iteration is finite.
+    From x(k) ∈ C_k some admissible inputs, each chosen for the state of its tick, keep x(j) ∈ X_j for all j ≥ k
+    whatever the disturbances w(j) ∈ W_j are; and from any other state some disturbances prevent it, whatever the inputs
+    are. Both hold up to `residual`, since the iteration is finite. Without disturbances W_k = {0}.
 
     Attributes:
         sets: C_k, one per phase; empty if there is no such set.
         first_failing_phase: the phase at which, going backward in time, no state was left; None if there is a set.
         sweeps: passes around the cycle.
-        residual: the largest distance of a vertex of some C_k from Pre_k(C_{k+1}), of the order of the tolerance at
-            which the iteration stops, where half the extent of the limits is the unit of each state [1]; NaN if there
-            is no set.
+        residual: the largest distance of a vertex of some C_k from Pre_k(C_{k+1} ⊖ W_k), of the order of the tolerance
+            at which the iteration stops, where half the extent of the limits is the unit of each state [1]; NaN if
+            there is no set.
         seconds: wall time.
     """
 
@@ -69,8 +71,10 @@ def invariant_set(
     inputs: Sequence[Polytope],
     tolerance: float = 1e-9,
     max_sweeps: int = 500,
+    disturbance: Sequence[Array] = (),
+    within: Sequence[Polytope] = (),
 ) -> InvariantSet:
-    """Runs C_k ← X_k ∩ Pre_k(C_{k+1}) backward around the cycle from C_k = X_k until nothing changes.
+    """Runs C_k ← X_k ∩ Pre_k(C_{k+1} ⊖ W_k) backward around the cycle from C_k = X_k until nothing changes.
 
     Args:
         system: x(k+1) = A_k x + B_k u + c_k of period N.
@@ -81,6 +85,10 @@ def invariant_set(
         tolerance: a sweep that cuts off less than this anywhere is the last one, where half the extent of the limits
             is the unit of each state [1].
         max_sweeps: largest number of passes around the cycle.
+        disturbance: points whose hull is W_k, each (w, n), N of them or one, in x(k+1) = A_k x + B_k u + c_k + w; none
+            for an undisturbed system.
+        within: the sets under a smaller disturbance, from which the iteration then starts; they hold those under a
+            larger one.
 
     Raises:
         InputError: sizes that do not fit; or no fixed point within the sweeps.
@@ -90,9 +98,12 @@ def invariant_set(
     if len(present) < len(states):
         return InvariantSet((), states.index(None), 0, np.nan, 0.0)
     limits = _one_per_phase(present, period, system.n, "state")
-    problem = _Problem(system, limits, _one_per_phase(inputs, period, system.m, "input"), tolerance, max_sweeps)
+    allowed = _one_per_phase(inputs, period, system.m, "input")
+    problem = _Problem(system, limits, allowed, tolerance, max_sweeps, _disturbances(disturbance, period, system.n))
     if any(part.rank < system.n for part in limits):
         return problem.solve(problem.tight_unit(), flat=True)
+    if within:
+        return problem.solve(np.max([part.unit for part in within], axis=0), within=within)
     unit = np.stack([part.unit for part in limits]).max(axis=0)
     found = problem.solve(unit)
     if found.sets and np.all(np.max([part.unit for part in found.sets], axis=0) > _LOOSE * unit):
@@ -108,11 +119,12 @@ class _Problem:
     inputs: tuple[Polytope, ...]
     tolerance: float
     max_sweeps: int
+    disturbances: tuple[Array, ...] | None
 
-    def solve(self, unit: Array, flat: bool = False) -> InvariantSet:
+    def solve(self, unit: Array, flat: bool = False, within: Sequence[Polytope] = ()) -> InvariantSet:
         """The invariant set; `unit` is that of each state, in which the tolerance and `THINNEST` are meant."""
         started = time.perf_counter()
-        period, sets = self.system.period, list(self.limits)
+        period, sets = self.system.period, list(within or self.limits)
         cut = self._cut_flat if flat else self._cut
         stale = np.ones(period, dtype=bool)  # phases whose next set has changed since they were computed
         residual = np.zeros(period)
@@ -139,7 +151,10 @@ class _Problem:
 
     def _cut(self, k: int, here: Polytope, following: Polytope, unit: Array) -> tuple[float, Polytope | None]:
         """By how much C_k lies outside Pre_k(C_{k+1}), and what is left of it; None where nothing is."""
-        rows, bounds = predecessor_rows(self.system, k, following, self.inputs[k])
+        target = following if self.disturbances is None else following.less(self.disturbances[k], unit)
+        if target is None:
+            return np.inf, None
+        rows, bounds = predecessor_rows(self.system, k, target, self.inputs[k])
         excess = _excess(here, rows, bounds, unit)
         if excess <= self.tolerance:
             return excess, here
@@ -148,7 +163,8 @@ class _Problem:
 
     def _cut_flat(self, k: int, here: Polytope, following: Polytope, unit: Array) -> tuple[float, Polytope | None]:
         """The same for sets that may be flat."""
-        target = (following.A, following.b)
+        shift = 0.0 if self.disturbances is None else support(following.A, self.disturbances[k])
+        target = (following.A, following.b - shift)
         left = flat_predecessor(self.system, k, self.limits[k], self.inputs[k], target, unit)
         return (np.inf, None) if left is None else (_excess(here, left.A, left.b, unit), left)
 
@@ -192,18 +208,25 @@ def _excess(part: Polytope, rows: Array, bounds: Array, unit: Array) -> float:
 
 
 def broken_phases(
-    system: PeriodicAffineSystem, parts: Sequence[Polytope | None], inputs: Sequence[Polytope]
+    system: PeriodicAffineSystem,
+    parts: Sequence[Polytope | None],
+    inputs: Sequence[Polytope],
+    disturbance: Sequence[Array] = (),
 ) -> tuple[int, ...]:
-    """Phases k at which C_k ⊄ Pre_k(C_{k+1}): from some state of C_k no admissible input leads into C_{k+1}.
+    """Phases k at which C_k ⊄ Pre_k(C_{k+1} ⊖ W_k): from some state of C_k no admissible input leads into C_{k+1}.
 
     Args:
         system: x(k+1) = A_k x + B_k u + c_k of period N.
         parts: C_k, one per phase; None for an empty one, which breaks its own phase and the one before.
         inputs: U_k, one per phase.
+        disturbance: as in `invariant_set`.
     """
     broken = []
+    disturbances = _disturbances(disturbance, system.period, system.n)
     for k, here in enumerate(parts):
         there = parts[(k + 1) % system.period]
+        if there is not None and disturbances is not None:
+            there = there.less(disturbances[k])
         if here is not None and there is not None:
             rows, bounds = predecessor_rows(system, k, there, inputs[k])
             if _excess(here, rows, bounds, here.unit) <= THINNEST:
@@ -218,3 +241,13 @@ def _one_per_phase(given: Sequence[Polytope], period: int, size: int, what: str)
     if wrong := [p.dimension for p in given if p.dimension != size]:
         raise InputError(f"the {what} limits must have {size} dimensions, given {wrong[0]}")
     return tuple(given) * (period if len(given) == 1 else 1)
+
+
+def _disturbances(given: Sequence[Array], period: int, size: int) -> tuple[Array, ...] | None:
+    """W_k as points for every phase; None where no point differs from 0."""
+    parts = [np.asarray(points, dtype=float) for points in given]
+    if not any(map(np.any, parts)):
+        return None
+    if len(parts) not in (1, period) or any(part.ndim != 2 or part.shape[1] != size for part in parts):
+        raise InputError(f"a disturbance is points of {size} numbers, once or for each of {period} phases")
+    return tuple(parts) * (period if len(parts) == 1 else 1)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +16,7 @@ from pdhocbf_drake.barriers.linear_program import minimum
 from pdhocbf_drake.errors import InputError
 
 Array = NDArray[np.float64]
+T = TypeVar("T")
 
 THINNEST = 1e-7
 """A polytope without an inscribed ball of this radius is empty, in its unit of each coordinate."""
@@ -22,6 +24,7 @@ _FLAT = 1e-12  # a side that is shorter than this share of its coordinates is no
 _SAME = 1e-10  # unit rows and vertices that differ by less are one
 ROUNDED = "a polytope was lost to rounding: scale the states to similar sizes"
 _UNBOUNDED = "a polytope must be bounded: limit every state, if only loosely"
+_WIDE = ("QH6271", "QH6297")  # Qhull's errors for nearly coincident vertices
 _DEEP = 1e-3  # margin from which on an inner point is good enough, in the same unit
 
 
@@ -50,7 +53,7 @@ class Polytope:
             return cls(np.array([[1.0], [-1.0]]), np.concatenate([high, -low]), np.array([low, high]))
         centre, unit = 0.5 * (low + high), 0.5 * (high - low)
         try:
-            hull = ConvexHull((given - centre) / unit)
+            hull = _hull((given - centre) / unit)
         except (QhullError, ValueError):  # flat, or too few points
             return None
         # Qhull cuts every facet into simplices, each with the facet's own plane.
@@ -182,6 +185,17 @@ class Polytope:
         """The Minkowski sum with the hull of some points, shape (d, n)."""
         return _body(Polytope.from_vertices(np.concatenate([self.vertices + each for each in np.asarray(directions)])))
 
+    def less(self, points: Array, unit: Array | None = None) -> Polytope | None:
+        """The Pontryagin difference {x : x + w ∈ P for all w of the hull of points}; None where it has no interior.
+
+        Args:
+            points: shape (w, n).
+            unit: as in `from_rows`; by default half the extent of P.
+        """
+        return Polytope.from_rows(
+            self.A, self.b - support(self.A, points), self.centre, self.unit if unit is None else unit
+        )
+
     def slice(self, values: ArrayLike) -> Polytope | None:
         """{y : (y, values) ∈ P}, with the last coordinates fixed; None where it has no interior."""
         fixed = np.atleast_1d(np.asarray(values, dtype=float))
@@ -192,6 +206,11 @@ class Polytope:
     def shadow(self, size: int) -> Polytope:
         """The projection onto the first `size` coordinates."""
         return _body(Polytope.from_vertices(self.vertices[:, :size]))
+
+
+def support(rows: Array, points: Array) -> Array:
+    """max_w A_i·w over the hull of points, shape (r,)."""
+    return np.asarray((points @ rows.T).max(axis=0))
 
 
 def bounding_box(A: Array, b: Array) -> tuple[Array, Array] | None:
@@ -206,6 +225,23 @@ def bounding_box(A: Array, b: Array) -> tuple[Array, Array] | None:
         sides.append(least.value)
     low, high = np.split(np.array(sides), 2)
     return low, -high
+
+
+def _hull(points: Array) -> ConvexHull:
+    return _with_wide_facets(ConvexHull, points)
+
+
+def _with_wide_facets(make: Callable[..., T], *arguments: Array) -> T:
+    """What Qhull makes of some arguments; where facets are too wide to be merged, with these allowed, else joggled."""
+    try:
+        return make(*arguments)
+    except QhullError as error:
+        if not any(code in str(error) for code in _WIDE):
+            raise
+    try:
+        return make(*arguments, qhull_options="Qt Q12")
+    except QhullError:
+        return make(*arguments, qhull_options="QJ")
 
 
 def _is_flat(low: Array, high: Array) -> bool:
@@ -226,7 +262,7 @@ def _corners(A: Array, b: Array, inner: Array) -> Array | None:
         return np.array([[np.max(sides[~up], initial=-np.inf)], [np.min(sides[up], initial=np.inf)]])
     try:
         with np.errstate(divide="ignore", invalid="ignore"):  # unbounded
-            return np.asarray(HalfspaceIntersection(np.column_stack([A, -b]), inner).intersections)
+            return np.asarray(_with_wide_facets(HalfspaceIntersection, np.column_stack([A, -b]), inner).intersections)
     except QhullError:
         # Qhull also fails with too few rows to bound it.
         return np.full((1, A.shape[1]), np.inf) if len(A) <= A.shape[1] else None

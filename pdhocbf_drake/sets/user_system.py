@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,10 @@ from pydantic import Field, model_validator
 from pdhocbf_drake.barriers import PeriodicAffineSystem
 from pdhocbf_drake.config import Config, parse_config
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.sets.disturbance import Largest, checked_half_widths, largest_disturbance
 from pdhocbf_drake.sets.flat import flat_polytope, flat_predecessor, positive
 from pdhocbf_drake.sets.invariant_set import InvariantSet, invariant_set
-from pdhocbf_drake.sets.polytope import Polytope
+from pdhocbf_drake.sets.polytope import Array, Polytope
 
 Vector = tuple[float, ...]
 Matrix = tuple[Vector, ...]
@@ -63,12 +65,13 @@ class PolytopeConfig(Config):
 
 
 class LinearSystemConfig(Config):
-    """x(k+1) = A_k x(k) + B_k u(k) + c_k with x ∈ X_k and u ∈ U_k.
+    """x(k+1) = A_k x(k) + B_k u(k) + c_k + w(k) with x ∈ X_k, u ∈ U_k and w ∈ W_k.
 
     Attributes:
         name: for messages and files.
         A, B, c: one matrix (vector) per phase, or a single one.
         states, inputs: X_k and U_k, one per phase or a single one.
+        disturbance: W_k, which holds 0, one per phase or a single one; none for an undisturbed system.
     """
 
     name: str = "system"
@@ -77,13 +80,14 @@ class LinearSystemConfig(Config):
     c: tuple[Vector, ...] = ()
     states: tuple[PolytopeConfig, ...] = Field(min_length=1)
     inputs: tuple[PolytopeConfig, ...] = Field(min_length=1)
+    disturbance: tuple[PolytopeConfig, ...] = ()
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], where: str) -> LinearSystemConfig:
         """A system from YAML data, where a part that is given once becomes a list of one; raises `InputError`."""
         depth = {"A": 3, "B": 3, "c": 2}
         wrapped = {key: [data[key]] for key in depth if key in data and _depth(data[key]) == depth[key] - 1}
-        wrapped |= {key: [data[key]] for key in ("states", "inputs") if isinstance(data.get(key), dict)}
+        wrapped |= {key: [data[key]] for key in ("states", "inputs", "disturbance") if isinstance(data.get(key), dict)}
         return parse_config(cls, {**data, **wrapped}, where)
 
     def problem(self) -> tuple[PeriodicAffineSystem, list[Polytope], list[Polytope]]:
@@ -92,22 +96,58 @@ class LinearSystemConfig(Config):
             system = PeriodicAffineSystem(np.array(self.A), np.array(self.B), np.array(self.c) if self.c else None)
         except ValueError as error:  # an InputError too, or rows of different lengths
             raise InputError(f"{self.name}: {error}") from None
-        period = max(system.period, len(self.states), len(self.inputs))
-        if any(period % count for count in (system.period, len(self.states), len(self.inputs))):
-            raise InputError(f"{self.name}: A, B, c, states and inputs share one period or are given once")
+        counts = system.period, len(self.states), len(self.inputs), len(self.disturbance) or 1
+        period = max(counts)
+        if any(period % count for count in counts):
+            raise InputError(f"{self.name}: A, B, c, states, inputs and disturbance share one period or are given once")
         phases = range(period)
         system = PeriodicAffineSystem(*(np.array([part(k) for k in phases]) for part in (system.A, system.B, system.c)))
         states = [p.polytope(system.n, f"{self.name}.states.{i}") for i, p in enumerate(self.states)]
         inputs = [p.polytope(system.m, f"{self.name}.inputs.{i}") for i, p in enumerate(self.inputs)]
         return system, [states[k % len(states)] for k in phases], [inputs[k % len(inputs)] for k in phases]
 
-    def certify(self) -> InvariantSet:
-        """The largest sets in which the system can be kept for ever; raises `InputError`."""
-        return invariant_set(*self.problem())
+    def disturbed_by(self, half_widths: Sequence[float]) -> LinearSystemConfig:
+        """The same system under |w_i| ≤ the i-th half-width; raises `InputError` for another number of them."""
+        states = len(self.A[0])
+        sides = checked_half_widths(half_widths, states, f"{self.name}: one for each state")
+        return self.model_copy(
+            update={"disturbance": (PolytopeConfig(lower=tuple(-side for side in sides), upper=sides),)}
+        )
+
+    def disturbances(self, scale: float = 1.0) -> list[Array]:
+        """Corners of a multiple of W_k at every phase, each (w, n); none without a disturbance; raises `InputError`."""
+        system = self.problem()[0]
+        corners = []
+        for i, part in enumerate(self.disturbance):
+            where = f"{self.name}.disturbance.{i}"
+            found = part.polytope(system.n, where)
+            if found.violation(np.zeros(system.n)) > 0.0:
+                raise InputError(f"{where}: a disturbance may be 0; a constant part of it belongs into c")
+            corners.append(scale * found.vertices)
+        return [corners[k % len(corners)] for k in range(system.period)] if corners else []
+
+    def certify(self, scale: float = 1.0, within: Sequence[Polytope] = ()) -> InvariantSet:
+        """The largest sets in which the system can be kept for ever under a multiple of W_k; raises `InputError`.
+
+        Args:
+            within: as in `invariant_set`.
+        """
+        return invariant_set(*self.problem(), disturbance=self.disturbances(scale), within=within)
+
+    def largest(self, here: InvariantSet) -> Largest:
+        """The largest multiple of W_k under which it can, from the sets at 1 on."""
+        return largest_disturbance(self.certify, ((1.0, here),))
 
     def lost_state(self) -> str | None:
-        """Which fixed state no input brings to its value, from any state within the limits; None if there is none."""
+        """Which fixed state is lost, from any state within the limits, by whatever input; None if there is none.
+
+        It is where the disturbance moves it, or no input brings it to its value.
+        """
         system, states, inputs = self.problem()
+        for k, corners in enumerate(self.disturbances()):
+            fixed = states[(k + 1) % system.period].unit == 0.0
+            for i in np.flatnonzero(fixed & np.any(corners, axis=0)):
+                return f"the disturbance moves state {i}, which is fixed at phase {(k + 1) % system.period}"
         for k in range(system.period):
             after = (k + 1) % system.period
             there = states[after]

@@ -13,16 +13,23 @@ from pydrake.systems.primitives import MatrixGain
 
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.build import Walk
-from pdhocbf_drake.simulation.diagram import add_controller, connect_controller
-from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
+from pdhocbf_drake.simulation.diagram import (
+    add_controller,
+    add_fused_controller,
+    connect_controller,
+    connect_fused_controller,
+)
+from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, tilted_gravity, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.granted import grip_of
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
+from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
+from pdhocbf_drake.systems.fused_controller import BodyBlocks
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
@@ -35,7 +42,9 @@ from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 _GROUND = (2e4, 2e4, 2.0)  # box [m]; Drake warns of a half space at every start
 
 
-def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None) -> LoggedDiagram:
+def biped_diagram(
+    scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None, form: Form = "blocks"
+) -> LoggedDiagram:
     """clock, barriers -> MPC -> feet -> inverse kinematics -> joint targets -> plant with PD -> estimator -> MPC."""
     config = walk.gait.config
     wiring = Wiring(config.tick)
@@ -53,23 +62,64 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
 
     estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
     wiring.connect(estimator, "robot_state", "contact_forces")
-    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
+    sensed = scenario.measurement.source == "sensors"
+    if sensed:
+        # This loads Drake's sensors and the estimator's machine code, which other walks do not need.
+        from pdhocbf_drake.simulation.estimator import add_estimator, connect_estimator
+        from pdhocbf_drake.simulation.sensors import add_sensors
 
-    controller = add_controller(wiring, walk, LATENCY * plant.time_step())
-    foot_reference = wiring.add("foot_reference", FootReference(walk.gait))
-    grip = grip_of(biped, scenario)
-    kinematics = wiring.add(
-        "inverse_kinematics", unbundled(InverseKinematics(biped, posture, config.tick, walk.gait.turns, grip))
-    )
-    lever = swing_lever(biped, standing_posture(walk, biped))
-    # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.
-    mirrored = is_mirrored(preview(biped, Step.of(config)), leg_length(biped))
-    zmp_offset = ZmpOffset if mirrored and not walk.gait.turns else TurningZmpOffset
-    offset = wiring.add("zmp_offset", zmp_offset(walk.gait, walk.mpc.config.horizon, lever))
+        seed = scenario.seed if scenario.measurement.seed is None else scenario.measurement.seed
+        add_sensors(wiring, scenario.measurement, seed, plant, biped, posture[biped.q_index])
+        add_estimator(wiring, scenario.measurement, biped, walk.gait.step(-1))
+    soles = np.zeros((2, 6))
+    soles[:, :2], soles[:, 5] = walk.gait.feet_at_start, walk.gait.step(-1).yaw
+    starts = {"lip_state": walk.at_rest.ravel(), "foot_state": soles.ravel()}
+    add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
+
+    add_walking = _add_fused if form == "fused" else _add_blocks
+    add_walking(wiring, walk, _body_blocks(walk, biped, posture, grip_of(biped, scenario)), LATENCY * plant.time_step())
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
 
+    if walk.gait.turns:
+        wiring.log("turn_reference")
+    if sensed:
+        connect_estimator(wiring)
+    wiring.connect(detector, "com_z")
+    wiring.connect(targets, "desired_state", "feedforward")
+    connect_joints(wiring.builder, plant, biped, targets)
+    if scenario.pushes or any(scenario.wind):
+        push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
+        applied = plant.get_applied_spatial_force_input_port()
+        wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
+        wiring.log("push")
+    wiring.log("com_z", "foot_state", "ground_load", "joint_state", "foot_reference", "desired_state", "feedforward")
+    wiring.log("actuation", "robot_state", "contact_forces")
+    return wiring.build("biped_walk")
+
+
+def _body_blocks(walk: Walk, biped: Biped, posture: np.ndarray, grip: Grip) -> BodyBlocks:
+    """Planned soles, inverse kinematics, and the ZMP offset that the legs cause."""
+    gait = walk.gait
+    lever = swing_lever(biped, standing_posture(walk, biped))
+    # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.
+    mirrored = is_mirrored(preview(biped, Step.of(gait.config)), leg_length(biped))
+    zmp_offset = ZmpOffset if mirrored and not gait.turns else TurningZmpOffset
+    return BodyBlocks(
+        FootReference(gait),
+        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip),
+        zmp_offset(gait, walk.mpc.config.horizon, lever),
+        TurnReference(gait) if gait.turns else None,
+    )
+
+
+def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> None:
+    """Adds and connects the controller, block by block."""
+    controller = add_controller(wiring, walk, latency)
+    foot_reference = wiring.add("foot_reference", body.feet)
+    kinematics = wiring.add("inverse_kinematics", unbundled(body.kinematics))
+    offset = wiring.add("zmp_offset", body.offset)
     connect_controller(wiring, walk, controller)
     wiring.connect(controller, "zmp_offset")
     wiring.connect(controller, "foot_state", measured=True)
@@ -78,22 +128,17 @@ def biped_diagram(scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
     wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
-    if walk.gait.turns:
-        turn_reference = wiring.add("turn_reference", TurnReference(walk.gait))
+    if body.turn is not None:
+        turn_reference = wiring.add("turn_reference", body.turn)
         wiring.connect(turn_reference, "gait_phase", *changes)
         wiring.connect(kinematics, "turn_reference")
-        wiring.log("turn_reference")
-    wiring.connect(detector, "com_z")
-    wiring.connect(targets, "desired_state", "feedforward")
-    connect_joints(wiring.builder, plant, biped, targets)
-    if scenario.pushes:
-        push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
-        applied = plant.get_applied_spatial_force_input_port()
-        wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
-        wiring.log("push")
-    wiring.log("com_z", "foot_state", "ground_load", "joint_state", "foot_reference", "desired_state", "feedforward")
-    wiring.log("actuation", "robot_state", "contact_forces")
-    return wiring.build("biped_walk")
+
+
+def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> None:
+    """The same in one block."""
+    controller = add_fused_controller(wiring, walk, latency, body)
+    connect_fused_controller(wiring, walk, controller)
+    wiring.connect(controller, "foot_state", measured=True)
 
 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
@@ -126,6 +171,9 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
     plant.RegisterCollisionGeometry(plant.world_body(), below, ground, "ground", friction)
     _set_friction(plant, scene_graph, friction)
     _set_gains(plant, biped)
+    if any(scenario.model_error.gravity_tilt_deg):
+        gravity = plant.mutable_gravity_field()
+        gravity.set_gravity_vector(tilted_gravity(scenario.model_error, gravity.gravity_vector()))
     plant.Finalize()
     plant.SetDefaultPositions(posture)
     return plant

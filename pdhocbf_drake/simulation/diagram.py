@@ -8,9 +8,10 @@ from pdhocbf_drake.oscillator.van_der_pol_tube import VanDerPolTube
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.disturbance import add_measurement, timed_forces
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.wiring import LoggedDiagram, Wiring
+from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.fall_detector import LeanDetector
+from pdhocbf_drake.systems.fused_controller import BodyBlocks, ControllerBlocks, FusedController
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.oscillator import Oscillator, TubeFilter
@@ -20,20 +21,23 @@ from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.vhip_plant import VhipPlant
 
 
-def vhip_diagram(scenario: Scenario, walk: Walk) -> LoggedDiagram:
+def vhip_diagram(scenario: Scenario, walk: Walk, form: Form = "blocks") -> LoggedDiagram:
     """clock, barriers -> MPC -> template -> MPC."""
-    wiring = Wiring(walk.gait.config.tick)
-    controller = add_controller(wiring, walk)
+    wiring, fused = Wiring(walk.gait.config.tick), form == "fused"
+    controller = add_fused_controller(wiring, walk) if fused else add_controller(wiring, walk)
     plant = wiring.add("vhip", VhipPlant(walk.vhip, walk.at_rest, scenario.vhip.mass))
     wiring.connect(plant, "gait_phase", "zmp_reference")
-    if scenario.pushes:
+    if scenario.pushes or any(scenario.wind):
         wiring.add("push_schedule", PushSchedule(timed_forces(scenario), wiring.tick))
         wiring.connect(plant, "push")
         wiring.log("push")
     detector = wiring.add("lean_detector", LeanDetector(walk.gait.config.com_height, wiring.tick))
     wiring.connect(detector, "lip_state")
-    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state")
-    connect_controller(wiring, walk, controller)
+    add_measurement(wiring, scenario.measurement, scenario.seed, lip_state=walk.at_rest.ravel())
+    if fused:
+        connect_fused_controller(wiring, walk, controller)
+    else:
+        connect_controller(wiring, walk, controller)
     return wiring.build("vhip_walk")
 
 
@@ -54,18 +58,34 @@ def add_controller(wiring: Wiring, walk: Walk, latency: float = 0.0) -> System:
 
     `lip_state` must be offered before `connect_controller`.
     """
-    wiring.add("gait_reference", unbundled(GaitReference(walk.gait)))
-    if walk.gait.turns:
-        wiring.add("path_reference", unbundled(PathReference(walk.gait)))
-    if walk.barriers:
-        schedule = BarrierSchedule(walk.axes, walk.barriers, walk.gait, walk.mpc.config.horizon)
-        wiring.add("barrier_schedule", unbundled(schedule))
-    controller = MpcController(walk.mpc, walk.at_rest, walk.gait.feet_at_start, walk.names, latency)
-    return wiring.add("mpc_controller", unbundled(controller))
+    blocks = controller_blocks(walk, latency)
+    wiring.add("gait_reference", unbundled(blocks.clock))
+    if blocks.path is not None:
+        wiring.add("path_reference", unbundled(blocks.path))
+    if blocks.schedule is not None:
+        wiring.add("barrier_schedule", unbundled(blocks.schedule))
+    return wiring.add("mpc_controller", unbundled(blocks.controller))
+
+
+def controller_blocks(walk: Walk, latency: float = 0.0) -> ControllerBlocks:
+    """Clock, barriers and the MPC."""
+    gait, horizon = walk.gait, walk.mpc.config.horizon
+    return ControllerBlocks(
+        GaitReference(gait),
+        MpcController(walk.mpc, walk.at_rest, gait.feet_at_start, walk.names, latency),
+        BarrierSchedule(walk.axes, walk.barriers, gait, horizon) if walk.barriers else None,
+        PathReference(gait) if gait.turns else None,
+    )
+
+
+def add_fused_controller(wiring: Wiring, walk: Walk, latency: float = 0.0, body: BodyBlocks | None = None) -> System:
+    """The same as one block, with those of a robot."""
+    fused = FusedController(controller_blocks(walk, latency), body)
+    return wiring.add("mpc_controller", unbundled(fused))
 
 
 def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
-    """Closes the loop from `lip_state` and logs the controller's signals."""
+    """Closes the loop from `lip_state`, and logs the controller's signals."""
     wiring.connect(controller, "gait_phase")
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(wiring.port("gait_phase").get_system(), *changes)
@@ -78,6 +98,25 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
         stance = ["stance_plan"] * any(barrier.from_stance for barrier in walk.barriers)
         wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *changes, *stance, *path)
         wiring.connect(controller, "barrier_bound")
+    log_controller(wiring, walk)
+
+
+def connect_fused_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
+    """The same of the one block."""
+    wiring.connect(controller, "lip_state", measured=True)
+    if walk.gait.turns:
+        wiring.builder.ExportInput(controller.GetInputPort("command"), "command")
+    if walk.barriers:
+        wiring.builder.Connect(wiring.port("lip_state"), controller.GetInputPort("true_state"))
+    log_controller(wiring, walk)
+
+
+def log_controller(wiring: Wiring, walk: Walk) -> None:
+    """Logs the controller's signals."""
+    path = ("path",) if walk.gait.turns else ()
+    if walk.barriers:
         wiring.log("barrier_bound", "h", "barrier_slack", "barrier_active")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
+    if walk.mpc.config.disturbance is not None:
+        wiring.log("input_disturbance")
     wiring.log("solver_status", "unmet", *path, *["command_asked"] * walk.gait.turns)

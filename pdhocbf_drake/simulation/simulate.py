@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import get_args
 
 from pydrake.geometry import Meshcat
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
 from pdhocbf_drake.collecting import freed_at_the_end, without_garbage_collection
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable
@@ -18,7 +20,7 @@ from pdhocbf_drake.simulation.limits import checked_walk
 from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.wiring import LoggedDiagram
+from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram
 
 Progress = Callable[[float], None]
 _CHUNK = 0.1  # [s] of simulated time between two reports of progress
@@ -27,21 +29,31 @@ _ROWS = 500  # ticks of which the log is kept in memory where it goes to disk
 
 
 @without_garbage_collection()
-def make_diagram(scenario: Scenario, meshcat: Meshcat | None = None, walk: Walk | None = None) -> LoggedDiagram:
-    """The scenario's diagram with its log, drawn in `meshcat`; raises `InputError` or `ModelError`.
+def make_diagram(
+    scenario: Scenario, meshcat: Meshcat | None = None, walk: Walk | None = None, form: Form = "blocks"
+) -> LoggedDiagram:
+    """The scenario's diagram with its log, drawn in `meshcat`.
 
-    `walk` is that of the scenario, if it has been built before.
+    Args:
+        walk: that of the scenario, if it has been built before.
+        form: "blocks" gives a diagram with a block for each part of the controller, "fused" one with a single block for
+            all of them, which has the same ports and the same log, and takes less time.
+
+    Raises:
+        InputError, ModelError: the scenario can't be built, or there is no such form.
     """
+    if form not in get_args(Form):
+        raise InputError(f"the form of a diagram is one of {', '.join(get_args(Form))}, given {form!r}")
     check_scenario(scenario)
     if meshcat is not None:
         check_watchable(scenario)
     if scenario.system == "van_der_pol":
         return oscillator_diagram(scenario)
     if scenario.system == "vhip":
-        return vhip_diagram(scenario, walk or build_walk(scenario))
+        return vhip_diagram(scenario, walk or build_walk(scenario), form)
     biped, kept = checked_walk(scenario)
     scenario = scenario if walk is not None else kept.scenario
-    return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat)
+    return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat, form)
 
 
 @freed_at_the_end()
@@ -50,6 +62,7 @@ def simulate(
     progress: Progress | None = None,
     meshcat: Meshcat | None = None,
     rows: Path | None = None,
+    form: Form = "fused",
 ) -> RunLog:
     """The log of a scenario up to its duration, a fall, a failure in Drake or Ctrl-C; `RunLog.ending` says which.
 
@@ -58,12 +71,13 @@ def simulate(
         meshcat: shows the robot while it walks, no faster than real time.
         rows: a new folder to which the log is written while the run goes on. The log that is returned reads from it,
             so that a long run takes no memory; `RunLog.of_killed` reads it if the process is killed.
+        form: of the diagram, see `make_diagram`; the log is the same.
 
     Raises:
         InputError, ModelError: the scenario can't be built; nothing has been simulated.
         RunFolderError: `rows` can't be made.
     """
-    return advance(scenario, make_diagram(scenario, meshcat), progress, meshcat, rows)
+    return advance(scenario, make_diagram(scenario, meshcat, form=form), progress, meshcat, rows)
 
 
 def advance(

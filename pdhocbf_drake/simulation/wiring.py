@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, OutputPort, System
@@ -13,6 +14,12 @@ from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 
 _MEASURED, _SIGNALS = "_measured", "signals"
+
+Form = Literal["blocks", "fused"]
+"""Whether a diagram has a block for each part of the controller, or one for all of them, with the same ports and log.
+
+The one block, a `FusedController`, calls the functions of the others in turn, which takes less time.
+"""
 
 
 @dataclass

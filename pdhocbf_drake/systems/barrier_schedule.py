@@ -73,17 +73,36 @@ class BarrierSchedule(Block):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         phase, step, _ = self._phase.Eval(context).tolist()
-        tick, count, gait = round(step * self._n + phase), self._count, self._gait(context)
+        tick, gait = round(step * self._n + phase), self._gait(context)
+        values = np.concatenate([*self.bounds(tick, gait), self._signs])
+        bounds, h = values[: -len(self._signs)], values[-len(self._signs) :]
+        stance = None if self._stance is None else self._stance.Eval(context)
+        path = None if self._path is None else self._path.Eval(context)
+        self.write_h(tick, gait, self._lip.Eval(context), stance, path, bounds, h)
+        output.SetFromVector(values)
+
+    def bounds(self, tick: int, gait: Gait) -> list[np.ndarray]:
+        """The bound of each barrier at tick k of the gait as it has been changed, (H + 1,)."""
+        count = self._count
         bounds = self._samples.get(gait, lambda: [bound_samples(barrier, gait, count) for barrier in self._barriers])
-        # The signs are overwritten with h.
-        values = np.concatenate([*(samples(tick) for samples in bounds), self._signs])
-        normals = self._normals[(tick + self._n * gait.flipped(round(step))) % len(self._normals)]
-        stances, state = self._on_ground, self._lip.Eval(context)
-        here = None if self._stance is None else self._stance.Eval(context)[_NOW]
-        if self._path is not None:
-            seen = rotation(-self._path.Eval(context)[_YAW])
+        return [samples(tick) for samples in bounds]
+
+    def write_h(
+        self, tick: int, gait: Gait, state: np.ndarray, stance: np.ndarray | None, path: np.ndarray | None,
+        bounds: np.ndarray, h: np.ndarray,
+    ) -> None:  # fmt: skip
+        """Writes h at tick k.
+
+        Args:
+            state: lip_state. stance: stance_plan, where the block has that port. path: of a walk that turns.
+            bounds: barrier_bound. h: (n_b,).
+        """
+        normals = self._normals[(tick + self._n * gait.flipped(tick // self._n)) % len(self._normals)]
+        stances = self._on_ground
+        here = None if self._stance is None or stance is None else stance[_NOW]
+        if path is not None:
+            seen = rotation(-path[_YAW])
             state, here = (seen @ state.reshape(2, 3)).ravel(), None if here is None else seen @ here
         if here is not None:
             stances = np.append(here, 0.0)[self._seen_from]
-        write_h(self._signs, self._axes, normals, stances, count, state, values)
-        output.SetFromVector(values)
+        write_h(self._signs, self._axes, normals, stances, state, bounds, h)

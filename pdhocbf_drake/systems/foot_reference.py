@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.systems.block import Block, weakly
+from pdhocbf_drake.systems.gait_reference import changed_gait
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import size
 from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.swing import Swing
 
 
@@ -30,10 +32,11 @@ class FootReference(Block):
         self._gait, self._swing = gait, Swing(gait)
         self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
         self._plan = self.DeclareVectorInputPort("foot_plan", size("foot_plan"))
-        self._resumed = self.DeclareVectorInputPort("resumed", size("resumed"))
+        resumed = self.DeclareVectorInputPort("resumed", size("resumed"))
+        self._resumed = OptionalInput(resumed)
         self.DeclareDiscreteState(size("foot_reference"))
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
-        prerequisites = {self._phase.ticket(), self._plan.ticket(), self._resumed.ticket(), self.xd_ticket()}
+        prerequisites = {self._phase.ticket(), self._plan.ticket(), resumed.ticket(), self.xd_ticket()}
         self._reference = self.DeclareVectorOutputPort(
             "foot_reference", size("foot_reference"), weakly(self._calc), prerequisites
         )
@@ -42,11 +45,11 @@ class FootReference(Block):
         values.set_value(self._reference.Eval(context))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        tick, step, support = self._phase.Eval(context).tolist()
-        gait = self._gait
-        if self._resumed.HasValue(context):
-            gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context).tolist())))
+        gait = changed_gait(self._gait, None, self._resumed(context), None)
         before = context.get_discrete_state_vector().value()
-        output.SetFromVector(
-            self._swing.feet(round(tick), support, self._plan.Eval(context), before, gait.lift_off(round(step)))
-        )
+        output.SetFromVector(self.reference(self._phase.Eval(context), self._plan.Eval(context), before, gait))
+
+    def reference(self, gait_phase: np.ndarray, plan: np.ndarray, before: np.ndarray, gait: Gait) -> np.ndarray:
+        """foot_reference (18,) from that of the tick before; of the gait, its lift-off counts."""
+        tick, step, support = gait_phase.tolist()
+        return self._swing.feet(round(tick), support, plan, before, gait.lift_off(round(step)))

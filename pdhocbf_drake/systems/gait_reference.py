@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
 
 from pdhocbf_drake.systems.block import Block, weakly
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import size, sizes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.course import Course
@@ -28,21 +29,31 @@ class ChangedGait:
 
     def __init__(self, block: LeafSystem, gait: Gait) -> None:
         self._gait = gait
-        self._last = block.DeclareVectorInputPort("last_step", size("last_step"))
-        self._resumed = block.DeclareVectorInputPort("resumed", size("resumed"))
-        self._course = block.DeclareVectorInputPort("course", size("course")) if gait.turns else None
-        self.tickets = {port.ticket() for port in (self._last, self._resumed, self._course) if port is not None}
+        names = ("last_step", "resumed", *["course"] * gait.turns)
+        ports = [block.DeclareVectorInputPort(name, size(name)) for name in names]
+        self.tickets = {port.ticket() for port in ports}
+        self._last, self._resumed, *course = map(OptionalInput, ports)
+        self._course = course[0] if course else None
 
     def __call__(self, context: Context) -> Gait:
         """The gait by the values of the ports in a context of the block."""
-        gait = self._gait
-        if self._course is not None and self._course.HasValue(context):
-            gait = gait.following(Course.of(self._course.Eval(context).tolist()))
-        if self._last.HasValue(context):
-            gait = gait.ended_by(self._last.Eval(context)[0])
-        if self._resumed.HasValue(context):
-            gait = gait.resumed_by(Resumed(*map(round, self._resumed.Eval(context).tolist())))
-        return gait
+        last, resumed = self._last(context), self._resumed(context)
+        course = None if self._course is None else self._course(context)
+        return changed_gait(self._gait, last, resumed, course)
+
+
+def changed_gait(
+    gait: Gait, last_step: np.ndarray | None, resumed: np.ndarray | None, course: np.ndarray | None
+) -> Gait:
+    """The gait by the values of the ports of `ChangedGait`; None where one has none."""
+    if course is not None:
+        gait = gait.following(Course.of(course.tolist()))
+    if last_step is not None:
+        gait = gait.ended_by(last_step[0])
+    if resumed is not None:
+        tick, side, last = resumed.tolist()
+        gait = gait.resumed_by(Resumed(round(tick), round(side), round(last)))
+    return gait
 
 
 class GaitReference(Block):
@@ -73,7 +84,11 @@ class GaitReference(Block):
         values.set_value(context.get_discrete_state_vector().value() + 1.0)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        step, tick = divmod(round(context.get_discrete_state_vector()[0]), self._period)
-        commanded = self._commanded[tick].copy()
-        commanded[1], commanded[2] = step, self._gait(context).support(step)
-        output.SetFromVector(commanded)
+        output.SetFromVector(self.commanded(round(context.get_discrete_state_vector()[0]), self._gait(context)))
+
+    def commanded(self, tick: int, gait: Gait) -> np.ndarray:
+        """gait_phase and com_height at tick k of the gait as it has been changed, (6,)."""
+        step, phase = divmod(tick, self._period)
+        commanded = self._commanded[phase].copy()
+        commanded[1], commanded[2] = step, gait.support(step)
+        return commanded

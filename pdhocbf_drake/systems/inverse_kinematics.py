@@ -18,6 +18,7 @@ from pdhocbf_drake.robot.kernels import left_share, use_of_ground
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes
 from pdhocbf_drake.systems.torso_yaw import TorsoYaw, add_to
 
@@ -67,49 +68,59 @@ class InverseKinematics(Block):
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
         self._joints = biped.q_index
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
-        self._phase, self._height, self._com, self._zmp, self._feet = ports
+        phase, self._height, self._com, self._zmp, self._feet = ports
+        self._phase = OptionalInput(phase)
         self._turn = self.DeclareVectorInputPort("turn_reference", size("turn_reference")) if turns else None
         ports += [] if self._turn is None else [self._turn]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
         self._q = slice(positions)
-        motion = np.concatenate([initial, np.zeros(3 * self._velocities + len(TorsoYaw()))])
-        self._motion = slice(sum(self.parts.values()), None)  # the coming state, behind the parts
-        self.DeclareDiscreteState(motion)
+        self.start = np.concatenate([initial, np.zeros(3 * self._velocities + len(TorsoYaw()))])
+        self.coming = slice(sum(self.parts.values()), None)  # state, behind the parts
+        self.DeclareDiscreteState(self.start)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
-        self._size = self._motion.start + len(motion)
+        self._size = self.coming.start + len(self.start)
         self._solution = self.DeclareVectorOutputPort("solution", self._size, weakly(self._calc), prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value(self._solution.Eval(context)[self._motion])
-
-    def _swing_foot(self, context: Context) -> Side | None:
-        """The foot that swings in this step; None where both stand or gait_phase is unconnected."""
-        if not self._phase.HasValue(context):
-            return None
-        return _SWING_FOOT.get(self._phase.Eval(context)[_SUPPORT])
+        values.set_value(self._solution.Eval(context)[self.coming])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        state = context.get_discrete_state_vector().value()
+        state, turn = context.get_discrete_state_vector().value(), None
+        if self._turn is not None:
+            turn = self._turn.Eval(context)
+        height, com = self._height.Eval(context), self._com.Eval(context)
+        zmp, feet = self._zmp.Eval(context), self._feet.Eval(context)
+        output.SetFromVector(self.solution(state, self._phase(context), height, com, zmp, feet, turn))
+
+    def solution(
+        self, state: np.ndarray, gait_phase: np.ndarray | None, height: np.ndarray, com: np.ndarray, zmp: np.ndarray,
+        feet: np.ndarray, turn: np.ndarray | None,
+    ) -> np.ndarray:  # fmt: skip
+        """The parts and the state to come, from the state and com_height, com_reference, zmp_reference and so on.
+
+        `gait_phase` determines the swing foot, the one to miss its target; None where both feet stand.
+        """
+        swing = None if gait_phase is None else _SWING_FOOT.get(gait_phase[_SUPPORT])
         state, yaw = state[:_YAW], TorsoYaw(*state[_YAW:].tolist())
         last, step, wanted = state[self._q], np.empty(self._velocities), np.zeros((3, self._velocities))
         write_step(state, self._tick, step)
-        write_wanted(self._com.Eval(context), self._height.Eval(context), self._feet.Eval(context), wanted)
+        write_wanted(com, height, feet, wanted)
         seed = self._ik.task_space.moved(last, step)
         angles = LEVEL
-        if self._turn is not None:
-            turn = self._turn.Eval(context).reshape(3, 3)
-            wanted[1:, _TURNS] = turn[:, 1:].T
-            left_yaw, right_yaw, torso_yaw = turn[:, 0].tolist()
+        if turn is not None:
+            ways = turn.reshape(3, 3)
+            wanted[1:, _TURNS] = ways[:, 1:].T
+            left_yaw, right_yaw, torso_yaw = ways[:, 0].tolist()
             angles = (0.0, 0.0, torso_yaw, 0.0, 0.0, left_yaw, 0.0, 0.0, right_yaw)
-        swing, turning = self._swing_foot(context), yaw.returning
+        turning = yaw.returning
         if yaw.angle or yaw.rate:
             angles = (0.0, 0.0, angles[2] + yaw.angle, *angles[3:])
             add_to(wanted, _TURNS[2], yaw, turning)
         q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
-        share = left_share(left, right, self._zmp.Eval(context)[_ZMP])
+        share = left_share(left, right, zmp[_ZMP])
         torque = self._dynamics(q, v, vdot, share)
         if self._grip is not None:
             used = use_of_ground(torque.left, left, torque.right, right)
@@ -118,8 +129,8 @@ class InverseKinematics(Block):
                 wanted[2, _TURNS[2]] += yielding - turning
                 v, vdot = self._ik.derivatives(q, wanted[1], wanted[2])
                 torque, turning = self._dynamics(q, v, vdot, share), yielding
-        zmp = zmp_of_wrenches(torque.left, left, torque.right, right)
+        reached = zmp_of_wrenches(torque.left, left, torque.right, right)
         status, solution = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), np.empty(self._size)
-        write_motion(q, v, vdot, state, self._joints, self._tick, torque.tau, zmp, status, solution)
+        write_motion(q, v, vdot, state, self._joints, self._tick, torque.tau, reached, status, solution)
         solution[_YAW:] = yaw.after(turning, self._tick)
-        output.SetFromVector(solution)
+        return solution

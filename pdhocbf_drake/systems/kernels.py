@@ -24,25 +24,25 @@ LEARNING_RATE = 0.5  # weight of a new sample in the table of ZMP offsets [1]
 
 @compiled
 def write_h(
-    signs: np.ndarray, axes: np.ndarray, normals: np.ndarray, stances: np.ndarray, count: int, lip_state: np.ndarray,
-    out: np.ndarray,
+    signs: np.ndarray, axes: np.ndarray, normals: np.ndarray, stances: np.ndarray, lip_state: np.ndarray,
+    bounds: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
-    """h = sign · (V̄ − n · [c − f, v, p − f]) of n_b barriers, behind their bounds in `out`, from their first samples.
+    """h = sign · (V̄ − n · [c − f, v, p − f]) of n_b barriers, from the first samples of their bounds.
 
     Each depends on the state of its own axis alone, so that NaN on the other axis leaves it as it is.
 
     Args:
         signs: (n_b,). axes: 0 (x) or 1 (y), (n_b,). normals: n, (n_b, 3).
         stances: f, where c and p are counted from; 0 in the world, (n_b,) [m].
-        count: samples of each bound.
-        out: n_b bounds of `count` samples, then h (n_b).
+        bounds: as many samples of each, one after the other. out: h (n_b).
     """
+    count = len(bounds) // len(signs)
     for i in range(len(signs)):
         c, v, p = lip_state[3 * axes[i]], lip_state[3 * axes[i] + 1], lip_state[3 * axes[i] + 2]
         value = 0.0
         for normal, part in ((normals[i, 0], c - stances[i]), (normals[i, 1], v), (normals[i, 2], p - stances[i])):
             value += normal * part
-        out[count * len(signs) + i] = signs[i] * (out[count * i] - value)
+        out[i] = signs[i] * (bounds[count * i] - value)
 
 
 @compiled

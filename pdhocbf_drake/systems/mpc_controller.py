@@ -9,9 +9,11 @@ import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.kernels import same_bits
 from pdhocbf_drake.mpc.loop import Measurement, control
 from pdhocbf_drake.mpc.memory import OUTPUTS, Memory, MemoryLayout
 from pdhocbf_drake.systems.block import Block
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import size
 
 
@@ -35,12 +37,15 @@ class MpcController(Block):
     Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
         barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`, of the plan made at tick k.
+        input_disturbance (4): as in `systems.signals`.
         last_step (1): the step after which the walk comes to a stand, else −1.
         resumed (3): the steps that it takes in place of a stand, as in `systems.signals`.
         course (47): of a walk that follows commands, likewise.
 
     Attributes:
         mpc: the compiled problem.
+        layout: how a memory lies in the state.
+        start: the memory at the start as a vector and as itself.
 
     Args:
         initial: [c, v, p] per axis at the start, shape (2, 3).
@@ -58,60 +63,68 @@ class MpcController(Block):
         latency: float = 0.0,
     ) -> None:
         super().__init__()
-        self._layout, self.latency = MemoryLayout(mpc), latency
-        outputs = (*OUTPUTS, "last_step", "resumed", *["course"] * mpc.gait.turns)
-        self.parts = {name: self._layout.sizes[name] for name in outputs}
+        self.layout, self.latency = MemoryLayout(mpc), latency
+        outputs = (*OUTPUTS, "input_disturbance", "last_step", "resumed", *["course"] * mpc.gait.turns)
+        self.parts = {name: self.layout.sizes[name] for name in outputs}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.
         columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
         self._columns = slice(None) if np.array_equal(columns, np.arange(len(columns))) else columns
         count, horizon = len(barriers), mpc.config.horizon
-        self._phase = self.DeclareVectorInputPort("gait_phase", size("gait_phase"))
+        self._phase = self._optional("gait_phase", size("gait_phase"))
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
-        if barriers:
-            self._bounds = self.DeclareVectorInputPort("barrier_bound", size("barrier_bound", count, horizon))
-        self._offset = self.DeclareVectorInputPort("zmp_offset", size("zmp_offset", horizon=horizon))
-        self._feet = self.DeclareVectorInputPort("foot_state", size("foot_state"))
-        self._command = self.DeclareVectorInputPort("command", 4) if mpc.gait.turns else None
+        self._bounds = self._optional("barrier_bound", size("barrier_bound", count, horizon)) if barriers else None
+        self._offset = self._optional("zmp_offset", size("zmp_offset", horizon=horizon))
+        self._feet = self._optional("foot_state", size("foot_state"))
+        self._command = self._optional("command", 4) if mpc.gait.turns else None
         memory = Memory.at_start(mpc, initial, feet)
-        start = self._layout.pack(memory)
-        # The last memory with its bytes: where the state holds these, it need not be taken apart.
-        self._packed = start[self._layout.carried].tobytes(), memory
+        start = self.layout.pack(memory)
+        # The last memory with its vector: where the state is that one, it need not be taken apart.
+        self.start = self._last = start, memory
         self.DeclareStateOutputPort("memory", self.DeclareDiscreteState(start))
         self.DeclarePeriodicDiscreteUpdateEvent(mpc.gait.config.tick, 0.0, self._update)
 
+    def _optional(self, name: str, elements: int) -> OptionalInput:
+        return OptionalInput(self.DeclareVectorInputPort(name, elements))
+
     def memory(self, context: Context) -> Memory:
         """What the controller remembers before its update, in a context of this block."""
-        carried = context.get_discrete_state_vector().value()[self._layout.carried]
-        packed, memory = self._packed
-        return memory if carried.tobytes() == packed else self._layout.unpack_carried(carried)
+        state, (vector, memory) = context.get_discrete_state_vector().value(), self._last
+        return memory if same_bits(state, vector) else self.layout.unpack_carried(state[self.layout.carried])
 
     def measurement(self, context: Context) -> Measurement:
         """What the controller is given at the tick of a context of this block."""
-        feet = self._feet.Eval(context).reshape(2, 6)[:, :2] if self._feet.HasValue(context) else None
-        offset = self._offset.Eval(context).reshape(2, -1) if self._offset.HasValue(context) else None
-        bounds = None
-        if self._names and self._bounds.HasValue(context):
-            samples = self._bounds.Eval(context).reshape(len(self._names), -1)
-            bounds = dict(zip(self._names, samples, strict=True))
-        state = self._lip.Eval(context).reshape(2, 3)
-        command = None
-        if self._command is not None and self._command.HasValue(context):
-            command = self._command.Eval(context)
-        return Measurement(self._tick(context), state, feet, offset, bounds, command)
+        bounds = None if self._bounds is None else self._bounds(context)
+        command = None if self._command is None else self._command(context)
+        lip = self._lip.Eval(context)
+        return self.measured(self._tick(context), lip, self._feet(context), self._offset(context), bounds, command)
+
+    def measured(
+        self, tick: int, lip: np.ndarray, feet: np.ndarray | None, offset: np.ndarray | None,
+        bounds: np.ndarray | None, command: np.ndarray | None,
+    ) -> Measurement:  # fmt: skip
+        """The measurement of a tick from the values of the ports."""
+        feet = None if feet is None else feet.reshape(2, 6)[:, :2]
+        offset = None if offset is None else offset.reshape(2, -1)
+        samples = None if bounds is None else bounds.reshape(len(self._names), -1)
+        named = None if samples is None else dict(zip(self._names, samples, strict=True))
+        return Measurement(tick, lip.reshape(2, 3), feet, offset, named, command)
 
     def _tick(self, context: Context) -> int:
-        gait = self.mpc.gait
-        if not self._phase.HasValue(context):
+        gait, given = self.mpc.gait, self._phase(context)
+        if given is None:
             return round(context.get_time() / gait.config.tick)
-        phase, step, _ = self._phase.Eval(context).tolist()
+        phase, step, _ = given.tolist()
         return round(step * gait.period + phase)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
-        memory, plan = control(self.mpc, self.memory(context), self.measurement(context), self.latency)
+        vector, _ = self._last = self.planned(self.memory(context), self.measurement(context), started)
+        values.set_value(vector)
+
+    def planned(self, memory: Memory, measurement: Measurement, started: float) -> tuple[np.ndarray, Memory]:
+        """The next memory as a vector and as itself, after a tick whose time is counted from `started` [s]."""
+        memory, plan = control(self.mpc, memory, measurement, self.latency)
         memory.barrier_slack, memory.barrier_active = plan.slacks[self._columns], plan.acting[self._columns]
         memory.solver_status[1] = time.perf_counter() - started
-        vector = self._layout.pack(memory)
-        values.set_value(vector)
-        self._packed = vector[self._layout.carried].tobytes(), memory
+        return self.layout.pack(memory), memory

@@ -30,5 +30,8 @@ class PathReference(Block):
         self.DeclareVectorOutputPort("path_and_command", sum(self.parts.values()), weakly(self._calc), prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        gait, step = self._gait(context), round(self._phase.Eval(context)[_STEP])
-        output.SetFromVector([*gait.path(step), *gait.asked(step)])
+        output.SetFromVector(self.commanded(round(self._phase.Eval(context)[_STEP]), self._gait(context)))
+
+    def commanded(self, step: int, gait: Gait) -> list[float]:
+        """path and command_asked in step j of the gait as it has been changed, (11,)."""
+        return [*gait.path(step), *gait.asked(step)]

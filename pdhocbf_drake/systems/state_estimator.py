@@ -52,8 +52,7 @@ class StateEstimator(Block):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         task, state = self._task_space, self._state.Eval(context)
-        task.set_state(state[: self._positions], state[self._positions :])
-        poses, velocity = task.poses(), task.com_velocity()
+        poses, velocity = task.poses_and_velocity(state[: self._positions], state[self._positions :])
         held, estimate = context.get_discrete_state_vector().value(), np.empty(self._size)
         forces = self._forces.Eval(context)
         write_estimate(poses, velocity, state, self._origin, forces, self._base, self._least, held, estimate)

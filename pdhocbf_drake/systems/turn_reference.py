@@ -32,11 +32,14 @@ class TurnReference(Block):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         tick, step, _ = self._phase.Eval(context).tolist()
-        gait = self._gait(context)
-        begin = gait.lift_off(round(step))
+        output.SetFromVector(self.headings(tick, round(step), self._gait(context)))
+
+    def headings(self, tick: float, step: int, gait: Gait) -> list[float]:
+        """turn_reference at a tick of step j of the gait as it has been changed, (9,)."""
+        begin = gait.lift_off(step)
         duration, time = (gait.period - begin) * self._tick, (tick - begin) * self._tick
-        start_left, end_left, start_right, end_right = gait.foot_yaws(round(step))
+        start_left, end_left, start_right, end_right = gait.foot_yaws(step)
         left = turned_heading(start_left, end_left, duration, time)
         right = turned_heading(start_right, end_right, duration, time)
         torso = [0.5 * (one + other) for one, other in zip(left, right, strict=True)]
-        output.SetFromVector([*left, *right, *torso])
+        return [*left, *right, *torso]

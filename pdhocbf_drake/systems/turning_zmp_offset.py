@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.systems.kernels import update_table, write_table_offset
-from pdhocbf_drake.systems.zmp_offset import STANCE_AFTER, ZmpOffset
+from pdhocbf_drake.systems.zmp_offset import AT_REST, STANCE_AFTER, ZmpOffset
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.frame import rotation
 
@@ -22,25 +21,32 @@ class TurningZmpOffset(ZmpOffset):
 
     tables = 2
 
-    def _update(self, context: Context, values: DiscreteValues) -> None:
-        tick, step, support = self._phase.Eval(context).tolist()
-        tables = context.get_discrete_state_vector().value().copy()
+    def learned(
+        self, gait_phase: np.ndarray, zmp: np.ndarray, planned: np.ndarray, feet: np.ndarray | None, table: np.ndarray,
+        gait: Gait,
+    ) -> np.ndarray:  # fmt: skip
+        """The tables after a tick."""
+        tick, step, support = gait_phase.tolist()
+        tables = table.copy()
         if support:
-            seen = rotation(-self._gait(context).step(round(step)).yaw)
-            feet = self._foot_reference.Eval(context).reshape(2, 3, 3).copy()
-            feet[..., :2] = feet[..., :2] @ seen.T
-            planned = np.zeros(4)
-            planned[_X_AND_Y] = seen @ self._planned_zmp.Eval(context)[_X_AND_Y]
-            zmp, table = seen @ self._whole_body_zmp.Eval(context), tables.reshape(2, -1)[0 if support > 0.0 else 1]
-            update_table(round(tick), support, zmp, planned, feet.ravel(), self._lever, self._most, table)
-        values.set_value(tables)
+            seen = rotation(-gait.step(round(step)).yaw)
+            moved = (AT_REST if feet is None else feet).reshape(2, 3, 3).copy()
+            moved[..., :2] = moved[..., :2] @ seen.T
+            along = np.zeros(4)
+            along[_X_AND_Y] = seen @ planned[_X_AND_Y]
+            own = tables.reshape(2, -1)[0 if support > 0.0 else 1]
+            update_table(round(tick), support, seen @ zmp, along, moved.ravel(), self._lever, self._most, own)
+        return tables
 
-    def _calc(self, context: Context, output: BasicVector) -> None:
-        tick, step, _ = self._phase.Eval(context).tolist()
-        gait = self._gait(context)
+    def expected(
+        self, gait_phase: np.ndarray, feet: np.ndarray | None, plan: np.ndarray | None, stances: np.ndarray | None,
+        table: np.ndarray, gait: Gait,
+    ) -> np.ndarray:  # fmt: skip
+        """zmp_offset (2, H)."""
+        tick, step, _ = gait_phase.tolist()
         here = slice(round(tick) + 1, round(tick) + 1 + self._horizon)
         side, yaws = self._sides(round(step), gait)[here], self._yaws(round(step), gait)
-        left, right = context.get_discrete_state_vector().value().reshape(2, -1)
+        left, right = table.reshape(2, -1)
         expected, other = np.empty((2, self._horizon)), np.empty((2, self._horizon))
         write_table_offset(round(tick), side, left, expected)
         write_table_offset(round(tick), side, right, other)
@@ -48,13 +54,13 @@ class TurningZmpOffset(ZmpOffset):
         self._turn_coming(expected, yaws, round(tick))
         yaw = yaws[0]
         seen, back = rotation(-yaw), rotation(yaw)
-        reference = self._foot_reference.Eval(context).reshape(2, 3, 3).copy()
-        reference[..., :2] = reference[..., :2] @ seen.T
-        plan = self._foot_plan.Eval(context).reshape(2, 2, 2) @ seen.T
-        after = seen @ self._stance_plan.Eval(context)[STANCE_AFTER]
-        most = self._most_of_swing
-        self._swing.add_accelerations(round(tick), side, reference, plan, after, self._lever, most, expected)
-        output.SetFromVector((back @ expected).ravel())
+        if feet is not None and plan is not None and stances is not None:
+            reference = feet.reshape(2, 3, 3).copy()
+            reference[..., :2] = reference[..., :2] @ seen.T
+            turned, after = plan.reshape(2, 2, 2) @ seen.T, seen @ stances[STANCE_AFTER]
+            most = self._most_of_swing
+            self._swing.add_accelerations(round(tick), side, reference, turned, after, self._lever, most, expected)
+        return np.asarray(back @ expected)
 
     def _turn_coming(self, expected: np.ndarray, yaws: list[float], tick: int) -> None:
         """Turns the offsets of the ticks in coming steps to the axes of this one."""

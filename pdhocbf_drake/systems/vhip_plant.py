@@ -6,6 +6,7 @@ import numpy as np
 from pydrake.systems.framework import Context, DiscreteValues
 
 from pdhocbf_drake.systems.block import Block
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size
 from pdhocbf_drake.walking.vhip import Vhip
 
@@ -36,7 +37,8 @@ class VhipPlant(Block):
         super().__init__()
         self._vhip, self._mass = vhip, mass
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in ("gait_phase", "zmp_reference", "push")]
-        self._phase, self._zmp, self._push = ports
+        self._phase, self._zmp, push = ports
+        self._push = OptionalInput(push)
         state = self.DeclareDiscreteState(np.asarray(initial, dtype=float).ravel())
         self.DeclarePeriodicDiscreteUpdateEvent(vhip.tick, 0.5 * vhip.tick, self._step)
         self.DeclareStateOutputPort("lip_state", state)
@@ -47,6 +49,7 @@ class VhipPlant(Block):
         velocity = self._zmp.Eval(context)[_ZMP_VELOCITY]
         state = context.get_discrete_state_vector().value().reshape(2, 3)
         following = self._vhip.step_axes(phase, state, velocity)
-        if self._push.HasValue(context):
-            following[:, 1] += self._vhip.tick * self._push.Eval(context)[_HORIZONTAL] / self._mass
+        force = self._push(context)
+        if force is not None:
+            following[:, 1] += self._vhip.tick * force[_HORIZONTAL] / self._mass
         values.set_value(following.ravel())

@@ -16,7 +16,7 @@ from pdhocbf_drake.walking.swing import Swing
 
 _INPUTS = "gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "foot_plan", "stance_plan"
 STANCE_AFTER = stretch("stance_plan", "x_after", "y_after")
-_AT_REST = np.zeros(size("foot_reference"))
+AT_REST = np.zeros(size("foot_reference"))
 _LARGEST = 0.08 / 0.58  # learned offset, over the CoM's height: a larger difference is a fall, not a swinging leg
 _LARGEST_SWING = 0.12 / 0.58  # offset that a swing foot is expected to cause, likewise
 
@@ -50,7 +50,7 @@ class ZmpOffset(Block):
 
     def __init__(self, gait: Gait, horizon: int, lever: np.ndarray | None = None) -> None:
         super().__init__()
-        self._period, self._horizon = gait.period, horizon
+        self._walk, self._period, self._horizon = gait, gait.period, horizon
         self._swing = Swing(gait)
         x, y = (0.0, 0.0) if lever is None else np.asarray(lever, dtype=float).tolist()
         self._lever = (x, y)
@@ -60,7 +60,8 @@ class ZmpOffset(Block):
         self._sides = lru_cache(maxsize=4)(self._sides_from)
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         self._phase, self._whole_body_zmp, self._planned_zmp = ports[:3]
-        self._foot_reference, self._foot_plan, self._stance_plan = ports[3:]
+        self._motion = ports[3:]
+        self._foot_reference = ports[3]
         self._gait = ChangedGait(self, gait)
         self.DeclareDiscreteState(2 * self._period * self.tables)
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
@@ -71,28 +72,47 @@ class ZmpOffset(Block):
         )
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        tick, _, support = self._phase.Eval(context).tolist()
-        table = context.get_discrete_state_vector().value().copy()
+        feet = self._foot_reference.Eval(context) if self._has_lever else None
+        zmp, planned = self._whole_body_zmp.Eval(context), self._planned_zmp.Eval(context)
+        table = context.get_discrete_state_vector().value()
+        gait = self._gait(context) if self.tables > 1 else self._walk
+        values.set_value(self.learned(self._phase.Eval(context), zmp, planned, feet, table, gait))
+
+    def learned(
+        self, gait_phase: np.ndarray, zmp: np.ndarray, planned: np.ndarray, feet: np.ndarray | None, table: np.ndarray,
+        gait: Gait,
+    ) -> np.ndarray:  # fmt: skip
+        """The table after a tick, from whole_body_zmp, zmp_reference, foot_reference (with a lever), and the table.
+
+        Where there is more than one, the gait is the one that has been changed.
+        """
+        tick, _, support = gait_phase.tolist()
+        table = table.copy()
         if support:
-            feet = self._foot_reference.Eval(context) if self._has_lever else _AT_REST
-            zmp, planned = self._whole_body_zmp.Eval(context), self._planned_zmp.Eval(context)
-            update_table(round(tick), support, zmp, planned, feet, self._lever, self._most, table)
-        values.set_value(table)
+            moved = AT_REST if feet is None else feet
+            update_table(round(tick), support, zmp, planned, moved, self._lever, self._most, table)
+        return table
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        tick, step, _ = self._phase.Eval(context).tolist()
-        gait = self._gait(context)
+        feet, plan, stances = (port.Eval(context) if self._has_lever else None for port in self._motion)
+        table = context.get_discrete_state_vector().value()
+        expected = self.expected(self._phase.Eval(context), feet, plan, stances, table, self._gait(context))
+        output.SetFromVector(expected.ravel())
+
+    def expected(
+        self, gait_phase: np.ndarray, feet: np.ndarray | None, plan: np.ndarray | None, stances: np.ndarray | None,
+        table: np.ndarray, gait: Gait,
+    ) -> np.ndarray:  # fmt: skip
+        """zmp_offset (2, H) from foot_reference, foot_plan and stance_plan (each with a lever), and the table."""
+        tick, step, _ = gait_phase.tolist()
         here = slice(round(tick) + 1, round(tick) + 1 + self._horizon)
         side, expected = self._sides(round(step), gait)[here], np.empty((2, self._horizon))
-        write_table_offset(round(tick), side, context.get_discrete_state_vector().value(), expected)
-        if self._has_lever:
-            reference = self._foot_reference.Eval(context).reshape(2, 3, 3)
-            plan = self._foot_plan.Eval(context).reshape(2, 2, 2)
-            after = self._stance_plan.Eval(context)[STANCE_AFTER]
-            self._swing.add_accelerations(
-                round(tick), side, reference, plan, after, self._lever, self._most_of_swing, expected
-            )
-        output.SetFromVector(expected.ravel())
+        write_table_offset(round(tick), side, table, expected)
+        if feet is not None and plan is not None and stances is not None:
+            reference, plan, after = feet.reshape(2, 3, 3), plan.reshape(2, 2, 2), stances[STANCE_AFTER]
+            most = self._most_of_swing
+            self._swing.add_accelerations(round(tick), side, reference, plan, after, self._lever, most, expected)
+        return expected
 
     def _sides_from(self, step: int, gait: Gait) -> np.ndarray:
         """The stance foot at each tick from the start of a step on: +1 left, −1 right, 0 both."""

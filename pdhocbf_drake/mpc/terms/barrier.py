@@ -7,6 +7,8 @@ from collections.abc import Hashable, Mapping
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier, Linear, affine_rows
+from pdhocbf_drake.barriers.bounds import repeated
+from pdhocbf_drake.mpc.robust import nearer_bound
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Setting, Term, Tick
 from pdhocbf_drake.walking.walk_barrier import WalkBarrier
@@ -26,6 +28,8 @@ class BarrierTerm(Term):
     A barrier on a quantity that is seen from the stance foot has a column for each coming foothold, a decision. Where
     another foot becomes the stance, and h is seen anew, the recursion starts again, see `affine_rows`.
 
+    Under `mpc.robust` the bound is nearer, by t of (R4) in docs/robust.md, so that h ≥ 0 holds for the true state.
+
     Parameters: bound_NAME, the samples V̄(k) … V̄(k+H), (H + 1,) [unit of h].
     """
 
@@ -36,6 +40,9 @@ class BarrierTerm(Term):
         self.barrier, self._soft = barrier, soft
         self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.quantity.seen_anew
         self._part, self._name = f"bound_{barrier.name}", rows_of(barrier.name)
+        nearer = nearer_bound(barrier, setting.vhip, setting.config)
+        count = setting.config.horizon + 1
+        self._less = None if nearer is None else [barrier.sign * repeated(nearer, k, count) for k in range(len(nearer))]
 
     @classmethod
     def of(cls, setting: Setting) -> list[Term]:
@@ -98,7 +105,10 @@ class BarrierTerm(Term):
             program.at_least(np.eye(count), slack, f"slack {barrier.name}")
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
-        theta[self.places[self._part]] = tick.bounds[self.barrier.name]
+        bound = tick.bounds[self.barrier.name]
+        theta[self.places[self._part]] = (
+            bound if self._less is None else bound - self._less[tick.tick % len(self._less)]
+        )
 
     def softened(self) -> Term:
         other = BarrierTerm(self.setting, self.barrier, True)

@@ -20,12 +20,16 @@ class TerminalRows(Term):
     """com·(c − f) + velocity·v + step·s + following·v⁺ ≤ bound + relaxed at the end of a plan, see `TerminalSet`.
 
     The rows of every step in the set's period are written, and those of the steps in which the plan does not end are
-    relaxed, as all are while the walk does not repeat over the horizon.
+    relaxed, as all are while the walk does not repeat over the horizon. A set that withstands a disturbance has rows on
+    the state two ticks on as well.
 
     Parameters: terminal, what each step's rows are relaxed by, (period / N,) [m].
     """
 
-    rows: ClassVar = {"terminal set": RowKind("tick", missed_as="stability")}
+    rows: ClassVar = {
+        "terminal set": RowKind("tick", missed_as="stability"),
+        "invariant set": RowKind("tick", missed_as="stability"),
+    }
     axes_alike = True
 
     def __init__(self, setting: Setting, terminal: TerminalSet) -> None:
@@ -43,12 +47,34 @@ class TerminalRows(Term):
 
     @property
     def key(self) -> Hashable:
-        sets = tuple(part.tobytes() for part in (*self.terminal.rows, *self.terminal.bounds))
+        terminal = self.terminal
+        parts = (*terminal.rows, *terminal.bounds, *terminal.first, *terminal.first_bounds)
+        sets = tuple(part.tobytes() for part in parts)
         return super().key, self._written, self.terminal.early, sets
 
     def write(self, program: AxisProgram) -> None:
         for step in range(self._count if self._written else 0):
             self._write_step(program, step)
+            if self.terminal.first:
+                self._write_first(program, step)
+
+    def _write_first(self, program: AxisProgram, step: int) -> None:
+        """The rows on the state as soon as the ZMP that is chosen now acts on it, in the given step of the period."""
+        n, early = self.setting.gait.period, self.terminal.early
+        ahead = 2 - early
+        phase = (step * n + program.phase + ahead) % self.terminal.period
+        rows, bounds = self.terminal.first[phase], self.terminal.first_bounds[phase]
+        com, velocity, last, following, coming = rows.T[:, :, None]
+        on_inputs, on_state = (
+            com * m[ahead, 0] + velocity * m[ahead, 1] + following * m[ahead + 1, 1]
+            for m in (program.gamma, program.phi)
+        )
+        stance = 1 + (program.phase + ahead) // n
+        feet = np.hstack([-last, last - com - coming, coming])
+        relaxed = program.part["terminal"][step : step + 1]
+        variables = [program.u, program.part["state"], program.feet[stance - 1 : stance + 2], relaxed]
+        lhs = np.hstack([-on_inputs, -on_state, -feet, np.ones((len(rows), 1))])
+        program.at_least(lhs, np.concatenate(variables), "invariant set", -bounds)
 
     def _write_step(self, program: AxisProgram, step: int) -> None:
         """The rows for plans that end in the given step of the set's period."""

@@ -290,6 +290,16 @@ def write_com_velocity(
 
 
 @compiled
+def write_poses_and_velocity(
+    q: np.ndarray, v: np.ndarray, links: np.ndarray, numbers: np.ndarray, work: np.ndarray, poses: np.ndarray,
+    velocity: np.ndarray,
+) -> None:  # fmt: skip
+    """`write_poses` at q (n_q,), and `write_com_velocity` at v."""
+    write_poses(q, links, numbers, work, poses)
+    write_com_velocity(v, links, numbers, work, velocity)
+
+
+@compiled
 def move(q: np.ndarray, step: np.ndarray, links: np.ndarray, out: np.ndarray) -> None:
     """q ⊕ step: one step along q̇ = N(q) v, with the quaternion normalized.
 

@@ -15,60 +15,73 @@ from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram, simulate
+from pdhocbf_drake.simulation.wiring import Form
 from pdhocbf_drake.studies.bench.bare_plant import bare_plant, replayed_plant
 from pdhocbf_drake.studies.bench.block_clock import block_clock, robot_clock
 from pdhocbf_drake.studies.bench.recording import now, record
 from pdhocbf_drake.systems.unbundled import leaf_of
 
+FORMS: tuple[Form, Form] = ("fused", "blocks")
 _CHUNK = 0.2  # [s] of simulated time between turns
 _SAME = 0.05  # metrics that differ by less than this part are the same
 
 
 def template_loop(duration: float, repeats: int) -> dict[str, float]:
-    """Real-time factor of the template's diagram, and the part of its time that is not the controller's arithmetic."""
+    """Real-time factor of the template, and the part of its time that is not the controller's arithmetic.
+
+    With the controller as one block, which is what is simulated, and block by block, in turns.
+    """
     scenario = load_scenario("vhip", f"duration: {duration}")
     walk = build_walk(scenario)
     loops, plain = [], []
     for _ in range(repeats):
-        loops.append(_advanced(_started(make_diagram(scenario).diagram), duration))
+        pair = [_started(make_diagram(scenario, form=form).diagram) for form in FORMS]
+        loops.append([_advanced(simulator, duration) for simulator in pair])
         start = now()
         standing = (scenario.gait.start_steps + 2) * scenario.gait.ticks_per_step
         record(walk, round(duration / scenario.tick) - standing, perturbed=False)
         plain.append(now() - start)
-    wall, least = float(np.median(loops)), float(np.median(plain))
+    (wall, blocks), least = np.median(loops, axis=0).tolist(), float(np.median(plain))
     return {
         "simulated_seconds": duration,
         "wall_seconds": wall,
         "real_time_factor": duration / wall,
+        "blocks_over_fused": blocks / wall,
         "framework_share": 1.0 - least / wall,
     }
 
 
-def robot_loop(duration: float) -> dict[str, Any]:
+def robot_loop(duration: float, plant_step: float) -> dict[str, Any]:
     """The walking robot, the same plant standing, and the same plant walking from a recording, in turns.
 
-    All at a plant step of 1 ms, and timed from the first step on. The last one holds no Python: its time is the least
-    that the loop can take with any controller.
+    The robot twice, with its controller as one block, which is what is simulated, and block by block. All are timed
+    from the first step on. The last one holds no Python: its time is the least that the loop can take with any
+    controller.
     """
-    scenario = load_scenario("walking", "plant: {time_step: 0.001}")
+    scenario = load_scenario("walking", f"plant: {{time_step: {plant_step}}}")
     walk, robot = build_walk(scenario), Biped.load(scenario.robot)
     logged = make_diagram(scenario)
     recording = _started(logged.diagram)
     standing = scenario.gait.start_steps * scenario.gait.ticks_per_step * scenario.tick
     recording.AdvanceTo(standing + duration)
     replayed = replayed_plant(scenario, walk, robot, logged.recorded(recording.get_context()))
-    three = [_started(diagram) for diagram in (logged.diagram, bare_plant(scenario, walk, robot), replayed)]
-    for simulator in three:
+    forms = [make_diagram(scenario, form=form).diagram for form in FORMS]
+    four = [_started(diagram) for diagram in (*forms, bare_plant(scenario, walk, robot), replayed)]
+    for simulator in four:
         simulator.AdvanceTo(standing)
-    walls = np.array([[_advanced(simulator, _CHUNK) for simulator in three] for _ in range(round(duration / _CHUNK))])
-    per_tick = np.median(walls, axis=0) / (_CHUNK / scenario.tick)
-    over_bare = np.median(walls / walls[:, 1:2], axis=0)
+    walls = np.array([[_advanced(simulator, _CHUNK) for simulator in four] for _ in range(round(duration / _CHUNK))])
+    fused, block_by_block, bare, replay = (np.median(walls, axis=0) / (_CHUNK / scenario.tick)).tolist()
+    over_bare = np.median(walls / walls[:, 2:3], axis=0).tolist()
     return {
-        "robot_over_bare_plant": float(over_bare[0]),
-        "replayed_over_bare_plant": float(over_bare[2]),
-        "loop_seconds_per_tick": float(per_tick[0]),
-        "bare_plant_seconds_per_tick": float(per_tick[1]),
-        "replayed_plant_seconds_per_tick": float(per_tick[2]),
+        "plant_step": plant_step,
+        "robot_over_bare_plant": over_bare[0],
+        "replayed_over_bare_plant": over_bare[3],
+        "replayed_over_robot": float(np.median(walls[:, 3] / walls[:, 0])),
+        "blocks_over_fused": float(np.median(walls[:, 1] / walls[:, 0])),
+        "loop_seconds_per_tick": fused,
+        "blocks_seconds_per_tick": block_by_block,
+        "bare_plant_seconds_per_tick": bare,
+        "replayed_plant_seconds_per_tick": replay,
         **calls(scenario, min(duration, 2.0)),
         "blocks": blocks(scenario, min(duration, 4.0)),
     }
@@ -87,9 +100,9 @@ def _advanced(simulator: Simulator, by: float) -> float:
     return now() - start
 
 
-def _warm(scenario: Scenario) -> Simulator:
+def _warm(scenario: Scenario, form: Form = "blocks") -> Simulator:
     """A simulation one second after its start, with every program compiled, so that each tick costs the same."""
-    diagram = make_diagram(scenario).diagram
+    diagram = make_diagram(scenario, form=form).diagram
     leaf_of(diagram.GetSubsystemByName("mpc_controller")).mpc.prepare()
     simulator = _started(diagram)
     simulator.AdvanceTo(1.0)
@@ -97,7 +110,7 @@ def _warm(scenario: Scenario) -> Simulator:
 
 
 def calls(scenario: Scenario, duration: float) -> dict[str, float]:
-    """Calls from Python in a tick, and the time of kinematics and dynamics of the robot in them [s].
+    """Calls from Python in a tick, block by block, and the time of kinematics and dynamics of the robot in them [s].
 
     The calls are those that Python's profiler counts: with pybind11 (Drake before 1.52) those into Drake as well.
     """
@@ -138,7 +151,7 @@ def plant_steps(steps: list[float], duration: float) -> list[dict[str, Any]]:
         if not metrics.fell:
             parts = blocks(scenario, min(duration - 1.0, 3.0))
             controller = sum(parts.values()) - parts["plant and framework"]
-            tick = _advanced(_warm(scenario), duration - 1.0) / round((duration - 1.0) / scenario.tick)
+            tick = _advanced(_warm(scenario, "fused"), duration - 1.0) / round((duration - 1.0) / scenario.tick)
         row = {name: getattr(metrics, name) for name in ("fell", "mean_speed", "zmp_outside_fraction", "com_rms_error")}
         row |= {
             "plant_step": step,

@@ -46,7 +46,7 @@ def run_one(scenario_data: dict[str, Any], walk: Walk | None = None) -> dict[str
     try:
         scenario = Scenario.from_dict(scenario_data, "scenario")
         started = time.perf_counter()
-        logged = make_diagram(scenario, walk=walk)
+        logged = make_diagram(scenario, walk=walk, form="fused")
         built = time.perf_counter()
         log = advance(scenario, logged)
         ended = time.perf_counter()

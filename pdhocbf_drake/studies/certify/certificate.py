@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
-from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.barriers.recursion import linear_rates
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk
+from pdhocbf_drake.mpc.robust import enforced_barrier
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases, invariant_set
+from pdhocbf_drake.sets.disturbance import Largest
+from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases
 from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.certify.psi_rows import psi_system
+from pdhocbf_drake.studies.certify.disturbed import Disturbance, Sets, largest, psi_set, walk_sets
 from pdhocbf_drake.studies.shared.stepping_template import (
     SteppingTemplate,
     com_reach,
@@ -37,6 +40,7 @@ class BoundCertificate:
         kept: the states from which h ≥ 0 can be kept for ever. The bound is enforceable if there are any.
         rows: the same for ψ_m ≥ 0 with the barrier's own class-K functions, in a larger state; None if it was not
             computed or can't be (see `psi_system`; or gamma is so small that the sets are flat).
+        enforced: the barrier whose ψ rows these are: the same one, or a nearer one under `mpc.robust`.
         failing: phases at which h ≥ 0 alone is *not* a barrier: from some state that has h ≥ 0 and could walk on for
             ever, every ZMP leads to h < 0 or to a fall at the next tick. There `kept` is smaller than the part of the
             unbounded set with h ≥ 0.
@@ -46,6 +50,21 @@ class BoundCertificate:
     kept: InvariantSet
     rows: InvariantSet | None
     failing: tuple[int, ...]
+    enforced: AffineBarrier
+
+
+class LargestDisturbance(NamedTuple):
+    """The largest multiple of a disturbance for which some sets exist.
+
+    Attributes:
+        barriers: those under which, none for the walk without a bound.
+        gamma: of the barrier's ψ rows, where these are to be kept; None where h ≥ 0 is.
+        found: the multiple and its sets.
+    """
+
+    barriers: tuple[str, ...]
+    gamma: tuple[float, ...] | None
+    found: Largest
 
 
 @dataclass(frozen=True)
@@ -60,6 +79,8 @@ class AxisCertificate:
         input_limits: the barriers on the ZMP, which are limits of an input here and no barriers.
         left_out: those of them that no ZMP in its box keeps for every step that may have been chosen, so that they
             are not among the limits.
+        disturbance: what the sets withstand, see `disturbed.walk_sets`; None for nothing.
+        largest: for the set without barriers, that of each barrier, of its ψ rows, and of all barriers together.
     """
 
     template: SteppingTemplate
@@ -68,6 +89,8 @@ class AxisCertificate:
     bounds: tuple[BoundCertificate, ...]
     input_limits: tuple[AffineBarrier, ...] = ()
     left_out: tuple[AffineBarrier, ...] = ()
+    disturbance: Disturbance | None = None
+    largest: tuple[LargestDisturbance, ...] = ()
 
     def section(self, phase: int, sets: InvariantSet | None = None) -> Polytope | None:
         """The set in (c, v) at a phase, by default under all barriers; see `SteppingTemplate.section`."""
@@ -101,7 +124,12 @@ class ScenarioCertificate:
 
 
 def certify_axis(
-    template: SteppingTemplate, barriers: Sequence[AffineBarrier], with_rows: bool = True
+    template: SteppingTemplate,
+    barriers: Sequence[AffineBarrier],
+    with_rows: bool = True,
+    disturbance: Disturbance | None = None,
+    search: bool = True,
+    enforced: Callable[[AffineBarrier], AffineBarrier] = lambda barrier: barrier,
 ) -> AxisCertificate:
     """Computes the sets of one axis.
 
@@ -109,6 +137,9 @@ def certify_axis(
         template: the dynamics and limits.
         barriers: those on this axis.
         with_rows: also certify each barrier's ψ rows, which takes a set of one more dimension.
+        disturbance: what the sets are to withstand.
+        search: look for the largest multiple of it, which takes some fifteen times as long as the sets.
+        enforced: gives the barrier whose ψ rows the controller has, for each one.
 
     Raises:
         InputError: a barrier that can't be certified here, or sets that don't converge.
@@ -120,36 +151,65 @@ def certify_axis(
         template = limited or template
         (counted if limited else left_out).append(limit)
     barriers = [barrier for barrier in barriers if not is_input_limit(barrier)]
-    unbounded = invariant_set(template.system, template.states, template.inputs)
+    unbounded = walk_sets(template, (), disturbance)
     bounds = tuple(
         BoundCertificate(
             barrier,
-            invariant_set(template.system, template.with_barriers([barrier]), template.inputs),
-            _psi_set(template, barrier) if with_rows else None,
-            _failing(template, unbounded, barrier),
+            walk_sets(template, [barrier], disturbance),
+            psi_set(template, enforced(barrier), disturbance) if with_rows else None,
+            _failing(template, unbounded, barrier, disturbance),
+            enforced(barrier),
         )
         for barrier in barriers
     )
     if len(barriers) < 2:
         kept = bounds[0].kept if bounds else unbounded
     else:
-        kept = invariant_set(template.system, template.with_barriers(barriers), template.inputs)
-    return AxisCertificate(template, unbounded, kept, bounds, tuple(counted), tuple(left_out))
+        kept = walk_sets(template, barriers, disturbance)
+    found = AxisCertificate(template, unbounded, kept, bounds, tuple(counted), tuple(left_out), disturbance)
+    return (
+        found
+        if disturbance is None or not search
+        else replace(found, largest=tuple(_largest(found, disturbance, with_rows)))
+    )
 
 
-def _psi_set(template: SteppingTemplate, barrier: AffineBarrier) -> InvariantSet | None:
-    try:
-        problem = psi_system(template, barrier)
-        return None if problem is None else invariant_set(*problem)
-    except InputError:  # too flat for the geometry: a very small gamma
-        return None
+def _largest(found: AxisCertificate, disturbance: Disturbance, with_rows: bool) -> Iterator[LargestDisturbance]:
+    """What `AxisCertificate.largest` lists."""
+    template = found.template
+    free = largest(disturbance, found.unbounded, lambda given, within: walk_sets(template, (), given, within))
+    yield LargestDisturbance((), None, free)
+    for bound in found.bounds:
+        barrier, name = bound.barrier, (bound.barrier.name,)
+
+        def kept(given: Disturbance, within: Sets, barrier: AffineBarrier = barrier) -> InvariantSet:
+            return walk_sets(template, [barrier], given, within)
+
+        def rows(given: Disturbance, within: Sets, barrier: AffineBarrier = bound.enforced) -> InvariantSet | None:
+            return psi_set(template, barrier, given, within)
+
+        yield LargestDisturbance(name, None, largest(disturbance, bound.kept, kept))
+        if with_rows and (undisturbed := psi_set(template, bound.enforced)) is not None:
+            found_rows = largest(disturbance, bound.rows, rows, undisturbed)
+            yield LargestDisturbance(name, linear_rates(barrier), found_rows)
+    if len(found.bounds) > 1:
+        together = [bound.barrier for bound in found.bounds]
+        names = tuple(barrier.name for barrier in together)
+        scale = largest(disturbance, found.kept, lambda given, within: walk_sets(template, together, given, within))
+        yield LargestDisturbance(names, None, scale)
 
 
-def _failing(template: SteppingTemplate, unbounded: InvariantSet, barrier: AffineBarrier) -> tuple[int, ...]:
+def _failing(
+    template: SteppingTemplate, unbounded: InvariantSet, barrier: AffineBarrier, disturbance: Disturbance | None
+) -> tuple[int, ...]:
     """Phases at which the set {h ≥ 0} within the unbounded one does not lead into itself."""
     if not unbounded.enforceable:
         return tuple(range(template.period))
-    return broken_phases(template.system, template.with_barriers([barrier], unbounded.sets), template.inputs)
+    states = template.with_barriers([barrier], unbounded.sets)
+    if disturbance is None:
+        return broken_phases(template.system, states, template.inputs)
+    left = disturbance.left(states)
+    return broken_phases(template.system, left, template.inputs, disturbance.of_prediction(template))
 
 
 def certify_scenario(
@@ -157,6 +217,8 @@ def certify_scenario(
     reach: float | None = None,
     with_rows: bool = True,
     report: Callable[[int, str], None] = lambda done, stage: None,
+    disturbance: tuple[float, float] | None = None,
+    search: bool = True,
 ) -> ScenarioCertificate:
     """Certifies both axes of a scenario's walk.
 
@@ -165,6 +227,8 @@ def certify_scenario(
         reach: of the CoM from the stance foot [m]; by default half the longest stride of the robot.
         with_rows: certify the ψ rows as well.
         report: called with the number of stages that are done, of three, and the name of the next one.
+        disturbance: half-widths of what a tick may add to the CoM and to its velocity, along x and y [m, m/s].
+        search: as in `certify_axis`.
 
     Raises:
         InputError: the scenario can't be built or certified. ModelError: nor its robot.
@@ -178,11 +242,16 @@ def certify_scenario(
     if scenario.system == "biped":
         mass = Biped.load(scenario.robot).mass
     reach = com_reach(scenario) if reach is None else reach
-    axes = []
+    axes, given = [], None if disturbance is None or not any(disturbance) else Disturbance(disturbance)
     for axis in (0, 1):
         template = stepping_template(scenario.gait, scenario.mpc, axis, reach)
         report(1 + axis, f"sets along {'xy'[axis]}")
-        axes.append(certify_axis(template, walk.mpc.barriers[axis], with_rows))
+        axes.append(
+            certify_axis(
+                template, walk.mpc.barriers[axis], with_rows, given, search,
+                lambda barrier: enforced_barrier(barrier, walk.vhip, scenario.mpc),
+            )
+        )  # fmt: skip
     return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(scenario), (axes[0], axes[1]))
 
 

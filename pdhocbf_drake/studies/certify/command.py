@@ -35,7 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument(
         "--starts", type=int, default=0, metavar="N",
-        help="try the sets: walk 400 ticks from N random starts inside, prove N random starts outside lost",
+        help="try the sets: walk from N random starts inside, under random, constant and worst disturbances in turn if "
+        "there is one; or else prove N random starts outside lost too",
+    )  # fmt: skip
+    parser.add_argument("--ticks", type=int, default=400, metavar="T", help="of each such walk; otherwise 400")
+    parser.add_argument(
+        "--disturbance", type=float, nargs="+", metavar="D",
+        help="what the sets are to withstand at every tick: the half-width of each state's disturbance, for a walk of "
+        "the CoM [m] and of its velocity [m/s], along x and y; and the largest multiple of it that leaves any",
     )  # fmt: skip
     parser.add_argument("--no-rows", action="store_true", help="leave out the psi rows, the slowest part")
 
@@ -62,12 +69,19 @@ def _linear_system(scenario: str) -> LinearSystemConfig | None:
 def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> int:
     if options.text or options.starts:
         raise InputError(f"{options.scenario} is a system of its own: --text and --starts are for walks")
+    import numpy as np
+
+    from pdhocbf_drake.studies.certify.disturbance_report import disturbance_lines
     from pdhocbf_drake.studies.certify.report import system_data  # here, since it loads Drake
 
+    if options.disturbance is not None:
+        config = config.disturbed_by(options.disturbance)
     started = time.perf_counter()
     place = options.out or Path("runs") / f"certify-{config.name}"
     with new_folder(place, ENTRIES, KIND) as folder:
-        data = system_data(config, config.certify(), time.perf_counter() - started)
+        found = config.certify()
+        largest = config.largest(found) if any(map(np.any, config.disturbances())) else None
+        data = system_data(config, found, time.perf_counter() - started, largest)
         write_json(folder.path / CERTIFICATE, data)
     if data["enforceable"]:
         areas, free = ([phase[key] for phase in data["phases"]] for key in ("area", "free"))
@@ -77,7 +91,7 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
     else:
         failed = f"going backward, no set with an interior is left at phase {data['first_failing_phase']}"
         verdict = f"not enforceable: {config.lost_state() or failed}"
-    print(table([(config.name, verdict), ("certificate", place / CERTIFICATE)]))
+    print(table([(config.name, verdict), *disturbance_lines(data), ("certificate", place / CERTIFICATE)]))
     return 0
 
 
@@ -86,8 +100,9 @@ def _certify_walk(options: argparse.Namespace) -> int:
     place: Path = options.out or Path("runs") / f"certify-{scenario.name}"
     with shown_progress("certify", STAGES, "stages") as progress:
         data = certify(
-            scenario, reach=options.reach, rows=not options.no_rows, starts=options.starts, out=place, progress=progress
-        )
+            scenario, reach=options.reach, rows=not options.no_rows, starts=options.starts,
+            ticks=options.ticks, disturbance=options.disturbance, out=place, progress=progress,
+        )  # fmt: skip
     from pdhocbf_drake.studies.certify.report import certificate_lines  # here, since it loads Drake
 
     lines, problem = certificate_lines(data), data["terminal_set_problem"]
@@ -100,11 +115,12 @@ def _certify_walk(options: argparse.Namespace) -> int:
 
 
 def _trial_lines(trial: dict[str, Any]) -> list[tuple[str, str]]:
+    h = "" if trial["h_min"] is None else f", least h {trial['h_min']:.2g} m/s"
     ticks = f"{trial['inside']} starts of {trial['ticks']} ticks"
     slack = f"largest slack {trial['slack_max']:.2g} m/s"
+    inside = ("trial, inside", f"{ticks}: {trial['infeasible_ticks']} infeasible ticks{h}, {slack}")
+    if not trial["outside"]:
+        return [inside]
     lost = f"{trial['unsavable']} of {trial['outside']} starts proved lost by an independent program"
     least = f"least excess over a limit {1e3 * trial['excess_min']:.2g} mm or mm/s"
-    return [
-        ("trial, inside", f"{ticks}: {trial['infeasible_ticks']} infeasible ticks, {slack}"),
-        ("trial, outside", f"{lost}, {least}"),
-    ]
+    return [inside, ("trial, outside", f"{lost}, {least}")]

@@ -17,6 +17,7 @@ from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
+from pdhocbf_drake.studies.certify.disturbance_figure import disturbed_sections
 from pdhocbf_drake.walking.quantities import SPEEDS
 
 _SHOWN = 6  # phases of `sections`
@@ -29,6 +30,8 @@ def write_certificate_figures(found: ScenarioCertificate, data: dict[str, Any], 
     """Writes each figure as a PNG."""
     with styled():
         figures = {"safe_tube": safe_tube(found), "sections": sections(found, data), "pushes": pushes(found, data)}
+        if found.axes[found.main_axis].disturbance is not None:
+            figures["disturbance"] = disturbed_sections(found)
         for name, figure in figures.items():
             with replaced_file(folder / f"{name}.png") as staging:
                 save(figure, staging)

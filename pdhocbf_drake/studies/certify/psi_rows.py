@@ -13,6 +13,20 @@ from pdhocbf_drake.studies.shared.stepping_template import FASTEST, SteppingTemp
 Problem = tuple[PeriodicAffineSystem, list[Polytope | None], list[Polytope]]
 
 
+def psi_disturbance(template: SteppingTemplate, barrier: AffineBarrier, points: Array) -> list[Array]:
+    """What w(k) on [c, v, s](k+1) is on the state of `psi_system`, at every phase, each (w, n + 1).
+
+    With h = s(V̄ − n v) and y(k+1) = ψ_1(k+1), w(k) adds [w_c, w_v, −s n (γ_1 w_v + δ eta_{k+1} w_c)] to [c, v, y].
+
+    Args:
+        points: whose hull is W, (w, n).
+    """
+    slope, scale = linear_rates(barrier)[0], float(barrier.sign * barrier.normal[1])
+    following = np.roll(template.eta, -1) * template.tick
+    on_psi = [-scale * (slope * points[:, 1] + rise * points[:, 0]) for rise in following]
+    return [np.insert(points, 2, added, axis=1) for added in on_psi]
+
+
 def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | None:
     """The template with y(k) = ψ_1(k) in place of the ZMP, so that the rows are plain limits on state and input.
 

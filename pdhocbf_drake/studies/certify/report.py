@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from pdhocbf_drake.sets.disturbance import Largest
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
 from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, ScenarioCertificate
+from pdhocbf_drake.studies.certify.disturbance_report import disturbance_data, disturbance_lines, largest_data
 from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
 from pdhocbf_drake.studies.certify.trial import Trial
 from pdhocbf_drake.studies.shared.stepping_template import area
@@ -37,6 +39,7 @@ def certificate_data(found: ScenarioCertificate, seconds: float, trial: Trial | 
         "enforceable": not failing,
         "first_failing_phase": failing[0][1] if failing else None,
         "seconds": seconds,
+        **disturbance_data(found),
         "axes": axes,
         "trial": None if trial is None else trial._asdict(),
     }
@@ -126,7 +129,9 @@ def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def system_data(config: LinearSystemConfig, found: InvariantSet, seconds: float) -> dict[str, Any]:
+def system_data(
+    config: LinearSystemConfig, found: InvariantSet, seconds: float, largest: Largest | None = None
+) -> dict[str, Any]:
     """The contents of `certify.json` for a user's own system; pushes are for walks only, and null here."""
     phases = [
         {
@@ -141,8 +146,9 @@ def system_data(config: LinearSystemConfig, found: InvariantSet, seconds: float)
         }
         for phase, part in enumerate(found.sets)
     ]
-    head = {"schema": 1, "scenario": config.name}
-    return {**head, **_result(found), "phases": phases, "residual": _number(found.residual), "seconds": seconds}
+    data = {"schema": 1, "scenario": config.name, **_result(found), "phases": phases}
+    data |= {"residual": _number(found.residual), "seconds": seconds}
+    return data | largest_data(config.disturbances(), None if largest is None else [("", (), None, largest.scale)])
 
 
 def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
@@ -169,6 +175,7 @@ def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
             if None not in forward + backward:
                 text = f"+{min(forward):.3g} to +{max(forward):.3g}, {max(backward):.3g} to {min(backward):.3g} N s"
                 lines.append((f"{name}: push{what}", f"{text} (0.1 s, the phase decides)"))
+    lines += disturbance_lines(data)
     lines.append(("time", f"{data['seconds']:.1f} s"))
     return lines
 

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.sets.invariant_set import InvariantSet
-from pdhocbf_drake.sets.polytope import Array, Polytope
+from pdhocbf_drake.sets.polytope import Array, Polytope, support
+from pdhocbf_drake.studies.certify.disturbed import Disturbance
 from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate
 
 
@@ -50,17 +51,21 @@ def outside_starts(
     return starts
 
 
-def zmp_range(template: SteppingTemplate, sets: InvariantSet, start: Start) -> tuple[float, float]:
+def zmp_range(
+    template: SteppingTemplate, sets: InvariantSet, start: Start, disturbance: Disturbance | None = None
+) -> tuple[float, float]:
     """The ZMPs from the stance foot that lead from a start into the set of the next tick [m].
 
-    Where the coming step is chosen at this tick, the range is that over all choices.
+    Where the coming step is chosen at this tick, the range is that over all choices. Under a disturbance the start is a
+    predicted state, which a disturbance of this tick will have changed.
     """
     k, target = start.phase, sets.sets[(start.phase + 1) % template.period]
     base = template.system.A(k) @ start.state + template.system.c(k)
     B, allowed = template.system.B(k), template.inputs[k]
-    joint = Polytope.from_rows(
-        np.vstack([allowed.A, target.A @ B]), np.concatenate([allowed.b, target.b - target.A @ base])
-    )
+    left = target.b - target.A @ base
+    if disturbance is not None:
+        left = left - support(target.A, disturbance.of_prediction(template)[k])
+    joint = Polytope.from_rows(np.vstack([allowed.A, target.A @ B]), np.concatenate([allowed.b, left]))
     if joint is None:
         return float("nan"), float("nan")
     centre = 0.0

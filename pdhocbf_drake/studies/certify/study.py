@@ -36,6 +36,8 @@ def certify(
     reach: float | None = None,
     rows: bool = True,
     starts: int = 0,
+    ticks: int = 400,
+    disturbance: tuple[float, float] | None = None,
     out: str | Path | None = None,
     progress: Report = lambda done, stage: None,
 ) -> dict[str, Any]:
@@ -45,7 +47,11 @@ def certify(
         scenario: a walk, on the robot or on the template.
         reach: of the CoM from the stance foot [m]; by default half the longest stride of the robot.
         rows: certify the ψ rows of each barrier as well, which takes the longest.
-        starts: try the sets: walk 400 ticks from that many random starts inside, prove as many outside lost.
+        starts: try the sets: walk from that many random starts inside, and without a disturbance prove as many outside
+            lost.
+        ticks: length of each such walk.
+        disturbance: half-widths of what a tick may add to the CoM and to its velocity, along x and y [m, m/s]. The
+            sets then withstand it for ever, and the largest multiple of it that leaves any is computed.
         out: a folder for certify.json, terminal_set.npz, the scenario and figures.
         progress: called with the number of stages that are done, of four, and the name of the next one.
 
@@ -62,7 +68,13 @@ def certify(
         raise InputError(f"reach must be a length above 0 [m], given {reach}")
     if starts < 0:
         raise InputError(f"starts must be 0 or more, given {starts}")
+    if ticks < 1:
+        raise InputError(f"ticks must be 1 or more, given {ticks}")
     check_straight(scenario)
+    if disturbance is not None:
+        from pdhocbf_drake.sets.disturbance import checked_half_widths  # here, since it loads scipy
+
+        checked_half_widths(disturbance, 2, "of the CoM [m] and of its velocity [m/s]")
     if scenario.system == "van_der_pol":
         raise InputError(
             f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"
@@ -73,11 +85,11 @@ def certify(
 
     started = time.perf_counter()
     with nullcontext() if out is None else new_folder(Path(out), ENTRIES, KIND) as folder:
-        found = certify_scenario(scenario, reach, rows, progress)
+        found = certify_scenario(scenario, reach, rows, progress, disturbance)
         seconds = time.perf_counter() - started
         progress(STAGES - 1, "pushes")
         sets, problem = _terminal(found)
-        trial = _trial(found, starts, progress) if starts and sets else None
+        trial = _trial(found, starts, ticks, progress) if starts and sets else None
         data = {**certificate_data(found, seconds, trial), "terminal_set_problem": problem}
         progress(STAGES, "")
         if folder is not None and out is not None:
@@ -101,13 +113,13 @@ def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str |
         return {}, str(error)
 
 
-def _trial(found: ScenarioCertificate, count: int, progress: Report) -> Trial:
+def _trial(found: ScenarioCertificate, count: int, ticks: int, progress: Report) -> Trial:
     from pdhocbf_drake.studies.certify.trial import try_sets
 
     def report(done: int) -> None:
         progress(STAGES - 1, f"trial, {done} of {2 * count} starts")
 
-    return try_sets(found, count, found.scenario.seed, report)
+    return try_sets(found, count, found.scenario.seed, report, ticks)
 
 
 def _write(

@@ -11,7 +11,10 @@ from pdhocbf_drake.barriers.recursion import linear_rates
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.sets.invariant_set import InvariantSet
+from pdhocbf_drake.sets.polytope import Array, support
 from pdhocbf_drake.studies.certify.certificate import BoundCertificate, ScenarioCertificate
+from pdhocbf_drake.studies.certify.disturbed import Disturbance
+from pdhocbf_drake.studies.certify.psi_rows import psi_disturbance
 from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate
 
 _NONE = 1e-9
@@ -25,16 +28,20 @@ def terminal_sets(found: ScenarioCertificate) -> dict[int, TerminalSet]:
     """
     hard = found.scenario.mpc.barrier == "hard"
     return {
-        axis: psi_terminal_set(c.template, c.bounds) if hard and c.bounds else terminal_set(c.template, c.kept)
+        axis: psi_terminal_set(c.template, c.bounds, c.disturbance)
+        if hard and c.bounds
+        else terminal_set(c.template, c.kept, c.disturbance)
         for axis, c in enumerate(found.axes)
     }
 
 
-def terminal_set(template: SteppingTemplate, sets: InvariantSet) -> TerminalSet:
+def terminal_set(template: SteppingTemplate, sets: InvariantSet, disturbance: Disturbance | None = None) -> TerminalSet:
     """The rows com·(c − f) + velocity·v + step·(f − f₋) ≤ bound of each phase.
 
     Where the coming step is chosen already, the choice is that of the plan which ends there, so the set is projected
     onto (c, v). Where the box still moves away from the last foot, f₋ is one of the plan's footholds.
+
+    Under a disturbance the rows of the plan's second tick are those of Z_k ⊖ A_{k−1} W, see `disturbed`.
 
     Raises:
         InputError: there is no set.
@@ -49,10 +56,34 @@ def terminal_set(template: SteppingTemplate, sets: InvariantSet) -> TerminalSet:
         keep = np.any(np.abs(full[:, :2]) > _NONE, axis=1)  # the rest are the limits of a step, which the MPC has
         rows.append(full[keep])
         bounds.append(shape.b[keep])
-    return TerminalSet(template.axis, tuple(rows), tuple(bounds))
+    if disturbance is None:
+        return TerminalSet(template.axis, tuple(rows), tuple(bounds))
+    first = [
+        _first(template, q, part.A[:, :2], part.A[:, 2:], np.zeros((len(part.A), 1)), part.b - support(part.A, moved))
+        for q, (part, moved) in enumerate(zip(sets.sets, _before(disturbance.of_prediction(template)), strict=True))
+    ]
+    return TerminalSet(template.axis, tuple(rows), tuple(bounds), 0, *zip(*first, strict=True))
 
 
-def psi_terminal_set(template: SteppingTemplate, bounds: Sequence[BoundCertificate]) -> TerminalSet:
+def _before(of_phase: Sequence[Array]) -> list[Array]:
+    """What belongs to the phase before each phase."""
+    return [*of_phase[-1:], *of_phase[:-1]]
+
+
+def _first(
+    template: SteppingTemplate, phase: int, on_state: Array, on_step: Array, on_following: Array, bounds: Array
+) -> tuple[Array, Array]:
+    """`TerminalSet.first` and `.first_bounds` at a phase; on_step (r, 1), or (r, 0) where steps are given."""
+    step = on_step if on_step.size else np.zeros((len(on_state), 1))
+    last, coming = (0.0 * step, step) if template.coming[phase] else (step, 0.0 * step)
+    rows = np.hstack([on_state, last, on_following, coming])
+    keep = np.any(np.abs(rows[:, [0, 1, 3]]) > _NONE, axis=1)  # the rest are the limits of a step, which the MPC has
+    return rows[keep], bounds[keep]
+
+
+def psi_terminal_set(
+    template: SteppingTemplate, bounds: Sequence[BoundCertificate], disturbance: Disturbance | None = None
+) -> TerminalSet:
     """The set of a hard barrier's rows, written with v(k) and v(k+1) in place of ψ_1(k).
 
     ψ_1 = h(k+1) − (1 − γ_1) h(k) with h = ± (V̄ − n v), so the set applies one tick before the plan ends. A plan that
@@ -65,6 +96,8 @@ def psi_terminal_set(template: SteppingTemplate, bounds: Sequence[BoundCertifica
     keep, scale = 1.0 - linear_rates(barrier)[0], barrier.sign * float(barrier.normal[1])
     last = template.ticks_per_step - 1
     all_rows, all_bounds = [], []
+    first: list[tuple[Array, Array]] = []
+    moved = None if disturbance is None else psi_disturbance(template, barrier, disturbance.points(template.system.n))
     for phase, part in enumerate(sets.sets):
         ends_with_step = phase % template.ticks_per_step == last
         needs_step = template.depends_on_step(phase) and (ends_with_step or not template.coming[phase])
@@ -79,14 +112,20 @@ def psi_terminal_set(template: SteppingTemplate, bounds: Sequence[BoundCertifica
         used = np.any(np.abs(rows[:, [0, 1, 3]]) > _NONE, axis=1)
         all_rows.append(rows[used])
         all_bounds.append((shape.b - on_psi * of_bound)[used])
-    return TerminalSet(template.axis, tuple(all_rows), tuple(all_bounds), early=1)
+        if moved is not None:
+            on_psi, on_state = part.A[:, 2], part.A[:, :2].copy()
+            on_state[:, 1] += on_psi * scale * keep
+            left = part.b - on_psi * of_bound - support(part.A, moved[phase - 1])
+            first.append(_first(template, phase, on_state, part.A[:, 3:], -(on_psi * scale)[:, None], left))
+    early = tuple(zip(*first, strict=True)) if first else ((), ())
+    return TerminalSet(template.axis, tuple(all_rows), tuple(all_bounds), 1, *early)
 
 
 def hard_rows(bounds: Sequence[BoundCertificate]) -> tuple[AffineBarrier, InvariantSet]:
     """The barrier of an axis with a hard one, and the set of its ψ rows; raises as `psi_terminal_set` does."""
     if len(bounds) != 1:
         raise InputError(f"a terminal set is made for one hard barrier an axis, not for {len(bounds)} together")
-    barrier, sets = bounds[0].barrier, bounds[0].rows
+    barrier, sets = bounds[0].enforced, bounds[0].rows
     if sets is None:
         raise InputError(f'a hard barrier needs the set of its psi rows, and there is none for "{barrier.name}"')
     _check_enforceable(sets)

@@ -13,6 +13,7 @@ from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.sets.polytope import Array
+from pdhocbf_drake.studies.certify.adversary import KINDS, Adversary, Kind, adversary
 from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.psi_rows import zmp_of_psi
 from pdhocbf_drake.studies.certify.rescue import SAVED, Rescue
@@ -28,14 +29,15 @@ class Trial(NamedTuple):
     """The result of a trial.
 
     Attributes:
-        inside: starts inside, drawn for both axes at a common phase.
+        inside: starts inside, drawn for both axes at a common phase; those of sets that withstand a disturbance are
+            disturbed by random, constant and worst ones in turn.
         ticks: length of the walk from each of them.
         infeasible_ticks: ticks of these walks without a plan that meets the scenario's constraints.
         h_min: least h of these walks [m/s]; None without barriers.
         slack_max: largest slack of a barrier row in these walks [m/s].
         outside: starts outside, along the main axis, that meet all limits at first.
         unsavable: number of these that the rescue program proves lost.
-        excess_min: their least excess over a limit, whatever is done [m or m/s].
+        excess_min: their least excess over a limit, whatever is done; None without such starts [m or m/s].
     """
 
     inside: int
@@ -45,11 +47,16 @@ class Trial(NamedTuple):
     slack_max: float
     outside: int
     unsavable: int
-    excess_min: float
+    excess_min: float | None
 
 
-def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, report: Done = lambda done: None) -> Trial:
-    """Tries sets from `count` starts inside and as many outside; raises `InputError` if a set is empty."""
+def try_sets(
+    found: ScenarioCertificate, count: int, seed: int = 0, report: Done = lambda done: None, ticks: int = TICKS
+) -> Trial:
+    """Tries sets from `count` starts inside and as many outside; raises `InputError` if a set is empty.
+
+    Under a disturbance only those inside are tried, since the program that proves others lost counts on none.
+    """
     random = np.random.default_rng(seed)
     walk = found.walk
     mpc = PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, walk.mpc.barriers, terminal_sets(found))
@@ -57,14 +64,16 @@ def try_sets(found: ScenarioCertificate, count: int, seed: int = 0, report: Done
     for index in range(count):
         in_y, zmp_y = _drawn(found, 1, random, None)  # y has the longer period
         in_x, zmp_x = _drawn(found, 0, random, in_y.phase % found.axes[0].template.period)
-        walked = walk_from(mpc, [in_x, in_y], [zmp_x, zmp_y], TICKS)
+        walked = walk_from(mpc, [in_x, in_y], [zmp_x, zmp_y], ticks, _adversary(found, KINDS[index % 3], random))
         infeasible += walked.infeasible_ticks
         h_min, slack = min(h_min, walked.h_min), max(slack, walked.slack)
         report(index + 1)
+    least_h = float(h_min) if np.isfinite(h_min) else None
+    if found.axes[0].disturbance is not None:
+        return Trial(count, ticks, infeasible, least_h, slack, 0, 0, None)
     excesses = _excesses(found, count, random, lambda index: report(count + index))
     lost = sum(excess > SAVED for excess in excesses)
-    least_h = float(h_min) if np.isfinite(h_min) else None
-    return Trial(count, TICKS, infeasible, least_h, slack, count, lost, min(excesses))
+    return Trial(count, ticks, infeasible, least_h, slack, count, lost, min(excesses))
 
 
 def _drawn(
@@ -81,8 +90,15 @@ def _drawn(
         zmp = zmp_of_psi(certificate.template, barrier, start.phase, start.state)
         return Start(start.phase, np.delete(start.state, 2)), zmp
     start = inside_starts(certificate.kept, 1, random, phase)[0]
-    low, high = zmp_range(certificate.template, certificate.kept, start)
+    low, high = zmp_range(certificate.template, certificate.kept, start, certificate.disturbance)
     return start, float(random.uniform(low, high))
+
+
+def _adversary(found: ScenarioCertificate, kind: Kind, random: np.random.Generator) -> Adversary | None:
+    disturbance = found.axes[0].disturbance
+    if disturbance is None:
+        return None
+    return adversary(kind, disturbance, [c.template for c in found.axes], [c.kept for c in found.axes], random)
 
 
 def _excesses(found: ScenarioCertificate, count: int, random: np.random.Generator, report: Done) -> list[float]:
@@ -119,18 +135,25 @@ class Walked(NamedTuple):
     slack: float
 
 
-def walk_from(mpc: PeriodicMpc, starts: Sequence[Start], zmps: Sequence[float], ticks: int) -> Walked:
-    """Walks the template under the MPC, without disturbances.
+def walk_from(
+    mpc: PeriodicMpc,
+    starts: Sequence[Start],
+    zmps: Sequence[float],
+    ticks: int,
+    disturbance: Adversary | None = None,
+) -> Walked:
+    """Walks the template under the MPC.
 
     Args:
         mpc: the controller.
         starts: for x and y, at the same phase of a gait; c and s in the coordinates of the stepping template.
         zmps: the ZMP at the start from the stance foot, for x and y [m].
         ticks: length of the walk.
+        disturbance: what disturbs it at every tick, if anything does.
     """
     first, memory = _start(mpc, starts, zmps)
     infeasible, h_min, slack = 0, np.inf, 0.0
-    for row in walk_template(mpc, memory, first, ticks):
+    for row in walk_template(mpc, memory, first, ticks, disturbance=disturbance):
         for state, foot, group in zip(row.state, row.before.stance[:, 1], mpc.barriers, strict=True):
             for barrier in group:
                 seen = barrier.seen(state, foot) if isinstance(barrier, WalkBarrier) else state

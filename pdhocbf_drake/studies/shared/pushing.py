@@ -82,7 +82,7 @@ class PushedWalk:
             raise InputError(f"phases are ticks of the gait, 0 to {gait.ticks_per_gait - 1} (given: {self.phases})")
         placeholder = Push(time=0.0, force=(0.0, 0.0, 0.0))
         self.scenario = scenario.model_copy(update={"pushes": (placeholder,)})
-        self._logged = make_diagram(self.scenario)
+        self._logged = make_diagram(self.scenario, form="fused")
         self._diagram = self._logged.diagram
         self._schedule = self._diagram.GetSubsystemByName("push_schedule")
         self._contact = LegContact(self._diagram, Biped.load(scenario.robot)) if scenario.system == "biped" else None

@@ -11,6 +11,7 @@ from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.robust import zmp_margin
 from pdhocbf_drake.mpc.terms.step_limits import step_ranges
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.reach import longest_stride
@@ -151,7 +152,7 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
     n, delta = gait.period, gait_config.tick
     parities = SPEEDS[axis].steps
     period, commit = parities * n, min(mpc.freeze_ticks, n - 1 - gait_config.double_support_ticks)
-    commanded = CommandedSteps(gait, mpc.horizon, mpc.zmp_margin)
+    commanded = CommandedSteps(gait, mpc.horizon, zmp_margin(vhip, mpc))
     # Even steps come first, so that a phase here is a tick modulo the period.
     first = gait_config.start_steps + gait_config.start_steps % 2
     ahead = [commanded.steps(first + parity) for parity in range(parities)]

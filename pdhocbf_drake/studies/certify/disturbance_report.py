@@ -1,0 +1,75 @@
+"""What a certificate says of disturbances, as data for `certify.json` and as lines for the terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from pdhocbf_drake.sets.disturbance import TOLERANCE
+from pdhocbf_drake.sets.polytope import Array
+from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
+
+Row = tuple[str, tuple[str, ...], tuple[float, ...] | None, float]
+"""Axis, names of the barriers, γ where their ψ rows are to be kept, and the largest multiple."""
+
+
+def disturbance_data(found: ScenarioCertificate) -> dict[str, Any]:
+    """The keys of a walk; null and empty without a disturbance.
+
+    The largest multiple is that of the sets which the MPC's terminal set is made of: with a hard barrier those of its ψ
+    rows, with a soft one those of h ≥ 0, along both axes.
+    """
+    rows = [
+        ("xy"[axis], row.barriers, row.gamma, row.found.scale)
+        for axis, certificate in enumerate(found.axes)
+        for row in certificate.largest
+    ]
+    disturbance = found.axes[0].disturbance
+    if disturbance is None or not rows:
+        return largest_data([], None)
+    hard, counted = found.scenario.mpc.barrier == "hard", []
+    for axis, certificate in enumerate(found.axes):
+        of_axis = [row for row in rows if row[0] == "xy"[axis]]
+        with_rows = [row for row in of_axis if row[2] is not None]
+        names = tuple(bound.barrier.name for bound in certificate.bounds)
+        counted += with_rows if hard and with_rows else [r for r in of_axis if r[1] == names and r[2] is None]
+    data = largest_data([disturbance.points(2)], rows)
+    return {**data, "disturbance_max": min(row[3] for row in counted)}
+
+
+def largest_data(corners: Sequence[Array], rows: Sequence[Row] | None) -> dict[str, Any]:
+    """`disturbance`, its half-widths [unit of each state] or, where W is no box, its corners by phase; and the rest."""
+    given: Any = None
+    if rows is not None:
+        sides = np.max([np.abs(part).max(axis=0) for part in corners], axis=0)
+        is_box = all(len(part) == 2 ** np.count_nonzero(sides) for part in map(_unique, corners))
+        is_box = is_box and all(np.all(np.abs(part) == sides) for part in corners)
+        given = sides.tolist() if is_box else [part.tolist() for part in corners]
+    table = [{"axis": axis or None, "barriers": list(names), "gamma": None if gamma is None else list(gamma),
+              "disturbance_max": scale} for axis, names, gamma, scale in rows or ()]  # fmt: skip
+    return {
+        "disturbance": given,
+        "disturbance_max": None if rows is None else min(row[3] for row in rows),
+        "disturbance_tolerance": None if rows is None else TOLERANCE,
+        "disturbance_table": table,
+    }
+
+
+def _unique(points: Array) -> Array:
+    return np.unique(points, axis=0)
+
+
+def disturbance_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
+    """The results as (name, value); none without a disturbance."""
+    if data["disturbance"] is None:
+        return []
+    most, share = data["disturbance_max"], data["disturbance_tolerance"]
+    of_given = f"{most:.4g} times the given one at most (within {100 * share:g} %)"
+    lines = [("disturbance", of_given if most else "none leaves any set")]
+    for row in data["disturbance_table"] if len(data["disturbance_table"]) > 1 else ():
+        name = ", ".join(row["barriers"]) or "without a bound"
+        rows = "" if row["gamma"] is None else f", with its psi rows, gamma {row['gamma']}"
+        lines.append(("", f"{row['axis']}: {row['disturbance_max']:.4g} times, {name}{rows}"))
+    return lines

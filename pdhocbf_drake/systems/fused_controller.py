@@ -1,0 +1,184 @@
+"""The controller's blocks as one: their functions, called in turn in one update a tick."""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+
+from pdhocbf_drake.mpc.axis_problem import layout
+from pdhocbf_drake.mpc.kernels import same_bits
+from pdhocbf_drake.mpc.loop import Measurement
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
+from pdhocbf_drake.systems.block import Block, weakly
+from pdhocbf_drake.systems.foot_reference import FootReference
+from pdhocbf_drake.systems.gait_reference import GaitReference, changed_gait
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
+from pdhocbf_drake.systems.mpc_controller import MpcController
+from pdhocbf_drake.systems.optional_input import OptionalInput
+from pdhocbf_drake.systems.path_reference import PathReference
+from pdhocbf_drake.systems.signals import size
+from pdhocbf_drake.systems.turn_reference import TurnReference
+from pdhocbf_drake.systems.zmp_offset import ZmpOffset
+from pdhocbf_drake.walking import Gait
+
+
+class ControllerBlocks(NamedTuple):
+    """Clock and MPC, `schedule` of a walk with barriers, and `path` of one that turns."""
+
+    clock: GaitReference
+    controller: MpcController
+    schedule: BarrierSchedule | None
+    path: PathReference | None
+
+
+class BodyBlocks(NamedTuple):
+    """The blocks that a robot has and the template has not; `turn` of a walk that turns."""
+
+    feet: FootReference
+    kinematics: InverseKinematics
+    offset: ZmpOffset
+    turn: TurnReference | None
+
+
+class _Known(NamedTuple):
+    """A state of the block for tick k, the gait as it has been changed then, and the MPC's memory in it."""
+
+    state: np.ndarray
+    tick: int
+    gait: Gait
+    memory: Memory
+
+
+class FusedController(Block):
+    """All blocks between a measurement and the joint targets, with their ports, in one discrete update at kδ.
+
+    Where the blocks compute an output when it is read, after the update at kδ, this block computes all of them in that
+    update. Its one discrete state has the values of its output ports for tick k + 1, and behind them what the blocks
+    remember. Drake then calls Python twice a tick, and not twenty times.
+
+    Input ports:
+        lip_state (6), foot_state (12), command (4): as of `MpcController`; foot_state is needed on a robot.
+        true_state (6): lip_state without measurement errors, from which h is computed; where there are barriers.
+    Output parts, see `unbundled`:
+        gait_phase, com_height, path, command_asked, barrier_bound, foot_reference, turn_reference, zmp_offset,
+        desired_state, feedforward, whole_body_zmp, ik_status, and those of `MpcController`, as far as the walk has
+        them.
+    Output ports:
+        h (n_b): where there are barriers.
+
+    Args:
+        blocks: whose functions it calls. body: likewise, of a robot.
+    """
+
+    def __init__(self, blocks: ControllerBlocks, body: BodyBlocks | None = None) -> None:
+        super().__init__()
+        clock, controller, schedule, path = blocks
+        self._clock, self._controller, self._schedule, self._path = blocks
+        self._body, self.mpc = body, controller.mpc
+        gait = self.mpc.gait
+        self._n, self._count = gait.period, 0 if schedule is None else schedule.parts["h"]
+        self.parts = {**clock.parts, **(path.parts if path else {})}
+        if schedule is not None:
+            self.parts["barrier_bound"] = schedule.parts["barrier_bound"]
+        if body is not None:
+            self.parts |= {"foot_reference": size("foot_reference")}
+            self.parts |= {"turn_reference": size("turn_reference")} if body.turn else {}
+            self.parts |= {"zmp_offset": size("zmp_offset", horizon=self.mpc.config.horizon)}
+            self.parts |= body.kinematics.parts
+        self.parts |= controller.parts
+        sizes, kept = controller.layout.sizes, {} if body is None else {"motion": body.kinematics.start}
+        kept |= {} if body is None else {"table": np.zeros(2 * gait.period * body.offset.tables)}
+        behind = {name: count for name, count in sizes.items() if name not in controller.parts}
+        self._places = layout({**self.parts, **behind, **{name: len(start) for name, start in kept.items()}})
+        self._plan = slice(self._places[next(iter(sizes))].start, self._places[next(reversed(sizes))].stop)
+        before = {"foot_reference": np.zeros(size("foot_reference")), **kept}
+        self._last = self._following(0, *controller.start, before)
+        self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
+        feet = self.DeclareVectorInputPort("foot_state", size("foot_state")) if body else None
+        command = self.DeclareVectorInputPort("command", 4) if gait.turns else None
+        self._feet, self._command = (None if port is None else OptionalInput(port) for port in (feet, command))
+        self.DeclareStateOutputPort("outputs", self.DeclareDiscreteState(self._last.state))
+        self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
+        if schedule is not None:
+            self._true = self.DeclareVectorInputPort("true_state", size("lip_state"))
+            self.DeclareVectorOutputPort("h", self._count, weakly(self._h), {self._true.ticket(), self.xd_ticket()})
+
+    def memory(self, context: Context) -> Memory:
+        """What the MPC remembers before its update, in a context of this block."""
+        return self._known(context.get_discrete_state_vector().value()).memory
+
+    def measurement(self, context: Context) -> Measurement:
+        """What the MPC is given at the tick of a context of this block."""
+        return self._measurement(context, self._known(context.get_discrete_state_vector().value()))
+
+    def _known(self, state: np.ndarray) -> _Known:
+        """What a state holds: in a run that of the last update, which need not be taken apart."""
+        if same_bits(state, self._last.state):
+            return self._last
+        own = np.array(state)
+        phase, step, _ = own[self._places["gait_phase"]].tolist()
+        plan = own[self._plan]
+        return _Known(own, round(step * self._n + phase), self._gait(plan), self._controller.layout.unpack(plan))
+
+    def _measurement(self, context: Context, known: _Known) -> Measurement:
+        state, part = known.state, self._places
+        feet = None if self._feet is None else self._feet(context)
+        command = None if self._command is None else self._command(context)
+        offset = None if self._body is None else state[part["zmp_offset"]]
+        bounds = None if self._schedule is None else state[part["barrier_bound"]]
+        return self._controller.measured(known.tick, self._lip.Eval(context), feet, offset, bounds, command)
+
+    def _gait(self, plan: np.ndarray) -> Gait:
+        """The gait as the controller has changed it, from its vector."""
+        places = self._controller.layout.places
+        course = plan[places["course"]] if self._path is not None else None
+        return changed_gait(self.mpc.gait, plan[places["last_step"]], plan[places["resumed"]], course)
+
+    def _update(self, context: Context, values: DiscreteValues) -> None:
+        started = time.perf_counter()
+        known = self._known(context.get_discrete_state_vector().value())
+        state, part = known.state, self._places
+        plan, memory = self._controller.planned(known.memory, self._measurement(context, known), started)
+        before = {}
+        if self._body is not None:
+            names = ("gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "table", "motion")
+            phase, zmp, planned, feet, table, motion = [state[part[name]] for name in names]
+            table = self._body.offset.learned(phase, zmp, planned, feet, table, known.gait)
+            before = {"foot_reference": feet, "table": table, "motion": motion}
+        self._last = self._following(known.tick + 1, plan, memory, before)
+        values.set_value(self._last.state)
+
+    def _following(self, tick: int, plan: np.ndarray, memory: Memory, before: dict[str, np.ndarray]) -> _Known:
+        """The block's state for tick k, from the MPC's memory and its vector, and what the other blocks remember."""
+        gait, part = self._gait(plan), self._controller.layout.places
+        commanded, step = self._clock.commanded(tick, gait), tick // self._n
+        front, behind = [commanded], []
+        if self._path is not None:
+            front.append(np.array(self._path.commanded(step, gait)))
+        if self._schedule is not None:
+            front += self._schedule.bounds(tick, gait)
+        if self._body is not None:
+            body, phase, height = self._body, commanded[:3], commanded[3:]
+            names = ("com_reference", "zmp_reference", "foot_plan", "stance_plan")
+            com, zmp, foot_plan, stances = [plan[part[name]] for name in names]
+            feet = body.feet.reference(phase, foot_plan, before["foot_reference"], gait)
+            turn = None if body.turn is None else np.array(body.turn.headings(phase[0], step, gait))
+            offset = body.offset.expected(phase, feet, foot_plan, stances, before["table"], gait)
+            solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, feet, turn)
+            coming = body.kinematics.coming
+            front += [feet, *([] if turn is None else [turn]), offset.ravel(), solution[: coming.start]]
+            behind = [solution[coming], before["table"]]
+        return _Known(np.concatenate([*front, plan, *behind]), tick, gait, memory)
+
+    def _h(self, context: Context, output: BasicVector) -> None:
+        assert self._schedule is not None
+        known, part = self._known(context.get_discrete_state_vector().value()), self._places
+        state, h = known.state, np.empty(self._count)
+        path = None if self._path is None else state[part["path"]]
+        bounds, stances = state[part["barrier_bound"]], state[part["stance_plan"]]
+        self._schedule.write_h(known.tick, known.gait, self._true.Eval(context), stances, path, bounds, h)
+        output.SetFromVector(h)
