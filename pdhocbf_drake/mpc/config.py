@@ -155,8 +155,8 @@ class MpcConfig(Config):
             anticipative, since it does not repeat.
         foothold_weight: ε of eq. (36), one squared distance per foothold [1/s²].
         zmp_centre_weight: price of the ZMP's squared distance from the centre of its box [1/s²]; not in eq. (36).
-        sway_weight: the same in y alone, which keeps the sway in the middle between the feet; null is
-            `zmp_centre_weight` [1/s²].
+        sway_weight: the same in y alone, which keeps the sway in the middle between the feet, but not while a
+            disturbed walk recovers; null is `zmp_centre_weight` [1/s²].
         path_correction: how much of the feet's distance from the commanded path one step may ask back, x and y [m].
         step_tolerance: how far a foothold may move from the commanded step, in x and y [m].
         stance_width_min: least lateral distance of a foothold from the stance foot [m].
