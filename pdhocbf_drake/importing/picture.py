@@ -18,7 +18,7 @@ _MOST = 30_000  # triangles that are drawn
 _LIGHT = np.array([0.5, 0.3, 0.8]) / np.linalg.norm([0.5, 0.3, 0.8])
 _SHELL = "#B8BDC4"
 _SOLE = "#000000"  # a colour that no role has
-_STYLES = {"left": "-", "right": (0, (1.2, 0.6))}
+_DASHES = {"left": (1.0, 0.0), "right": (1.2, 0.6)}  # lengths of a line and of the gap after it
 
 
 def robot_picture(biped: Biped) -> Figure:
@@ -87,7 +87,7 @@ def _draw_soles(axes: Axes, seen: Pictured, biped: Biped) -> None:
         corners = _corners(seen, biped, side)
         outline = np.column_stack([-corners[:, 1], corners[:, 0]])
         sole = Polygon(outline, fill=False, edgecolor=_SOLE, linewidth=2.2, label=f"{side} sole", zorder=5)
-        sole.set_linestyle(_STYLES[side])
+        sole.set_linestyle((0.0, _DASHES[side]))
         axes.add_patch(sole)
         number = 6 * SIDES.index(side) + ROLES.index("ankle_pitch")
         ankle = seen.plant.GetJointByName(biped.joint_names[number]).frame_on_parent()

@@ -20,6 +20,7 @@ from pdhocbf_drake.simulation.limits import checked_walk
 from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.weighing import stand, weighed
 from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram
 
 Progress = Callable[[float], None]
@@ -53,7 +54,9 @@ def make_diagram(
         return vhip_diagram(scenario, walk or build_walk(scenario), form)
     biped, kept = checked_walk(scenario)
     scenario = scenario if walk is not None else kept.scenario
-    return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat, form)
+    walk = walk or build_walk(scenario)
+    known = weighed(biped, stand(scenario, walk, biped)) if scenario.biped.weigh else biped
+    return biped_diagram(scenario, walk, known, meshcat, form, biped)
 
 
 @freed_at_the_end()

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.estimation.base_filter import BaseFilter
 from pdhocbf_drake.estimation.errors import write_errors
 from pdhocbf_drake.estimation.memory import SIZE, Memory
 from pdhocbf_drake.estimation.sample import Sample
+from pdhocbf_drake.systems.block import Block, weakly
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes
 
 _INPUTS = ("imu", "encoders", "force_torque")
@@ -23,7 +25,7 @@ _OUTPUTS = (
 (_SUPPORT,) = places("gait_phase", "support")
 
 
-class BaseEstimator(LeafSystem):
+class BaseEstimator(Block):
     """CoM, ZMP and soles from the sensors of a tick (Remark 8), see `estimation.base_filter`.
 
     The filter's memory is this block's discrete state, so that a context can be copied and continued. The outputs are
@@ -45,25 +47,28 @@ class BaseEstimator(LeafSystem):
         super().__init__()
         self._estimator, self.parts = estimator, {**sizes(*_OUTPUTS), "estimator_memory": SIZE}
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in (*_INPUTS, "desired_state", "gait_phase")]
-        self._imu, self._encoders, self._forces, self._targets, self._phase = ports
+        self._imu, self._encoders, self._forces = ports[:3]
+        self._targets, self._phase = map(OptionalInput, ports[3:])
         self.DeclareDiscreteState(Memory().vector)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
-        self._estimate = self.DeclareVectorOutputPort("estimate", sum(self.parts.values()), self._calc, prerequisites)
+        self._estimate = self.DeclareVectorOutputPort(
+            "estimate", sum(self.parts.values()), weakly(self._calc), prerequisites
+        )
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         values.set_value(self._estimate.Eval(context)[-SIZE:])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         memory = Memory(context.get_discrete_state_vector().value())
-        targets = self._targets.Eval(context) if self._targets.HasValue(context) else None
-        support = float(self._phase.Eval(context)[_SUPPORT]) if self._phase.HasValue(context) else None
+        targets, phase = self._targets(context), self._phase(context)
+        support = None if phase is None else float(phase[_SUPPORT])
         inputs = self._imu.Eval(context), self._encoders.Eval(context), self._forces.Eval(context)
         memory, estimate = self._estimator.step(memory, Sample(*inputs, targets, support))
         output.SetFromVector(np.concatenate([*estimate, memory.estimate, memory.vector]))
 
 
-class EstimateErrors(LeafSystem):
+class EstimateErrors(Block):
     """Errors of what can be observed, and their normalized square, from the true state; see `estimation.errors`.
 
     Input ports:
@@ -83,7 +88,7 @@ class EstimateErrors(LeafSystem):
         self._memory = self.DeclareVectorInputPort("estimator_memory", SIZE)
         self._state = self.DeclareVectorInputPort("robot_state", size("robot_state"))
         self._feet = self.DeclareVectorInputPort("foot_state", size("foot_state"))
-        self.DeclareVectorOutputPort("estimate_error", size("estimate_error"), self._calc)
+        self.DeclareVectorOutputPort("estimate_error", size("estimate_error"), weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         state, feet = self._state.Eval(context), self._feet.Eval(context).reshape(2, 6)

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.estimation.config import SensorFault
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.signals import JOINTS, size, sizes
 
 _FLICKER = 2  # ticks with and without a signal
@@ -25,7 +26,7 @@ PLACES: Final[dict[str, tuple[str, list[int]]]] = {
 """Each sensor that may fail: the port it is part of, and its places there."""
 
 
-class SensorFaults(LeafSystem):
+class SensorFaults(Block):
     """Hands on what the sensors say, but for those that fail.
 
     Input ports, and output parts, see `unbundled`:
@@ -50,7 +51,7 @@ class SensorFaults(LeafSystem):
         count = sum(self.parts.values())
         self.DeclareDiscreteState(count)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
-        self._out = self.DeclareVectorOutputPort("given", count, self._calc)
+        self._out = self.DeclareVectorOutputPort("given", count, weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         given = np.concatenate([port.Eval(context) for port in self._ports])

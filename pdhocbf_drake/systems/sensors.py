@@ -6,16 +6,17 @@ import numpy as np
 from pydrake.common.value import AbstractValue
 from pydrake.math import RigidTransform
 from pydrake.multibody.math import SpatialForce
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.estimation.config import ForceTorqueConfig, ImuConfig
 from pdhocbf_drake.estimation.kernels import write_imu
+from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.signals import size, sizes
 
 _AXES = 6
 
 
-class Imu(LeafSystem):
+class Imu(Block):
     """Mean rate and specific force over a tick, of samples that are means themselves.
 
     A sample is mean + bias + white noise, clipped to the range and rounded to bits. The samples of a tick are joined
@@ -31,12 +32,12 @@ class Imu(LeafSystem):
 
     Args:
         bias: of rate and specific force at the start (6,).
-        tick: δ [s].
+        tick: δ [s]. samples: in a tick.
     """
 
-    def __init__(self, config: ImuConfig, bias: np.ndarray, tick: float) -> None:
+    def __init__(self, config: ImuConfig, bias: np.ndarray, tick: float, samples: int) -> None:
         super().__init__()
-        self._samples, self._time = round(tick * config.rate), 1.0 / config.rate
+        self._samples, self._time = samples, tick / samples
         white = np.repeat([config.gyro_noise, config.accelerometer_noise], 3) / np.sqrt(self._time)
         walk = np.repeat([config.gyro_bias_walk, config.accelerometer_bias_walk], 3) * np.sqrt(self._time)
         most = np.repeat([config.gyro_range, config.accelerometer_range], 3)
@@ -50,7 +51,7 @@ class Imu(LeafSystem):
         self.parts = sizes("imu")
         self._all = self.parts["imu"] + len(start)  # the coming state stands behind the part
         prerequisites = {self._integrals.ticket(), self._noise.ticket(), self.xd_ticket()}
-        self._joined = self.DeclareVectorOutputPort("joined", self._all, self._calc, prerequisites)
+        self._joined = self.DeclareVectorOutputPort("joined", self._all, weakly(self._calc), prerequisites)
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         state, joined = context.get_discrete_state_vector().value(), np.empty(self._all)
@@ -62,7 +63,7 @@ class Imu(LeafSystem):
         values.set_value(self._joined.Eval(context)[self.parts["imu"] :])
 
 
-class SoleWrenches(LeafSystem):
+class SoleWrenches(Block):
     """The ground's moments and forces on both soles from the reactions in the joints above them.
 
     The foot's weight below the sensor is taken off as of a level foot at rest: what is left is exact in a stand.
@@ -84,7 +85,7 @@ class SoleWrenches(LeafSystem):
             for place, sole, weight, centre in joints
         ]
         self._reactions = self.DeclareAbstractInputPort("reaction_forces", AbstractValue.Make([SpatialForce.Zero()]))
-        self.DeclareVectorOutputPort("sole_wrenches", size("force_torque"), self._calc)
+        self.DeclareVectorOutputPort("sole_wrenches", size("force_torque"), weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         reactions, found = self._reactions.Eval(context), np.empty(2 * _AXES)
@@ -98,7 +99,7 @@ class SoleWrenches(LeafSystem):
         output.SetFromVector(found)
 
 
-class ForceTorque(LeafSystem):
+class ForceTorque(Block):
     """The mean over a tick of both soles' wrenches, with offset and noise, clipped to the range and rounded.
 
     Input ports:
@@ -122,7 +123,7 @@ class ForceTorque(LeafSystem):
         self._noise = self.DeclareVectorInputPort("noise", 2 * _AXES)
         self.DeclareDiscreteState(np.full(2 * _AXES, np.nan))
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
-        self.DeclareVectorOutputPort("force_torque", 2 * _AXES, self._calc)
+        self.DeclareVectorOutputPort("force_torque", 2 * _AXES, weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         last = context.get_discrete_state_vector().value()
