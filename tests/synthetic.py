@@ -86,6 +86,8 @@ def _robot_signals(ticks, step, phase, support, x, y):
     state[:, 0] = 1.0
     state[:, 4], state[:, 5], state[:, 6] = x, y, 0.6
     state[:, 7:19] = [0, 0, -0.5, 1.0, -0.5, 0, 0, 0, -0.5, 1.0, -0.5, 0]
+    contact = np.zeros((rows, 18))
+    contact[:, 5] = 284.0  # below the origin of the base
     return {
         "com_z": np.stack([0.585 + 0.01 * np.cos(2 * np.pi * phase / N), np.zeros(rows)], axis=1),
         "foot_state": feet,
@@ -96,6 +98,7 @@ def _robot_signals(ticks, step, phase, support, x, y):
         "actuation": np.full((rows, 12), 10.0),
         "push": np.zeros((rows, 3)),
         "robot_state": state,
+        "contact_forces": contact,
     }
 
 

@@ -221,6 +221,29 @@ def test_ticks_without_load_on_the_ground_are_counted(log):
     assert metrics(log).unloaded_ticks is None  # an older log
 
 
+def test_what_is_used_of_the_ground_is_that_of_the_wrench_at_the_zmp(log):
+    force, zmp, about = np.array([30.0, -40.0, 250.0]), np.array([0.3, -0.1, 0.0]), 5.0
+    base = log["robot_state"][100, 4:7]
+    log["contact_forces"][100, :6] = np.concatenate([np.cross(zmp - base, force), force])
+    log["contact_forces"][100, 2] += about
+    log["contact_forces"][200, :6] = [0.0, 0.0, 9.0, 9.0, 0.0, 1e-3]  # the ground carries next to nothing
+    found = metrics(log)
+    assert found.friction_used_max == pytest.approx(50.0 / 250.0)
+    assert found.yaw_moment_used_max == pytest.approx(about / 250.0)
+    assert "friction of 0.200 is used" in dict(summary_rows(found))["ground"]
+    older = RunLog({name: table for name, table in log.signals.items() if name != "contact_forces"}, log.time)
+    assert metrics(older).friction_used_max is metrics(older).yaw_moment_used_max is None
+
+
+def test_torques_are_told_joint_by_joint_and_against_their_limits(log):
+    log["actuation"][50, 3] = -25.0
+    log["feedforward"][60, 9] = 41.0  # more than there is, and so clipped where it is applied
+    found = metrics(log)
+    assert found.torque_peaks["left_knee_pitch"] == 25.0
+    assert found.torque_peaks["right_knee_pitch"] == 10.0
+    assert found.torque_margin_min == pytest.approx(-1.0)
+
+
 def test_standing_feet_support_between_them_too(log):
     assert zmp_margins(log, LIMITS.sole_half)[0] == pytest.approx(0.1)  # the front edge is nearer than the sides
 

@@ -18,9 +18,9 @@ def summary(system: str = "biped", **kwargs) -> dict[str, str]:
     return dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, limits)))
 
 
-def test_a_walk_has_eight_lines():
+def test_a_walk_has_nine_lines():
     rows = summary()
-    names = ["run", "walk", "straightness", "tracking", "ZMP", "joints", "barrier forward_speed", "MPC"]
+    names = ["run", "walk", "straightness", "tracking", "ZMP", "joints", "ground", "barrier forward_speed", "MPC"]
     assert list(rows) == names
     assert rows["walk"].startswith("8 steps, 1.50 m (commanded 1.12 m), steady speed 0.375 m/s")
     assert rows["tracking"].startswith("CoM RMS error in x, y, z: 3.0 mm, 4.0 mm, 5.0 mm")

@@ -153,8 +153,8 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
     assert astray(trial, undisturbed) < (1e-5 if second else 0.02)
 
 
-def test_ice_ends_in_a_fall_that_is_logged_to_its_end() -> None:
-    log = simulate(load_scenario("walking", "friction: 0.1\nduration: 8.0"))
+def test_ice_that_is_not_expected_ends_in_a_fall_that_is_logged_to_its_end() -> None:
+    log = simulate(load_scenario("walking", "friction: 0.1\nfriction_belief: 0.8\nduration: 8.0"))
     assert log.ending == FELL
     assert not log.complete
     assert 2.0 < log.time[-1] < 8.0

@@ -20,7 +20,7 @@ from pdhocbf_drake.fitting.facts import PACKAGED, RobotFacts
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview, zmp_shift
 from pdhocbf_drake.fitting.rules import RULES
 from pdhocbf_drake.fitting.step import SHIFT
-from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.config import MpcConfig, PlanLimits
 from pdhocbf_drake.robot import Biped, models_folder, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -39,6 +39,7 @@ SCALE_FREE = {
 OF_ROBOT_AND_STEP = {
     "gait.com_height", "gait.stance_width", "gait.stride", "gait.tick", "gait.ticks_per_step", "mpc.sway_weight",
 }  # fmt: skip
+OF_ROBOT_AND_STEP |= {f"mpc.limits.{key}" for key in PlanLimits.model_fields}
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,10 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.gait.measures import measure, steady_walk
-from pdhocbf_drake.studies.gait.plan import KEYS, Work, default_lines, plan, varied
+from pdhocbf_drake.studies.gait.plan import default_lines, plan
 from pdhocbf_drake.studies.gait.study import gait_study
+from pdhocbf_drake.studies.shared.gait_measures import measure, steady_walk
+from pdhocbf_drake.studies.shared.gait_variants import KEYS, Work, varied
 from pdhocbf_drake.walking import Gait
 
 

@@ -97,12 +97,12 @@ def test_kinematics_starts_where_the_last_motion_leads(biped: Biped, posture: np
     block, context = _kinematics(biped, posture, com_reference=[0, 0.5, 3.0, 0, 0, 0], foot_reference=feet)
     update(block, context)
     moving = context.get_discrete_state_vector().value().copy()
-    moving[55:] = moving[37:55]  # v̇ has been the same for two ticks
+    moving[55:73] = moving[37:55]  # v̇ has been the same for two ticks
     onward = [0.01 * 0.5 + 0.5 * 0.01**2 * 3.0, 0.53, 3.0, 0, 0, 0]
     block.GetInputPort("com_reference").FixValue(context, onward)
     iterations = []
     for kept in (37 + 36, 37, 19):  # all, without the accelerations, without the velocity
-        context.SetDiscreteState(np.where(np.arange(73) < kept, moving, 0.0))
+        context.SetDiscreteState(np.where(np.arange(75) < kept, moving, 0.0))
         iterations.append(block.GetOutputPort("ik_status").Eval(context)[2])
     assert iterations[0] < min(iterations[1:])
 
@@ -121,7 +121,7 @@ def test_kinematics_goes_on_as_its_acceleration_changed_last(biped: Biped, postu
     first = context.get_discrete_state_vector().value().copy()
     update(block, context)
     second = context.get_discrete_state_vector().value()
-    np.testing.assert_array_equal(second[55:], first[37:55])
+    np.testing.assert_array_equal(second[55:73], first[37:55])
     assert np.abs(first[37:55]).max() > 1.0
 
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from pdhocbf_drake.analysis.barrier_margins import BarrierUse, barriers_of, bound_along, psi_along_log, violated
 from pdhocbf_drake.analysis.estimate import estimator_metrics
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
+from pdhocbf_drake.analysis.ground_use import friction_used, yaw_moment_used
 from pdhocbf_drake.analysis.heading import along, along_heading, commanded_path, settled_errors, zmp_seen
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
@@ -20,6 +21,7 @@ from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.kernels import LEAST_LOAD
+from pdhocbf_drake.systems.signals import JOINTS
 from pdhocbf_drake.walking.support import contains
 from pdhocbf_drake.walking.waypoints import distance_to
 
@@ -61,6 +63,12 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         sole_gap_min=_finite(gap_min(log, body.sole_half)) if body else None,
         joint_torque_peak=_finite(np.abs(log["actuation"]).max()) if body else None,
         torque_limit_hits=int((np.abs(log["actuation"]) >= _AT_LIMIT * body.effort).sum()) if body else None,
+        torque_peaks=dict(zip(JOINTS, map(_finite, np.abs(log["actuation"]).max(axis=0)), strict=True))
+        if body
+        else None,
+        torque_margin_min=_torque_margin(log, body) if body else None,
+        friction_used_max=_of_ground(friction_used, log, body),
+        yaw_moment_used_max=_of_ground(yaw_moment_used, log, body),
         joint_position_margin_min=_position_margin(log, body) if body else None,
         joint_speed_margin_min=_finite((body.speed - np.abs(log["joint_state"][:, 12:])).min()) if body else None,
         barriers=_barrier_metrics(scenario, log),
@@ -175,6 +183,17 @@ def _zmp_outside(log: RunLog) -> float:
 def _unloaded_ticks(log: RunLog, weight: float) -> int | None:
     """The start is no such tick: contact is found from the first step of the plant on; None in older logs."""
     return int((log["ground_load"][1:] <= LEAST_LOAD * weight).sum()) if "ground_load" in log else None
+
+
+def _torque_margin(log: RunLog, limits: RobotLimits) -> float | None:
+    """Of the feedforward, which may ask for more than there is, and of what is applied, which can't be more."""
+    asked = np.maximum(np.abs(log["actuation"]), np.abs(log["feedforward"]))
+    return _finite((limits.effort - asked).min())
+
+
+def _of_ground(used: Callable[[RunLog, RobotLimits], Array], log: RunLog, body: RobotLimits | None) -> float | None:
+    """The largest of what is used of the ground; None in older logs."""
+    return _finite(used(log, body).max()) if body is not None and "contact_forces" in log else None
 
 
 def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:

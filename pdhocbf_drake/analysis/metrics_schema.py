@@ -119,6 +119,18 @@ class Metrics(_Table):
     )
     joint_torque_peak: float | None = Field(description="largest torque [N m]")
     torque_limit_hits: int | None = Field(description="samples of a joint's torque at its limit")
+    torque_peaks: dict[str, float | None] | None = Field(None, description="largest torque of each joint [N m]")
+    torque_margin_min: float | None = Field(
+        None,
+        description="least distance of a joint's torque from its limit, negative where the plan asks for more than the "
+        "joint has [N m]",
+    )
+    friction_used_max: float | None = Field(
+        None, description="largest horizontal over vertical force of the ground on both soles together"
+    )
+    yaw_moment_used_max: float | None = Field(
+        None, description="largest moment of the ground about the vertical through the ZMP, over its vertical force [m]"
+    )
     joint_position_margin_min: float | None = Field(description="least distance of a joint from its stop [rad]")
     joint_speed_margin_min: float | None = Field(description="least distance of a joint's speed from its limit [rad/s]")
     late_ticks: float | None = Field(

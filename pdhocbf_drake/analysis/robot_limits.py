@@ -24,6 +24,8 @@ class RobotLimits(NamedTuple):
         speed: (12,) largest speed [rad/s].
         weight: [N].
         ahead: x axis of the torso in the floating base (3,).
+        base: places of the floating base in the robot's velocities, turn first (6,).
+        base_origin: places of its origin in the robot's positions (3,).
     """
 
     sole_half: Array
@@ -32,6 +34,8 @@ class RobotLimits(NamedTuple):
     speed: Array
     weight: float
     ahead: Array = np.array([1.0, 0.0, 0.0])
+    base: NDArray[np.intp] = np.arange(6)
+    base_origin: NDArray[np.intp] = np.arange(4, 7)
 
 
 def robot_limits(scenario: Scenario) -> RobotLimits | None:
@@ -41,5 +45,6 @@ def robot_limits(scenario: Scenario) -> RobotLimits | None:
     biped = Biped.load(scenario.robot)
     half_sizes = np.array([biped.soles[side].half_size for side in SIDES])
     return RobotLimits(
-        half_sizes, biped.effort_limits, biped.position_limits, biped.velocity_limits, biped.weight, biped.ahead
-    )
+        half_sizes, biped.effort_limits, biped.position_limits, biped.velocity_limits, biped.weight, biped.ahead,
+        biped.base_v_index, biped.base_q_index[4:],
+    )  # fmt: skip

@@ -19,6 +19,8 @@ def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
         rows.append(("ZMP", _zmp(metrics, metrics.zmp_outside_fraction)))
     if metrics.joint_torque_peak is not None:
         rows.append(("joints", _joints(metrics)))
+    if metrics.friction_used_max is not None:
+        rows.append(("ground", _ground(metrics)))
     rows += [(f"barrier {name}", _barrier(barrier)) for name, barrier in metrics.barriers.items()]
     if metrics.mpc is not None:
         rows.append(("MPC" if metrics.steps_taken is not None else "filter", _mpc(metrics.mpc)))
@@ -82,6 +84,13 @@ def _joints(metrics: Metrics) -> str:
         f"torque up to {of(metrics.joint_torque_peak, 'N m')}, {metrics.torque_limit_hits} samples at a limit; "
         f"to the stops {of(metrics.joint_position_margin_min, 'rad')}, "
         f"to the speed limits {of(metrics.joint_speed_margin_min, 'rad/s')}"
+    )
+
+
+def _ground(metrics: Metrics) -> str:
+    return (
+        f"friction of {of(metrics.friction_used_max, '1')} is used, "
+        f"and a yaw moment of {mm(metrics.yaw_moment_used_max)} times the load"
     )
 
 

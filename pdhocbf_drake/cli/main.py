@@ -50,6 +50,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
         "what the shape of a gait costs in torque, ZMP, barrier, pushes and certified area",
         "studies.gait.command",
     ),
+    "tune": ("the gait that suits a robot and an aim, as a scenario", "studies.tune.command"),
     "worth": ("benefit of a barrier after a disturbance or a change of command", "studies.worth.command"),
     "push": ("the largest push that the robot survives, by direction, phase and barrier", "studies.push.command"),
     "directions": (

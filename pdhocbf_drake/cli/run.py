@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
     if problem:
         say(f"pdhocbf: {problem}; `pdhocbf report {place}` makes up what is missing")
     if not stop.is_set():
-        complete(scenario, options.verbose)
+        complete(recorded.scenario, options.verbose)
     return exit_code(recorded.log.ending, place) or bool(problem)
 
 
@@ -110,6 +110,18 @@ def _say_doubts(scenario: Scenario) -> None:
     for finding in [] if is_refused(found) else found:
         if finding.level != "ok":
             say(f"pdhocbf: {finding.level}: {finding}")
+
+
+def _within_limits(scenario: Scenario) -> Scenario:
+    """The walk as its robot's joints allow it, which is simulated and written; says what they change."""
+    if scenario.system != "biped":
+        return scenario
+    from pdhocbf_drake.simulation.limits import checked_walk
+
+    _, kept = checked_walk(scenario)
+    for sentence in kept.sentences:
+        say(f"pdhocbf: {sentence}")
+    return kept.scenario
 
 
 def complete(scenario: Scenario, verbose: bool) -> None:
@@ -147,6 +159,7 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool, folder: Path) -> Ru
         done = "read from" if is_kept(scenario) else "compiled, for"
         say(f"pdhocbf: programs are {done} {walk_file(scenario) or 'this run alone'}")
     _say_doubts(scenario)
+    scenario = _within_limits(scenario)
     started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")
     with stop_requests() as stop, shown as progress:

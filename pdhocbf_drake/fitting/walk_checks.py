@@ -27,7 +27,7 @@ from pdhocbf_drake.walking.config import GaitConfig
 
 _GOOD = 0.8  # share of a joint's limit
 _ROUNDED = 1.05  # what rounding to whole ticks does to the swing leg's share
-_GOOD_TIME, _LONGEST_TIME = 2.3, 3.0  # ω T of a step, in which a fall grows by e^(ω T)
+GOOD_TIME, _LONGEST_TIME = 2.3, 3.0  # ω T of a step, in which a fall grows by e^(ω T)
 
 
 def walk_findings(biped: Biped, gait: GaitConfig, recovery_box: tuple[float, float] | None) -> list[Finding]:
@@ -134,7 +134,7 @@ def _share(
 
 def _time(gait: GaitConfig) -> Finding:
     duration, omega = gait.ticks_per_step * gait.tick, math.sqrt(GRAVITY / gait.com_height)
-    level = level_of(omega * duration, _GOOD_TIME, _LONGEST_TIME)
+    level = level_of(omega * duration, GOOD_TIME, _LONGEST_TIME)
     said = f"steps of {duration:.3g} s, in which a fall grows {math.exp(omega * duration):.3g} times"
-    fix = f"gait.ticks_per_step {int(_GOOD_TIME / omega / gait.tick)} or fewer"
+    fix = f"gait.ticks_per_step {int(GOOD_TIME / omega / gait.tick)} or fewer"
     return Finding("step time", level, "gait.ticks_per_step", said, "" if level == "ok" else fix)

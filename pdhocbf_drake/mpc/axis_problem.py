@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from math import lcm
 
 import numpy as np
@@ -51,6 +51,7 @@ class AxisProblem:
             term.places = {name: self.places[name] for name in term.sizes}
         self._axis = setting.axis
         self._fill = [term.fill_tick for term in self.terms if type(term).fill_tick is not Term.fill_tick]
+        self._weights = cache(self._box_weights)
         self._of_step = lru_cache(maxsize=4)(self._step_parameters)
 
     @property
@@ -63,7 +64,7 @@ class AxisProblem:
         """What its programs depend on; problems with equal keys have equal programs."""
         setting = self.setting
         # What is left out is in θ, in other problems, or before and after them.
-        config = setting.config.model_dump_json(exclude={"recovery", "robust", *SENSING})
+        config = setting.config.model_dump_json(exclude={"recovery", "limits", "robust", *SENSING})
         matrices = (setting.gait.region.weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
         return config, matrices, tuple(term.key for term in self.terms)
 
@@ -90,6 +91,8 @@ class AxisProblem:
         """θ at a tick, shape (size,)."""
         theta, offset = np.empty(self.size), _NONE if tick.zmp_offset is None else tick.zmp_offset
         write_common(self._of_step(tick.step), self._axis, tick.state, tick.stance, offset, theta)
+        if tick.ahead.shift is not None:  # p + offset lies in a box whose middle is not the centre of the stance
+            theta[self.places["zmp_offset"]] -= self._weights(tick.phase) @ tick.ahead.shift[self._axis]
         for fill in self._fill:
             fill(tick, theta)
         return theta
@@ -105,6 +108,11 @@ class AxisProblem:
         """Where the slacks of each term that has some begin among all slacks."""
         counts = [count for term in self.terms if (count := term.slacks)]
         return np.cumsum([0, *counts])[: len(counts)]
+
+    def _box_weights(self, phase: int) -> np.ndarray:
+        """S of a plan from a phase on, see `SupportRegion.weights`, (H, n_f + 2)."""
+        gait, horizon = self.setting.gait, self.setting.config.horizon
+        return gait.region.weights(phase, horizon, horizon // gait.period)
 
     def guess_rows(self, qps: Sequence[ParametricQp], tick: int) -> np.ndarray:
         """For each row of `qps[tick]`, the row of the tick before that was about the same instant or step, (m,).

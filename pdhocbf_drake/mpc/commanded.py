@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.mpc.config import PlanLimits
 from pdhocbf_drake.walking import Footstep, Gait
 from pdhocbf_drake.walking.frame import inner_share, rotation
 from pdhocbf_drake.walking.sides import BOTH
@@ -20,6 +22,8 @@ class Commanded(NamedTuple):
         moves: from one step's centre to the next one's, j + 1 … j + n_f, shape (2, n_f) [m].
         half: half sides of the box in steps j − 1 … j + n_f, less the margin, shape (2, n_f + 2) [m]. Of a foot with
             another heading it is the largest similar rectangle inside its box.
+        shift: of the box's middle from the centre of the stance, where an ankle's torque cuts a side off, shape
+            (2, n_f + 2) [m]; None where nothing is cut off.
         centre: commanded centre of step j, from the world's origin [m].
         repeats: whether step j and step j + n_f both lie in the walk proper, so that a gait repeats.
         yaw: heading of the stance foot, along which the axes are [rad].
@@ -31,6 +35,7 @@ class Commanded(NamedTuple):
     steps: tuple[Footstep, ...]
     moves: np.ndarray
     half: np.ndarray
+    shift: np.ndarray | None
     centre: tuple[float, float]
     repeats: bool
     yaw: float = 0.0
@@ -49,10 +54,12 @@ class CommandedSteps:
 
     Args:
         margin: how far inside the box of the gait the ZMP is planned to stay [m].
+        limits: what the robot's joints leave to the plan.
     """
 
-    def __init__(self, gait: Gait, horizon: int, margin: float) -> None:
+    def __init__(self, gait: Gait, horizon: int, margin: float, limits: PlanLimits | None = None) -> None:
         self._gait, self._margin, self._count = gait, margin, horizon // gait.period
+        self._limits = limits
         self.steps = lru_cache(maxsize=4)(self._steps)
 
     def _steps(self, step: int) -> Commanded:
@@ -63,10 +70,30 @@ class CommandedSteps:
         yaw, turn = ahead[0].yaw, ahead[-1].yaw - ahead[0].yaw
         if yaw:
             centres = rotation(-yaw) @ centres
+        half, shift = self._cut(half, (before, *ahead), yaw)
         for i, s in enumerate((before, *ahead)):
             if s.yaw != yaw:
                 half[:, i] *= inner_share(-half[:, i], half[:, i], yaw - s.yaw)
         x, y = centres[:, 0].tolist()
         repeats = BOTH not in (ahead[0].side, ahead[-1].side) and seen.settled(step)
         flipped, moves = self._gait.flipped(step), np.diff(centres, axis=1)
-        return Commanded(tuple(ahead), moves, half, (x, y), repeats, yaw, turn, seen.sole, flipped)
+        return Commanded(tuple(ahead), moves, half, shift, (x, y), repeats, yaw, turn, seen.sole, flipped)
+
+    def _cut(self, half: np.ndarray, steps: Sequence[Footstep], yaw: float) -> tuple[np.ndarray, np.ndarray | None]:
+        """Half sides (2, n) of the boxes, cut by what the ankles can carry, and how far their middles move for that."""
+        limits = self._limits
+        if limits is None:
+            return half, None
+        low, high = -half, half.copy()
+        for i, step in enumerate(steps):
+            apart = self._gait.region.half(step)[1] - self._gait.region.half_of_foot[1]  # 0 but in a stand
+            inward = limits.zmp_outward if step.side == BOTH else limits.zmp_inward
+            aside = np.array([inward, limits.zmp_outward])[:: -1 if step.side < 0 else 1] + apart
+            low[:, i] = np.maximum(low[:, i], [-limits.zmp_behind, -aside[0]])
+            high[:, i] = np.minimum(high[:, i], [limits.zmp_ahead, aside[1]])
+        if (low == -half).all() and (high == half).all():
+            return half, None
+        high = np.maximum(high, low)  # `fitting.plan_limits` refuses what leaves nothing
+        middles = zip(steps, 0.5 * (low + high).T, strict=True)
+        shift = np.column_stack([rotation(step.yaw - yaw) @ middle for step, middle in middles])
+        return 0.5 * (high - low), shift

@@ -16,10 +16,31 @@ Price = Annotated[float, within(0.0, 1e12, "", above=True)]
 Speed = Annotated[float, within(0.0, 1e3, "m/s", above=True)]
 Rate = Annotated[float, within(0.0, 1e3, "m/s")]
 Shift = Annotated[float, within(0.0, 10.0, "m")]
+Room = Annotated[float, within(-10.0, 10.0, "m")]
 Delay = Annotated[int, within(0, 1000, "ticks")]
 
 SENSING: Final = frozenset({"delay", "zmp_lag", "filter", "disturbance"})
 """Keys of `MpcConfig` about what is measured and sent, which no program depends on."""
+
+
+class PlanLimits(Config):
+    """What the joints of a robot leave to the plan.
+
+    Attributes:
+        zmp_behind, zmp_ahead: how far behind and ahead of the sole's centre the ZMP of all links may lie, for the
+            torque of the ankle's pitch joint; a negative one keeps it on the other side [m].
+        zmp_inward, zmp_outward: likewise towards the other foot and away from it, for that of its roll joint [m].
+        step_reach: farthest that a foothold may lie from the stance foot in x and y, for the legs' length and the
+            speed of the swinging leg's joints [m].
+        stride: longest stride that is granted to a commanded walk; null is as far as the legs reach [m].
+    """
+
+    zmp_behind: Room
+    zmp_ahead: Room
+    zmp_inward: Room
+    zmp_outward: Room
+    step_reach: tuple[Length, Length]
+    stride: Shift | None = None
 
 
 class RecoveryConfig(Config):
@@ -155,6 +176,8 @@ class MpcConfig(Config):
         step_reach: farthest that a foothold may lie from the stance foot in x and y, in place of `step_tolerance` [m].
         swing_acceleration: limits how far the landing of a swinging foot may still be moved: by a/10 times the square
             of the time left before it is frozen [m/s²]; null leaves that free.
+        limits: what the robot's joints leave to the plan, in a disturbed walk too; "model" computes it from the robot's
+            model when the walk is built, null leaves the joints' limits to the motors.
         recovery: how a disturbed walk is planned; null plans it like any other.
         robust: what barriers and ZMP box are tightened for, so that the true state keeps them; null tightens nothing.
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
@@ -186,6 +209,7 @@ class MpcConfig(Config):
     stability: Literal["demanded", "paid"] = "demanded"
     step_reach: tuple[Length, Length] | None = None
     swing_acceleration: float | None = Field(None, gt=0)
+    limits: PlanLimits | Literal["model"] | None = "model"
     recovery: RecoveryConfig | None = None
     tail_weight: Price = 1e6
     robust: RobustConfig | None = None
@@ -205,3 +229,8 @@ class MpcConfig(Config):
         """What is filtered; None where there is nothing, or where no scenario says it."""
         noise = self.filter
         return noise if isinstance(noise, FilterConfig) and (noise.com or noise.velocity) else None
+
+    @property
+    def plan_limits(self) -> PlanLimits | None:
+        """`limits`, where they are numbers."""
+        return self.limits if isinstance(self.limits, PlanLimits) else None

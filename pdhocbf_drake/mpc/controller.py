@@ -125,7 +125,7 @@ class PeriodicMpc:
         config = self.config
         self.gait = gait
         self._margin = zmp_margin(self.vhip, config)
-        self.commanded = CommandedSteps(gait, config.horizon, self._margin)
+        self.commanded = CommandedSteps(gait, config.horizon, self._margin, config.plan_limits)
         if config.robust is not None and self.commanded.steps(gait.config.start_steps + 2).half.min() <= 0.0:
             raise InputError(f"mpc.robust: the ZMP may err by {self._margin:.3g} m, which leaves nothing of its box")
         self.problems = [AxisProblem(self._setting(axis), self._kinds) for axis in (0, 1)]
@@ -371,5 +371,8 @@ class PeriodicMpc:
     def _box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """`zmp_box` from centres along the axes of the stance foot."""
         step, phase = self.gait.phase(tick - 1)
-        half = self.commanded.steps(step).half
-        return self.gait.region.box(phase, stance, footholds, half, self._margin)
+        ahead = self.commanded.steps(step)
+        box = self.gait.region.box(phase, stance, footholds, ahead.half, self._margin)
+        if ahead.shift is not None:
+            box += (self.gait.region.weights(phase, 1, self.footholds) @ ahead.shift.T).T
+        return box

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import islice
 
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.loop import TemplateTick, walk_template
+from pdhocbf_drake.mpc.loop import Measurement, TemplateTick, walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.frame import rotation
@@ -44,11 +44,16 @@ def commanded_orbit(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
     return np.stack(steps if gait.support(ticks[0].tick // gait.period) == LEFT else steps[::-1])
 
 
-def settled_gait(gait: Gait, mpc: PeriodicMpc, recurrence: float = _RECURRENCE) -> list[TemplateTick]:
+def settled_gait(
+    gait: Gait,
+    mpc: PeriodicMpc,
+    recurrence: float = _RECURRENCE,
+    sensor: Callable[[Measurement], Measurement] | None = None,
+) -> list[TemplateTick]:
     """The ticks of one gait of the undisturbed template in its steady state, from an even step on.
 
     Walks the template from its standing start until a gait repeats the one before, each step seen along the heading of
-    its foot, to within `recurrence` [m/s].
+    its foot, to within `recurrence` [m/s]. The `sensor` is that of `walk_template`, with a period of a gait.
 
     Raises:
         InputError: the walk has barriers or an end, or doesn't settle.
@@ -58,7 +63,7 @@ def settled_gait(gait: Gait, mpc: PeriodicMpc, recurrence: float = _RECURRENCE) 
     cycle = gait.config.ticks_per_gait
     start = gait.config.start_steps * gait.period
     start += start % cycle
-    walk = walk_template(mpc, Memory.standing(mpc), 0, start + _GAITS * cycle)
+    walk = walk_template(mpc, Memory.standing(mpc), 0, start + _GAITS * cycle, sensor=sensor)
     for tick in islice(walk, start):
         _check_planned(mpc, tick)
     before, changes = np.full((2, cycle, 3), np.inf), [np.inf]

@@ -9,7 +9,7 @@ import numpy as np
 from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.ik import WholeBodyIk
 from pdhocbf_drake.robot.kernels import write_shared_wrench
-from pdhocbf_drake.robot.posture import LEFT
+from pdhocbf_drake.robot.posture import LEFT, TORSO_TURN
 from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.robot.tree_task_space import task_space_of
 
@@ -66,3 +66,17 @@ def swing_lever(biped: Biped, q: np.ndarray) -> np.ndarray:
     still = zmp(np.zeros(3))
     forward, lateral = np.eye(3)[:2]
     return np.array([(zmp(forward) - still)[0], (zmp(lateral) - still)[1]])
+
+
+def torso_yaw_lever(biped: Biped, q: np.ndarray) -> float:
+    """The ground's moment about the vertical per yaw acceleration of the torso, over the vertical force [m s²].
+
+    In posture `q` (19,) the right foot carries the robot.
+    """
+    ik = WholeBodyIk(biped)
+    dynamics = InverseDynamics(biped, ik.task_space)
+    rest = np.zeros(biped.plant.num_velocities())
+    turning = rest.copy()
+    turning[TORSO_TURN.start + 2] = 1.0
+    wrenches = [dynamics(q, rest, ik.derivatives(q, rest, wanted)[1], 0.0).right for wanted in (rest, turning)]
+    return float(wrenches[1][5] / wrenches[1][2] - wrenches[0][5] / wrenches[0][2])

@@ -80,6 +80,10 @@ class WholeBodyIk:
             return self._refused(seed, _REFUSED)
         return self._solve(TargetPoses.of(target), seed, loose, float(target.torso_rpy[2]))
 
+    def solve_poses(self, goal: TargetPoses, seed: np.ndarray, loose: Side | None = None) -> IkResult:
+        """As `solve`, for a finite target with a torso that faces ahead."""
+        return self._solve(goal, seed, loose, 0.0)
+
     def motion(
         self, wanted: np.ndarray, seed: np.ndarray, loose: Side | None = None, angles: tuple[float, ...] = LEVEL
     ) -> Motion:

@@ -63,6 +63,20 @@ def left_share_of_zmp(zmp: np.ndarray, left: np.ndarray, right: np.ndarray) -> f
 
 
 @compiled
+def left_share(left: np.ndarray, right: np.ndarray, zmp: np.ndarray) -> float:
+    """The left sole's share of the load: none or all with a foot in the air, else `left_share_of_zmp`.
+
+    Args:
+        left, right: the soles' centres (3,) [m]. zmp: (2,) [m].
+    """
+    if left[2] > 0.0:
+        return 0.0
+    if right[2] > 0.0:
+        return 1.0
+    return left_share_of_zmp(zmp, left, right)
+
+
+@compiled
 def zmp_of_wrenches(
     on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray, right: np.ndarray
 ) -> tuple[float, float]:
@@ -79,3 +93,20 @@ def zmp_of_wrenches(
         force += wrench[2]
     force = max(force, _LEAST_FORCE)
     return -about_y / force, about_x / force
+
+
+@compiled
+def use_of_ground(
+    on_left: np.ndarray, left: np.ndarray, on_right: np.ndarray, right: np.ndarray
+) -> tuple[float, float]:
+    """|F_xy|/F_z of the force F on both soles, and M_z/F_z about the vertical through their ZMP [1, m].
+
+    Arguments as in `zmp_of_wrenches`.
+    """
+    x, y = zmp_of_wrenches(on_left, left, on_right, right)
+    force_x, force_y = on_left[0] + on_right[0], on_left[1] + on_right[1]
+    force = max(on_left[2] + on_right[2], _LEAST_FORCE)
+    moment = 0.0
+    for wrench, sole in ((on_left, left), (on_right, right)):
+        moment += wrench[5] + (sole[0] - x) * wrench[1] - (sole[1] - y) * wrench[0]
+    return np.sqrt(force_x * force_x + force_y * force_y) / force, moment / force

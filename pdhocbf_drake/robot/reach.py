@@ -103,6 +103,11 @@ def longest_stride(biped: Biped, stance_width: float, height: float) -> float:
     return _largest(lambda length: reaches(biped, height, stance_width, length), leg_length(biped))
 
 
+def widest_step(biped: Biped, height: float) -> float:
+    """The largest lateral distance of the feet at a CoM height, with the CoM above their middle [m]."""
+    return _largest(lambda width: reaches(biped, height, width, 0.0), leg_length(biped))
+
+
 def reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
     """Whether it can stand upright on both feet, a stride and a width apart [m], with its CoM above their middle."""
     left, right = sole_pose(stride / 2, width / 2), sole_pose(-stride / 2, -width / 2)

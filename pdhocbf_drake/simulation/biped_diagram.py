@@ -13,6 +13,7 @@ from pydrake.systems.primitives import MatrixGain
 
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
+from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import (
@@ -23,6 +24,7 @@ from pdhocbf_drake.simulation.diagram import (
 )
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, tilted_gravity, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
+from pdhocbf_drake.simulation.granted import grip_of
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
@@ -86,7 +88,7 @@ def biped_diagram(
     add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
 
     add_walking = _add_fused if form == "fused" else _add_blocks
-    add_walking(wiring, walk, _body_blocks(walk, biped, posture), LATENCY * plant.time_step())
+    add_walking(wiring, walk, _body_blocks(walk, biped, posture, grip_of(biped, scenario)), LATENCY * plant.time_step())
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
 
@@ -103,11 +105,11 @@ def biped_diagram(
         wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
         wiring.log("push")
     wiring.log("com_z", "foot_state", "ground_load", "joint_state", "foot_reference", "desired_state", "feedforward")
-    wiring.log("actuation", "robot_state")
+    wiring.log("actuation", "robot_state", "contact_forces")
     return wiring.build("biped_walk")
 
 
-def _body_blocks(walk: Walk, biped: Biped, posture: np.ndarray) -> BodyBlocks:
+def _body_blocks(walk: Walk, biped: Biped, posture: np.ndarray, grip: Grip) -> BodyBlocks:
     """Planned soles, inverse kinematics, and the ZMP offset that the legs cause."""
     gait = walk.gait
     lever = swing_lever(biped, standing_posture(walk, biped))
@@ -116,7 +118,7 @@ def _body_blocks(walk: Walk, biped: Biped, posture: np.ndarray) -> BodyBlocks:
     zmp_offset = ZmpOffset if mirrored and not gait.turns else TurningZmpOffset
     return BodyBlocks(
         FootReference(gait),
-        InverseKinematics(biped, posture, gait.config.tick, gait.turns),
+        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip),
         zmp_offset(gait, walk.mpc.config.horizon, lever),
         TurnReference(gait) if gait.turns else None,
     )

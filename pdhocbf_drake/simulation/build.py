@@ -251,11 +251,11 @@ def gait_of(scenario: Scenario, stride: float) -> Gait:
 
 def nominal_walk_of(scenario: Scenario, stride: float, cache: ProgramCache | None = None) -> np.ndarray:
     """[c, v, p] of the scenario's nominal walk at a stride, shape (2, 2N, 3); see `mpc.orbit.nominal_walk`."""
-    mpc = _nominal_mpc(scenario, stride, cache)
+    mpc = nominal_mpc(scenario, stride, cache)
     return nominal_walk(mpc.gait, mpc)
 
 
-def _nominal_mpc(scenario: Scenario, stride: float, cache: ProgramCache | None) -> PeriodicMpc:
+def nominal_mpc(scenario: Scenario, stride: float, cache: ProgramCache | None) -> PeriodicMpc:
     """The scenario's MPC for a walk that nothing disturbs, without barriers and without an end."""
     return _undisturbed(scenario, gait_of(scenario, stride), cache)
 
@@ -269,6 +269,6 @@ def _undisturbed(scenario: Scenario, gait: Gait, cache: ProgramCache | None) -> 
 def _check_zmp_velocity(scenario: Scenario, cache: ProgramCache) -> None:
     """Refuses a bound on the ZMP's velocity that the walk without it, once settled, would not keep; `InputError`."""
     unlimited = scenario.model_copy(update={"mpc": scenario.mpc.model_copy(update={"zmp_velocity_max": None})})
-    mpc = _nominal_mpc(unlimited, scenario.gait.stride, cache)
+    mpc = nominal_mpc(unlimited, scenario.gait.stride, cache)
     boxes = np.array([tick.memory.zmp_box.reshape(2, 2) for tick in settled_gait(mpc.gait, mpc)])
     check_zmp_velocity(scenario.mpc, boxes, scenario.gait.tick)

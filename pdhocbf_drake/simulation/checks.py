@@ -20,13 +20,14 @@ _MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an en
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
     "vhip": (
-        "robot", "biped", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol",
+        "robot", "biped", "friction", "friction_belief", "plant", "model_error", "gait.swing_height", "pushes.body",
+        "van_der_pol",
         "measurement.source", "measurement.seed", "measurement.imu", "measurement.encoders", "measurement.force_torque",
         "measurement.estimator", "measurement.faults",
     ),
     "van_der_pol": (
-        "robot", "biped", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes",
-        "wind", "vhip", "start", "commands", "path", "path_speed",
+        "robot", "biped", "friction", "friction_belief", "plant", "model_error", "measurement", "gait", "mpc",
+        "barriers", "pushes", "wind", "vhip", "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 

@@ -13,6 +13,7 @@ from pdhocbf_drake.walking.commands import Command, Schedule
 from pdhocbf_drake.walking.sole_gap import Pose
 from pdhocbf_drake.walking.waypoints import commands_along
 
+_LEAST = 1e-3  # [m]: a stride of which a command can still be a share
 _SHARE = 0.5  # of the legs' longest stride, up to which a walk is commanded
 
 
@@ -60,7 +61,19 @@ def limits_of(scenario: Scenario) -> Limits:
     half = [min(biped.soles[side].half_size[i] for side in ("left", "right")) for i in (0, 1)]
     height = scenario.gait.com_height + scenario.gait.com_height_amplitude
     stride = _SHARE * longest_stride(biped, scenario.gait.stance_width, height)
+    if (limits := scenario.mpc.plan_limits) is not None and limits.stride is not None:
+        stride = min(stride, max(limits.stride, _LEAST))
     return Limits(stride, (float(half[0]), float(half[1])))
+
+
+def commanded_stride(scenario: Scenario) -> float:
+    """The longest stride that a walk straight ahead is commanded with [m]."""
+    if not (scenario.commands or scenario.path):
+        return scenario.gait.stride
+    duration = scenario.gait.ticks_per_step * scenario.gait.tick
+    speeds = [math.hypot(*command.velocity) for command in scenario.commands]
+    speeds += [scenario.path_speed] if scenario.path else []
+    return min(max(speeds) * duration, limits_of(scenario).stride)
 
 
 def limited_commands(scenario: Scenario) -> list[str]:

@@ -147,6 +147,8 @@ class Scenario(Config):
         robot: a robot that comes with the package, or the path of a robot YAML.
         biped: what is done with the robot before it walks.
         friction: Coulomb coefficient between soles and ground [1].
+        friction_belief: that for which the walk is planned: where its motion asks more of the soles about the vertical,
+            the torso's yaw gives way; null is `friction` [1].
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
@@ -173,6 +175,7 @@ class Scenario(Config):
     robot: str = DEFAULT_ROBOT
     biped: BipedConfig = BipedConfig()
     friction: float = Field(0.8, gt=0, le=10)
+    friction_belief: float | None = Field(None, gt=0, le=10)
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
     barriers: dict[Name, WalkBarrierConfig] = Field({})
@@ -188,6 +191,11 @@ class Scenario(Config):
     van_der_pol: VanDerPolConfig = VanDerPolConfig()
     plant: Annotated[dict[str, Any], AfterValidator(completed_plant)] = Field({}, validate_default=True)
     simulator: Annotated[dict[str, Any], AfterValidator(completed_simulator)] = Field({}, validate_default=True)
+
+    @property
+    def believed_friction(self) -> float:
+        """`friction_belief`, or without one `friction`."""
+        return self.friction if self.friction_belief is None else self.friction_belief
 
     @property
     def tick(self) -> float:

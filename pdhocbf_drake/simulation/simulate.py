@@ -11,12 +11,12 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorS
 
 from pdhocbf_drake.collecting import freed_at_the_end, without_garbage_collection
 from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.robot import Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.biped_diagram import biped_diagram
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.checks import check_scenario, check_watchable
 from pdhocbf_drake.simulation.diagram import oscillator_diagram, vhip_diagram
 from pdhocbf_drake.simulation.drake_config import simulator_config
+from pdhocbf_drake.simulation.limits import checked_walk
 from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -52,14 +52,8 @@ def make_diagram(
         return oscillator_diagram(scenario)
     if scenario.system == "vhip":
         return vhip_diagram(scenario, walk or build_walk(scenario), form)
-    biped = Biped.load(scenario.robot)
-    config = scenario.gait
-    heights = (config.com_height - config.com_height_amplitude, config.com_height + config.com_height_amplitude)
-    check_walk(
-        biped, stride=config.stride, stance_width=config.stance_width, com_heights=heights, zmp_box=config.zmp_box
-    )
-    if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
-        check_zmp_box(biped, scenario.mpc.recovery.zmp_box, "mpc.recovery.zmp_box")
+    biped, kept = checked_walk(scenario)
+    scenario = scenario if walk is not None else kept.scenario
     walk = walk or build_walk(scenario)
     known = weighed(biped, stand(scenario, walk, biped)) if scenario.biped.weigh else biped
     return biped_diagram(scenario, walk, known, meshcat, form, biped)

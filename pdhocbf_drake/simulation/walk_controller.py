@@ -15,6 +15,7 @@ from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.checks import check_scenario
+from pdhocbf_drake.simulation.limits import within_its_limits
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.unbundled import unbundled
@@ -52,7 +53,7 @@ class WalkController:
         check_scenario(scenario)
         if scenario.system == "van_der_pol":
             raise InputError(f"only a walk has this controller; {scenario.name} is the oscillator")
-        return cls(build_walk(scenario).mpc)
+        return cls(build_walk(within_its_limits(scenario)).mpc)
 
     def step(
         self,

@@ -10,20 +10,23 @@ from pdhocbf_drake.robot import (
     InverseDynamics,
     Side,
     WholeBodyIk,
-    left_share_of_zmp,
     zmp_of_wrenches,
 )
+from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.ik import LEVEL
+from pdhocbf_drake.robot.kernels import left_share, use_of_ground
 from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes
+from pdhocbf_drake.systems.torso_yaw import TorsoYaw, add_to
 
 _INPUTS = ("gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
 _OUTPUTS = ("desired_state", "feedforward", "whole_body_zmp", "ik_status")
 _SWING_FOOT: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the stance foot
 _TURNS = [turn.start + 2 for turn in (LEFT_TURN, RIGHT_TURN, TORSO_TURN)]  # about the vertical
+_YAW = -len(TorsoYaw())  # where the deviation of the torso's yaw begins
 _LARGEST_ERROR = 1e3  # in ik_status, where a refused target has an infinite one
 (_SUPPORT,) = places("gait_phase", "support")
 _ZMP = places("zmp_reference", "x_zmp", "y_zmp")
@@ -33,7 +36,9 @@ class InverseKinematics(Block):
     """Whole-body inverse kinematics and inverse dynamics of the plan, solved once a tick.
 
     The outputs are functions of the inputs, which change once a tick, and of the last tick's motion, which is this
-    block's discrete state (q, v, v̇ and the v̇ before: 19 + 3 · 18): the iteration starts where that motion leads.
+    block's discrete state (q, v, v̇ and the v̇ before: 19 + 3 · 18): the iteration starts where that motion leads. Two
+    more numbers are the deviation of the torso's yaw from its reference and its rate: where the planned motion asks
+    more of the ground about the vertical than the soles' grip, the torso's yaw acceleration gives way, and comes back.
 
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18): as in `systems.signals`.
@@ -50,12 +55,15 @@ class InverseKinematics(Block):
         initial: q at the start (19,).
         tick: δ [s].
         turns: whether the walk may turn.
+        grip: of the soles; without one the torso always keeps to its reference.
     """
 
-    def __init__(self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False) -> None:
+    def __init__(
+        self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False, grip: Grip | None = None
+    ) -> None:
         super().__init__()
         self.parts = sizes(*_OUTPUTS)
-        self._tick = tick
+        self._tick, self._grip = tick, grip
         self._ik = WholeBodyIk(biped)
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
         self._joints = biped.q_index
@@ -66,7 +74,7 @@ class InverseKinematics(Block):
         ports += [] if self._turn is None else [self._turn]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
         self._q = slice(positions)
-        self.start = np.concatenate([initial, np.zeros(3 * self._velocities)])
+        self.start = np.concatenate([initial, np.zeros(3 * self._velocities + len(TorsoYaw()))])
         self.coming = slice(sum(self.parts.values()), None)  # state, behind the parts
         self.DeclareDiscreteState(self.start)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
@@ -94,6 +102,7 @@ class InverseKinematics(Block):
         `gait_phase` determines the swing foot, the one to miss its target; None where both feet stand.
         """
         swing = None if gait_phase is None else _SWING_FOOT.get(gait_phase[_SUPPORT])
+        state, yaw = state[:_YAW], TorsoYaw(*state[_YAW:].tolist())
         last, step, wanted = state[self._q], np.empty(self._velocities), np.zeros((3, self._velocities))
         write_step(state, self._tick, step)
         write_wanted(com, height, feet, wanted)
@@ -104,17 +113,24 @@ class InverseKinematics(Block):
             wanted[1:, _TURNS] = ways[:, 1:].T
             left_yaw, right_yaw, torso_yaw = ways[:, 0].tolist()
             angles = (0.0, 0.0, torso_yaw, 0.0, 0.0, left_yaw, 0.0, 0.0, right_yaw)
+        turning = yaw.returning
+        if yaw.angle or yaw.rate:
+            angles = (0.0, 0.0, angles[2] + yaw.angle, *angles[3:])
+            add_to(wanted, _TURNS[2], yaw, turning)
         q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
-        if left[2] > 0.0:
-            share = 0.0
-        elif right[2] > 0.0:
-            share = 1.0
-        else:
-            share = left_share_of_zmp(zmp[_ZMP], left, right)
+        share = left_share(left, right, zmp[_ZMP])
         torque = self._dynamics(q, v, vdot, share)
+        if self._grip is not None:
+            used = use_of_ground(torque.left, left, torque.right, right)
+            yielding = yaw.yielding(self._grip, turning, *used)
+            if yielding != turning and found.ok:
+                wanted[2, _TURNS[2]] += yielding - turning
+                v, vdot = self._ik.derivatives(q, wanted[1], wanted[2])
+                torque, turning = self._dynamics(q, v, vdot, share), yielding
         reached = zmp_of_wrenches(torque.left, left, torque.right, right)
         status, solution = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), np.empty(self._size)
         write_motion(q, v, vdot, state, self._joints, self._tick, torque.tau, reached, status, solution)
+        solution[_YAW:] = yaw.after(turning, self._tick)
         return solution

@@ -161,7 +161,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             "gyroscope and accelerometer"),
     _signal("estimate_error", "estimate_errors", "tilt_x tilt_y vx vy vz x y z nees", "rad, m/s, m, 1",
             "of the floating link's tilt, velocity and place from the stance foot, and their normalized square"),
-    _signal("contact_forces", "plant", 6 + len(JOINTS), "N m, N", "generalized contact forces", logged=False),
+    _signal("contact_forces", "plant", 6 + len(JOINTS), "N m, N",
+            "generalized contact forces of the ground on the robot, in the order of its velocities"),
 )  # fmt: skip
 
 LOGGED: Final = tuple(signal for signal in SIGNALS if signal.logged)

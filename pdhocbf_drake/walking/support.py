@@ -23,17 +23,18 @@ class SupportRegion:
 
     Attributes:
         weight: w, the weight of this step's box, shape (N,).
+        half_of_foot: half sides of the box on one foot, shape (2,) [m].
     """
 
     def __init__(self, config: GaitConfig) -> None:
         ramp = (np.arange(config.ticks_per_step) + 1.0) / (config.double_support_ticks + 1.0)
         self.weight = np.minimum(1.0, ramp)
-        self._half = np.array(config.zmp_box) / 2.0
-        self._half_of_stand = self._half + np.array([0.0, config.stance_width / 2.0])
+        self.half_of_foot = np.array(config.zmp_box) / 2.0
+        self._half_of_stand = self.half_of_foot + np.array([0.0, config.stance_width / 2.0])
 
     def half(self, step: Footstep) -> np.ndarray:
         """Half sides of a step's box, shape (2,) [m]; that of a stand is wider by the distance between the feet."""
-        return self._half_of_stand if step.side == BOTH else self._half
+        return self._half_of_stand if step.side == BOTH else self.half_of_foot
 
     def weights(self, phase: int, horizon: int, footholds: int) -> np.ndarray:
         """S, shape (H, n_f + 2): from phase q on, the centre at k + i is S_i · [last, this, coming …], i = 1 … H.

@@ -26,9 +26,9 @@ class StepLimits(Term):
     A step lies within `mpc.step_tolerance` of the commanded one, or within `mpc.step_reach` of the stance foot, and
     the new stance foot stays on its own side of the old one, at least `mpc.stance_width_min` away, and in a walk that
     follows commands so far that the soles stay apart. Within `step_reach` a foot may land anywhere for that, and so
-    lands as far aside as it needs to anywhere, and as the other foot needs to pass it then. The next step is held where
-    it is planned from `mpc.freeze_ticks` before its touchdown on; before that, `mpc.swing_acceleration` limits how far
-    it may still be moved.
+    lands as far aside as it needs to anywhere, and as the other foot needs to pass it then; beyond
+    `mpc.limits.step_reach` it lands nowhere. The next step is held where it is planned from `mpc.freeze_ticks` before
+    its touchdown on; before that, `mpc.swing_acceleration` limits how far it may still be moved.
 
     Parameters: step_lower, step_upper (n_f,) each [m].
     """
@@ -112,6 +112,8 @@ def _range(
         low, high = move - config.step_tolerance, move + config.step_tolerance
     else:
         low, high = np.negative(config.step_reach), np.array(config.step_reach)
+    if (limits := config.plan_limits) is not None:
+        low, high = np.maximum(low, np.negative(limits.step_reach)), np.minimum(high, limits.step_reach)
     least, aside = config.stance_width_min, side * float(move[1])
     if sole is not None and config.step_reach is not None and turn:  # anywhere, if need be wider than commanded
         least = max(least, _apart(turn, sole) + _LEAST_GAP)

@@ -20,9 +20,9 @@ from typing import Any, Final
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.errors import PdhocbfError
-from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.build import Walk, WalkParts, build_walk
 from pdhocbf_drake.simulation.checks import check_scenario
+from pdhocbf_drake.simulation.limits import within_its_limits
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import advance, make_diagram
 from pdhocbf_drake.studies.shared.endings import ending_of
@@ -66,11 +66,9 @@ def prepared(scenario_data: dict[str, Any], parts: WalkParts) -> Walk | None:
     try:
         scenario = Scenario.from_dict(scenario_data, "scenario")
         check_scenario(scenario)
-        if scenario.system == "biped":
-            Biped.load(scenario.robot)
         if scenario.system == "van_der_pol":
             return None
-        walk = build_walk(scenario, parts)
+        walk = build_walk(within_its_limits(scenario), parts)
         walk.mpc.prepare()
         return walk
     except Exception:

@@ -8,8 +8,9 @@ from pathlib import Path
 from pdhocbf_drake.arguments import add_scenario, add_work
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.gait.plan import KEYS, default_lines, plan
+from pdhocbf_drake.studies.gait.plan import default_lines, plan
 from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
+from pdhocbf_drake.studies.shared.gait_variants import KEYS
 from pdhocbf_drake.terminal import shown_progress
 
 
@@ -42,8 +43,8 @@ def run(options: argparse.Namespace) -> int:
     total = len(plan(scenario, lines, over, directions, phases))
     folder: Path = options.out or Path("runs") / f"gait-{scenario.name}"
     # Here, since they load Drake: an argument that can't be used is refused at once.
-    from pdhocbf_drake.studies.gait.results import table
     from pdhocbf_drake.studies.gait.study import RESULT, gait_study
+    from pdhocbf_drake.studies.shared.gait_table import table
 
     with shown_progress("gait", total, "gaits") as progress:
         gaits = gait_study(

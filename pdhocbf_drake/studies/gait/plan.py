@@ -4,27 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import product
-from typing import Any, Final, NamedTuple
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.scenario import Scenario
-
-PHASE, HEIGHT, AMPLITUDE = "com_height_phase", "com_height", "com_height_amplitude"
-DOUBLE_SUPPORT, STEP_TICKS = "double_support_ticks", "ticks_per_step"
-KEYS: Final = (PHASE, HEIGHT, AMPLITUDE, DOUBLE_SUPPORT, STEP_TICKS)
-"""The keys of `gait` that can be varied."""
+from pdhocbf_drake.studies.shared.gait_variants import (
+    AMPLITUDE,
+    DOUBLE_SUPPORT,
+    HEIGHT,
+    KEYS,
+    PHASE,
+    STEP_TICKS,
+    Work,
+    varied,
+)  # fmt: skip
 
 Grid = Mapping[str, Sequence[float]]
-
-
-class Work(NamedTuple):
-    """One gait to measure: a scenario as JSON, and the pushes to try (directions, ticks of the gait)."""
-
-    values: dict[str, Any]
-    scenario: str
-    directions: tuple[str, ...] = ()
-    phases: tuple[int, ...] = ()
 
 
 def default_lines(scenario: Scenario) -> dict[str, list[float]]:
@@ -58,18 +53,3 @@ def plan(
         Work(values, varied(scenario, values).model_dump_json(), tuple(directions), tuple(phases))
         for values in unique.values()
     ]
-
-
-def varied(scenario: Scenario, values: Mapping[str, float]) -> Scenario:
-    """The scenario with other values of its gait, at the same commanded speed, seconds of horizon in whole gaits.
-
-    Raises:
-        InputError: a value that is not allowed.
-    """
-    data = scenario.to_dict()
-    gait: dict[str, Any] = {**data["gait"], **values}
-    before, after = scenario.gait.ticks_per_step, gait["ticks_per_step"]
-    if after != before:
-        gait["stride"] = scenario.gait.stride * after / before
-        data["mpc"]["horizon"] = scenario.mpc.horizon // (2 * before) * 2 * after
-    return Scenario.from_dict({**data, "gait": gait}, scenario.name)

@@ -4,55 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from pdhocbf_drake import terminal
 from pdhocbf_drake.analysis.drawing import save, styled
 from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.files.pages import page
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.gait.measures import GaitMeasures
+from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures
+from pdhocbf_drake.studies.shared.gait_table import quantities
 
 LINES, MAP = "gait_lines.png", "gait_map.png"
 _UNITS = {"com_height": "m", "com_height_amplitude": "m"}
-
-
-class Quantity(NamedTuple):
-    """A column: field of `GaitMeasures`, key in it if it is a map, name, unit, and the unit's share of the SI unit."""
-
-    field: str
-    key: str
-    name: str
-    unit: str
-    scale: float = 1.0
-
-    def read(self, gait: GaitMeasures) -> float | None:
-        """The value in a gait; None where it has none."""
-        value = getattr(gait, self.field)
-        if value is not None and self.key:
-            value = value.get(self.key)
-        return None if value is None else self.scale * float(value)
-
-
-def quantities(gaits: Sequence[GaitMeasures]) -> list[Quantity]:
-    """The columns in which any of the gaits has a value; a template has no torques."""
-
-    def keys(field: str) -> list[str]:
-        return list(dict.fromkeys(key for gait in gaits for key in getattr(gait, field) or {}))
-
-    columns = [
-        *(Quantity("torque", role, role.replace("_", " "), "N m") for role in keys("torque")),
-        Quantity("zmp_outside", "", "ZMP outside", "%", 100.0),
-        Quantity("zmp_margin", "", "ZMP margin", "mm", 1e3),
-        *(Quantity("h_min", name, f"h {name}", "mm/s", 1e3) for name in keys("h_min")),
-        *(Quantity("push", way, f"push {way}", "N s") for way in keys("push")),
-        Quantity("certified_area", "", "certified", "m²/s"),
-        Quantity("speed", "", "speed", "m/s"),
-    ]
-    return [column for column in columns if any(column.read(gait) is not None for gait in gaits)]
 
 
 def document(scenario: Scenario, gaits: Sequence[GaitMeasures]) -> dict[str, Any]:
@@ -60,6 +25,8 @@ def document(scenario: Scenario, gaits: Sequence[GaitMeasures]) -> dict[str, Any
     units = {
         "torque": "N m",
         "speed": "m/s",
+        "joint_speed": "rad/s",
+        "zmp_inside": "m",
         "zmp_beyond": "m",
         "zmp_margin": "m",
         "push": "N s",
@@ -67,17 +34,6 @@ def document(scenario: Scenario, gaits: Sequence[GaitMeasures]) -> dict[str, Any
     }
     own = {key: getattr(scenario.gait, key) for key in _keys(gaits)}
     return {"scenario": scenario.name, "own": own, "units": units, "gaits": [gait._asdict() for gait in gaits]}
-
-
-def table(gaits: Sequence[GaitMeasures]) -> str:
-    """One line for each gait."""
-    columns = quantities(gaits)
-    rows = []
-    for gait in gaits:
-        named = ", ".join(f"{key} {value:g}" for key, value in gait.values.items())
-        ended = "" if gait.ending == "finished" else gait.ending
-        rows.append((named, *(q.read(gait) for q in columns), ended))
-    return terminal.table(rows, ("gait", *(f"{q.name} [{q.unit}]" for q in columns), ""))
 
 
 def write_figures(gaits: Sequence[GaitMeasures], folder: Path) -> None:

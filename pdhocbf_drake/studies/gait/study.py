@@ -12,9 +12,10 @@ from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.stopping import stop_requests
-from pdhocbf_drake.studies.gait.measures import GaitMeasures, measure
 from pdhocbf_drake.studies.gait.plan import Grid, default_lines, plan
-from pdhocbf_drake.studies.gait.results import LINES, MAP, document, table, write_figures
+from pdhocbf_drake.studies.gait.results import LINES, MAP, document, write_figures
+from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures, measure
+from pdhocbf_drake.studies.shared.gait_table import table
 from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.results import collected, write_json
 from pdhocbf_drake.yaml_text import write_yaml

@@ -15,8 +15,8 @@ from pdhocbf_drake.sets.invariant_set import invariant_set
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.gait.plan import Work
 from pdhocbf_drake.studies.shared.cases import PERIODIC
+from pdhocbf_drake.studies.shared.gait_variants import Work
 from pdhocbf_drake.studies.shared.push_search import Settings, search_all
 from pdhocbf_drake.studies.shared.stepping_template import area, com_reach, stepping_template
 from pdhocbf_drake.walking.support import contains
@@ -34,8 +34,10 @@ class GaitMeasures(NamedTuple):
         ending: how the walk ended, or why the gait can't be built.
         speed: mean over whole gaits [m/s].
         torque: largest of each role's joints [N m].
+        joint_speed: largest of each role's joints [rad/s].
         zmp_outside: share of the samples with the ZMP outside its box [1].
-        zmp_beyond: by how far at most [m].
+        zmp_inside: least distance of the ZMP from the edge of its box, negative outside [m].
+        zmp_beyond: by how far it is outside at most [m].
         zmp_margin: the robot's least distance of the ZMP from the edge of its support, the start included [m].
         h_min: the least of each barrier [unit of h].
         push: largest impulse survived, the median over the phases, by direction [N s].
@@ -47,7 +49,9 @@ class GaitMeasures(NamedTuple):
     ending: str
     speed: float | None = None
     torque: dict[str, float] | None = None
+    joint_speed: dict[str, float] | None = None
     zmp_outside: float | None = None
+    zmp_inside: float | None = None
     zmp_beyond: float | None = None
     zmp_margin: float | None = None
     h_min: dict[str, float] | None = None
@@ -79,21 +83,27 @@ def measure(work: Work) -> GaitMeasures:
 
 
 def steady_walk(scenario: Scenario, log: RunLog) -> dict[str, Any]:
-    """speed, torque, zmp_outside, zmp_beyond and h_min of `GaitMeasures`, from a log of whole gaits."""
+    """speed, torque, joint_speed, those of the ZMP's box, and h_min of `GaitMeasures`, from a log of whole gaits."""
     com = log.element("lip_state", "x")
     zmp = np.stack([log.element("lip_state", f"{axis}_zmp") for axis in "xy"], axis=1)
     box = log["zmp_box"].reshape(-1, 2, 2)
-    torque = None
-    if "actuation" in log:
-        peaks = np.abs(log["actuation"]).max(axis=0).reshape(2, len(ROLES)).max(axis=0)
-        torque = dict(zip(ROLES, peaks.tolist(), strict=True))
+    inside = float(np.minimum(zmp - box[..., 0], box[..., 1] - zmp).min())
+    robot = "actuation" in log
     return {
         "speed": float((com[-1] - com[0]) / (log.time[-1] - log.time[0])),
-        "torque": torque,
+        "torque": peaks_by_role(log["actuation"]) if robot else None,
+        "joint_speed": peaks_by_role(log["joint_state"][:, 12:]) if robot else None,
         "zmp_outside": float(1.0 - contains(box, zmp, _ROUNDING).mean()),
-        "zmp_beyond": max(0.0, float(np.maximum(box[..., 0] - zmp, zmp - box[..., 1]).max())),
+        "zmp_inside": inside,
+        "zmp_beyond": max(0.0, -inside),
         "h_min": {name: float(log["h"][:, i].min()) for i, name in enumerate(scenario.barriers)},
     }
+
+
+def peaks_by_role(values: np.ndarray) -> dict[str, float]:
+    """Largest magnitude of each role's joints over time, from values (T, 12)."""
+    peaks = np.abs(values).max(axis=0).reshape(2, len(ROLES)).max(axis=0)
+    return dict(zip(ROLES, peaks.tolist(), strict=True))
 
 
 def _pushes(scenario: Scenario, work: Work) -> dict[str, float] | None:

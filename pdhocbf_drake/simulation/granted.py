@@ -1,0 +1,128 @@
+"""What a steady walk asks of joints and ground beyond what they have, and the longest stride at which it does not."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.fitting.steady_motion import OutOfReach, SteadyMotion, steady_motion
+from pdhocbf_drake.mpc.programs import ProgramCache
+from pdhocbf_drake.robot import ROLES, Biped, sole_pose, upright_posture
+from pdhocbf_drake.robot.grip import Grip
+from pdhocbf_drake.simulation.build import nominal_mpc
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.systems.torso_yaw import TorsoYaw
+from pdhocbf_drake.walking.com_height import GRAVITY
+
+_HALVINGS = 5  # of the stride
+_GRIP = 0.9  # share of the friction that a walk may use
+_YAW = 10.0  # how far the torso may turn where it gives way, over the friction that is left [rad]
+_GAITS = 4  # in which the torso's yaw settles
+
+
+class Asked(NamedTuple):
+    """A robot's walk at any stride.
+
+    Attributes:
+        biped: the robot. scenario: with `mpc.limits` as numbers. programs: of its plans.
+        turn: the largest turn rate that is commanded [rad/s].
+    """
+
+    biped: Biped
+    scenario: Scenario
+    programs: ProgramCache
+    turn: float = 0.0
+
+
+class Excess(NamedTuple):
+    """What is exceeded, in words, empty if nothing is; and whether it is the grip on the ground."""
+
+    said: str = ""
+    of_ground: bool = False
+
+
+def longest_granted(asked: Asked, stride: float) -> float | None:
+    """The longest stride up to the given one at which nothing is exceeded [m]; None if there is none."""
+    if exceeded(asked, 0.0).said:
+        return None
+    low, high = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if exceeded(asked, middle * stride).said else (middle, high)
+    return round(low * stride, 4)
+
+
+def exceeded(asked: Asked, stride: float) -> Excess:
+    """What a steady walk straight ahead at a stride [m] asks of a joint, or of the ground, beyond its limit."""
+    biped, scenario = asked.biped, asked.scenario
+    try:
+        motion = steady_motion(biped, nominal_mpc(scenario, stride, asked.programs))
+    except PdhocbfError as error:
+        return Excess(_of_ankles(biped, scenario) or str(error))
+    if isinstance(motion, OutOfReach):
+        return Excess(motion.reason)
+    for values, limits, unit in (
+        (motion.torques, biped.effort_limits, "N m"),
+        (motion.speeds, biped.velocity_limits, "rad/s"),
+    ):
+        peaks = np.abs(values).max(axis=0)
+        joint = int((peaks / limits).argmax())
+        if peaks[joint] > limits[joint]:
+            missing = peaks[joint] - limits[joint]
+            return Excess(
+                f"{biped.joint_names[joint]} needs {peaks[joint]:.3g} {unit} and has {limits[joint]:.3g} {unit}, "
+                f"{missing:.2g} {unit} are missing"
+            )
+    # In a turn the ground also gives the centripetal force.
+    duration = scenario.gait.ticks_per_step * scenario.gait.tick
+    return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)
+
+
+def grip_of(biped: Biped, scenario: Scenario) -> Grip:
+    """The grip of a scenario's robot, as it stands at the walk's height and width."""
+    gait, half = scenario.gait, scenario.gait.stance_width / 2.0
+    com = np.array([0.0, 0.0, gait.com_height])
+    q = upright_posture(biped, com, sole_pose(0.0, half), sole_pose(0.0, -half))
+    return Grip.of(biped, q, scenario.believed_friction, gait.zmp_box)
+
+
+def _of_grip(biped: Biped, scenario: Scenario, motion: SteadyMotion, more: float) -> Excess:
+    """What is asked of friction; `more` than by the motion straight ahead is asked of |F_xy|/F_z [1]."""
+    friction, used = scenario.believed_friction, float(motion.friction.max()) + more
+    if used > _GRIP * friction:
+        return Excess(f"the soles need a friction of {used:.2g}, and {_GRIP:g} of {friction:.2g} is there", True)
+    grip = grip_of(biped, scenario)
+    yaw, largest = TorsoYaw(), 0.0
+    for _ in range(_GAITS):
+        for share, moment in zip(motion.friction.tolist(), motion.yaw_moment.tolist(), strict=True):
+            planned = yaw.returning
+            turning = yaw.yielding(grip, planned, share + more, moment + grip.lever * planned)
+            yaw = yaw.after(turning, scenario.gait.tick)
+            largest = max(largest, abs(yaw.angle))
+    if largest > (most := _YAW * (friction - used)):
+        degrees = np.degrees([largest, most])
+        return Excess(
+            f"for a friction of {friction:.2g} the torso turns by {degrees[0]:.0f} degrees, and {degrees[1]:.0f} are "
+            "allowed",
+            True,
+        )
+    return Excess()
+
+
+def _of_ankles(biped: Biped, scenario: Scenario) -> str:
+    """Which ankle joints leave the ZMP too little of the soles for a walk that can't be planned, if any do."""
+    limits, half = scenario.mpc.plan_limits, np.array(scenario.gait.zmp_box) / 2.0
+    assert limits is not None
+    for role, low, high, edge in (
+        ("ankle_pitch", limits.zmp_behind, limits.zmp_ahead, half[0]),
+        ("ankle_roll", limits.zmp_inward, limits.zmp_outward, half[1]),
+    ):
+        if min(low, high) < edge:
+            has = biped.effort_limits.reshape(2, -1)[:, ROLES.index(role)].min()
+            return (
+                f"{role} has {has:.3g} N m, which leaves the ZMP only from {-1e3 * min(low, edge):.0f} to "
+                f"{1e3 * min(high, edge):.0f} mm of the soles' centres, too little to plan it"
+            )
+    return ""

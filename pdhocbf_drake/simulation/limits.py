@@ -1,0 +1,144 @@
+"""A walk within the limits of its robot and of the ground: bounds of the plan, and the stride that is granted."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.fitting.findings import Finding
+from pdhocbf_drake.fitting.plan_limits import plan_limits
+from pdhocbf_drake.fitting.preview import Step, preview
+from pdhocbf_drake.mpc.programs import ProgramCache
+from pdhocbf_drake.robot import SIDES, Biped, check_walk, check_zmp_box
+from pdhocbf_drake.simulation.commands import commanded_stride
+from pdhocbf_drake.simulation.granted import Asked, exceeded, longest_granted
+from pdhocbf_drake.simulation.scenario import Scenario
+
+_FAR = 0.7  # share of a joint's limit below which a walk is taken as it is, by its preview
+_SLIPPERY = 0.3  # friction below which it is looked at; a walk uses some 0.08 and 20 mm about the vertical
+_APART = 1.03  # distance of the feet over the least one, where friction is low
+_TUNE = "`pdhocbf tune` searches a gait that asks less of a joint"
+
+
+class Kept(NamedTuple):
+    """A scenario with `mpc.limits` as numbers, a stride that can be walked, and a sentence for each other change."""
+
+    scenario: Scenario
+    sentences: tuple[str, ...] = ()
+
+
+def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
+    """The robot of a scenario, and its walk as `within_limits`.
+
+    Raises:
+        ModelError: a box, height or stride is out of the robot's reach, or as `within_limits`.
+    """
+    biped, gait, recovery = Biped.load(scenario.robot), scenario.gait, scenario.mpc.recovery
+    heights = (gait.com_height - gait.com_height_amplitude, gait.com_height + gait.com_height_amplitude)
+    check_walk(biped, stride=gait.stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=gait.zmp_box)
+    if recovery is not None and recovery.zmp_box is not None:
+        check_zmp_box(biped, recovery.zmp_box, "mpc.recovery.zmp_box")
+    return biped, within_limits(scenario, biped)
+
+
+def within_its_limits(scenario: Scenario) -> Scenario:
+    """The scenario of `checked_walk`, or as it is where it has no robot; raises as that does."""
+    return scenario if scenario.system != "biped" else checked_walk(scenario)[1].scenario
+
+
+def within_limits(scenario: Scenario, biped: Biped) -> Kept:
+    """The scenario within the limits of the robot's joints and of its soles' grip, where `mpc.limits` is "model".
+
+    Where friction does not do for the commanded walk, its gait gets cautious, see `_cautious`; then the stride is
+    reduced.
+
+    Raises:
+        ModelError: the joints can't hold the robot, or it can't even step in place.
+    """
+    if scenario.mpc.limits != "model":
+        return Kept(scenario)
+    limits = plan_limits(biped, scenario.gait)
+    scenario = _with(scenario, mpc={"limits": limits})
+    if not _is_near(biped, scenario):
+        return Kept(scenario)
+    asked, sentences, programs = commanded_stride(scenario), list[str](), ProgramCache()
+    turn = max((abs(command.turn) for command in scenario.commands), default=0.0)
+    walk = Asked(biped, scenario, programs, turn)
+    first = exceeded(walk, asked)
+    if first.of_ground:
+        scenario, said = _cautious(scenario, biped)
+        if said:
+            sentences.append(f"{said}: {first.said}")
+            walk = walk._replace(scenario=scenario)
+            first = exceeded(walk, asked)
+    if not first.said:
+        return Kept(scenario, tuple(sentences))
+    stride = longest_granted(walk, asked)
+    if stride is None:
+        in_place = exceeded(walk, 0.0)
+        hint = "friction_belief is what is reckoned with" if in_place.of_ground else _TUNE
+        raise ModelError(f"robot {biped.config.name!r} can't walk, not even in place: {in_place.said}; {hint}")
+    duration = scenario.gait.ticks_per_step * scenario.gait.tick
+    sentences.append(
+        f"a stride of {stride:.3g} m is granted instead of {asked:.3g} m, {stride / duration:.3g} instead of "
+        f"{asked / duration:.3g} m/s: {first.said}"
+    )
+    scenario = _with(scenario, mpc={"limits": limits.model_copy(update={"stride": stride})})
+    if not (scenario.commands or scenario.path):
+        scenario = _with(scenario, gait={"stride": stride})
+    return Kept(scenario, tuple(sentences))
+
+
+def limit_findings(scenario: Scenario, biped: Biped) -> list[Finding]:
+    """What joints and friction leave to the plan of a walk within reach, and what that changes."""
+    try:
+        kept = within_limits(scenario, biped)
+    except ModelError as error:
+        return [Finding("limits", "fault", "mpc.limits, friction_belief", str(error), "null leaves them to the motors")]
+    limits = kept.scenario.mpc.plan_limits
+    if limits is None:
+        return [Finding("limits", "ok", "mpc.limits", "left to the motors")]
+    x, y = limits.step_reach
+    said = (
+        f"the ankles carry the ZMP from {-limits.zmp_behind:.3g} to {limits.zmp_ahead:.3g} m of the soles' centres and "
+        f"up to {limits.zmp_outward:.3g} m outward; steps of up to {x:.3g} m, {y:.3g} m aside"
+    )
+    key = "gait.stride, gait.zmp_box"
+    return [
+        Finding("limits", "ok", "mpc.limits", said),
+        *(Finding("granted", "note", key, sentence, _TUNE) for sentence in kept.sentences),
+    ]
+
+
+def _with(scenario: Scenario, **changes: dict[str, object]) -> Scenario:
+    """The scenario with other values in some of its parts."""
+    parts = {part: getattr(scenario, part).model_copy(update=values) for part, values in changes.items()}
+    return scenario.model_copy(update=parts)
+
+
+def _cautious(scenario: Scenario, biped: Biped) -> tuple[Scenario, str]:
+    """The gait that asks least of friction, and what it changes in words.
+
+    The ZMP box is as wide as the soles and the feet are nearly as close as they may be, so that the CoM sways less;
+    and the CoM stays level, so that the load is even.
+    """
+    gait, mpc = scenario.gait, scenario.mpc
+    least = max(mpc.stance_width_min, 0.0 if mpc.recovery is None else mpc.recovery.stance_width_min)
+    wider = 2.0 * min(float(biped.soles[side].half_size[1]) for side in SIDES)
+    wanted = {
+        "zmp_box": (gait.zmp_box[0], max(gait.zmp_box[1], wider)),
+        "stance_width": min(gait.stance_width, round(_APART * least, 4)),
+        "com_height_amplitude": 0.0,
+    }
+    changed = {key: value for key, value in wanted.items() if value != getattr(gait, key)}
+    said = ", ".join(f"gait.{key} {value} instead of {getattr(gait, key)}" for key, value in changed.items())
+    return _with(scenario, gait=changed), said
+
+
+def _is_near(biped: Biped, scenario: Scenario) -> bool:
+    """Whether a limit may be exceeded, or a posture is out of reach."""
+    if scenario.believed_friction < _SLIPPERY:
+        return True
+    seen = preview(biped, Step.of(scenario.gait))
+    used = max((seen.torques / biped.effort_limits).max(), (seen.speeds / biped.velocity_limits).max())
+    return bool(seen.missed) or bool(used > _FAR)
