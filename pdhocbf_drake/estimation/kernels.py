@@ -299,7 +299,8 @@ def correct(estimate: np.ndarray, error: np.ndarray) -> None:
         turn[i] = -error[PHI + i]
     write_exp(turn, step)
     write_turned(step, old, estimate[R : R + 9])
-    left, out, moved = left_jacobian(turn), np.empty(3), np.empty(3)
+    left, out, moved = np.empty((3, 3)), np.empty(3), np.empty(3)
+    write_left_jacobian(turn, left)
     for part in range(4):
         at = V + 3 * part
         rotate(step, estimate[at : at + 3], out)
@@ -312,7 +313,7 @@ def correct(estimate: np.ndarray, error: np.ndarray) -> None:
 
 
 @compiled
-def left_jacobian(vector: np.ndarray) -> np.ndarray:
+def write_left_jacobian(vector: np.ndarray, out: np.ndarray) -> None:
     """J(a) = 1 + (1 − cos)/|a|² a^ + (|a| − sin)/|a|³ a^ a^, (3, 3): exp of the group moves places by J(φ) δ."""
     x, y, z = vector[0], vector[1], vector[2]
     square = x * x + y * y + z * z
@@ -321,12 +322,10 @@ def left_jacobian(vector: np.ndarray) -> np.ndarray:
     else:
         angle = math.sqrt(square)
         c, d = (1.0 - math.cos(angle)) / square, (angle - math.sin(angle)) / (angle * square)
-    out = np.empty((3, 3))
     out[0, 0], out[1, 1], out[2, 2] = 1.0 - d * (y * y + z * z), 1.0 - d * (x * x + z * z), 1.0 - d * (x * x + y * y)
     out[0, 1], out[1, 0] = d * x * y - c * z, d * x * y + c * z
     out[0, 2], out[2, 0] = d * x * z + c * y, d * x * z - c * y
     out[1, 2], out[2, 1] = d * y * z - c * x, d * y * z + c * x
-    return out
 
 
 @compiled
