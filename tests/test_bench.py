@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -83,6 +84,14 @@ def test_all_numbers_are_written_and_printed(
     assert "1 ms yes 0.37 0.01 0.03 1 1 5" in lines
     assert "500 calls from Python a tick; kinematics and dynamics of the robot take 100 µs of it" in lines
     assert "resident set grew by 0.00 MB in the walk" in printed
+    docs = Path(__file__).parents[1] / "docs"
+    script, page = runpy.run_path(str(docs / "speed.py")), (docs / "speed.md").read_text(encoding="utf-8")
+    renewed = script["with_tables"](page, written)
+    assert "| 1 ms | 2000 | 2200 | 1200 | 1000 | 0.60 |" in renewed
+    assert "| 1 ms | yes | 0.370 | 10 | 3.0 % | 5 |" in renewed
+    assert script["with_tables"](renewed, written) == renewed
+    for name in script["TABLES"]:
+        assert renewed.count(f"<!-- {name} -->\n\n| ") == renewed.count(f" |\n\n<!-- end of {name} -->") == 1
 
 
 def test_a_folder_that_is_not_there_is_refused_before_anything_is_measured(tmp_path: Path) -> None:

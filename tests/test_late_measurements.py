@@ -9,9 +9,10 @@ import pytest
 from walks import make_mpc, repacked, start
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.kernels import carry_forward
 from pdhocbf_drake.mpc.loop import Measurement, control, walk_template
 from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.mpc.prediction import carried_back, carry_forward, zmp_before
+from pdhocbf_drake.mpc.prediction import carried_back, zmp_before
 from pdhocbf_drake.simulation.checks import check_scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.walking.vhip import Vhip

@@ -12,9 +12,9 @@ import numpy as np
 from pdhocbf_drake.mpc.cancelling import estimated, lead
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.filtering import CoMFilter
-from pdhocbf_drake.mpc.kernels import believe
+from pdhocbf_drake.mpc.kernels import believe, carry_forward
 from pdhocbf_drake.mpc.plan import Plan, Reason
-from pdhocbf_drake.mpc.prediction import carry_forward, zmp_before
+from pdhocbf_drake.mpc.prediction import zmp_before
 from pdhocbf_drake.walking.vhip import Vhip
 
 _MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
@@ -121,15 +121,16 @@ class Believer:
             error, w, acted = state[:, 1] - predicted[:, 1], beliefs.input_disturbance, beliefs.acted
             delta, age = self._vhip.tick, max(then, 0)
             after = estimated(self._disturbance, delta, age, w, error, acted[:, 0], disturbed)
-            if acted.any() or w[2:].any():
+            cancels = w[2] != 0.0 or w[3] != 0.0
+            if cancels or acted.any():
                 acted = np.column_stack([acted[:, 1:], w[2:]])
-            beliefs = beliefs._replace(input_disturbance=after, acted=acted)
+            beliefs = Beliefs(after, beliefs.zmp_shift, beliefs.evidence, beliefs.sent, acted)
         return Believed(state, Reason.SOLVED, com, beliefs)
 
     def zmp_offset(self, beliefs: Beliefs, tick: int, offset: np.ndarray | None) -> np.ndarray | None:
         """Expected real minus template ZMP at k + 1 … k + H (2, H), with what cancels the disturbance, w/eta [m]."""
         cancelled = beliefs.input_disturbance[2:]
-        if self._disturbance is None or not cancelled.any():
+        if self._disturbance is None or (cancelled[0] == 0.0 and cancelled[1] == 0.0):
             return offset
         ticks = np.arange(tick + 1, tick + 1 + self._horizon) % self._vhip.period
         cancels = cancelled[:, None] / self._vhip.eta[ticks]

@@ -16,6 +16,7 @@ import math
 import numpy as np
 
 from pdhocbf_drake.mpc.config import DisturbanceConfig
+from pdhocbf_drake.mpc.kernels import write_disturbance
 
 _YOUNG = 2  # [ticks]
 _DISTURBED = 0.25  # share of the gain while a walk is recovered; with none a steady wind could keep it so for ever
@@ -44,20 +45,12 @@ def estimated(
             late measurement would feed the estimate back to itself.
         disturbed: whether the walk is being recovered.
     """
-    estimate, cancelled = w[:2], w[2:]
     gain = max(config.gain * (_DISTURBED if disturbed else 1.0), 1.0 / (age + _YOUNG))
-    change = gain * (error / tick + acted - estimate)
-    if not math.isfinite(change.sum()):
-        return w
-    estimate = _shortened(estimate + _shortened(change, config.rate * tick * gain / config.gain), config.most)
-    beyond = estimate - cancelled
-    return np.concatenate([estimate, cancelled + beyond - _shortened(beyond, config.band)])
-
-
-def _shortened(way: np.ndarray, most: float) -> np.ndarray:
-    """The same (2,), or as long as `most` where it is longer."""
-    length = math.hypot(*way.tolist())
-    return way * (most / length) if length > most else way
+    after = np.empty(4)
+    write_disturbance(
+        gain, config.rate * tick * gain / config.gain, config.most, config.band, tick, w, error, acted, after
+    )
+    return after
 
 
 def lead(zmp_lag: float | None, tick: float) -> float:

@@ -103,3 +103,49 @@ def same_bits(one: np.ndarray, other: np.ndarray) -> bool:
     for i in range(len(a)):
         differing |= a[i] ^ b[i]
     return differing == 0
+
+
+@compiled
+def carry_forward(A: np.ndarray, B: np.ndarray, tick: int, sent: np.ndarray, state: np.ndarray) -> None:
+    """Moves a state of tick k − d on to tick k, in place: s(j + 1) = A(j) s(j) + B(j) u(j).
+
+    Args:
+        A, B: of the template over one period, (N, 3, 3) and (N, 3).
+        tick: k − d.
+        sent: ZMP velocities u(k − d) … u(k − 1) of x and y, (2, d) [m/s].
+        state: c, v, p of x, then of y, (2, 3) [m, m/s, m].
+    """
+    following = np.empty(3)
+    for j in range(sent.shape[1]):
+        phase = (tick + j) % len(A)
+        for axis in range(2):
+            for row in range(3):
+                following[row] = B[phase, row] * sent[axis, j]
+                for column in range(3):
+                    following[row] += A[phase, row, column] * state[axis, column]
+            for row in range(3):
+                state[axis, row] = following[row]
+
+
+@compiled
+def write_disturbance(
+    gain: float, fastest: float, most: float, band: float, tick: float, w: np.ndarray, error: np.ndarray,
+    acted: np.ndarray, after: np.ndarray,
+) -> None:  # fmt: skip
+    """Writes what `cancelling.estimated` returns into `after` (4,); `fastest`: the estimate's longest step [m/s²]."""
+    for i in range(4):
+        after[i] = w[i]
+    x = gain * (error[0] / tick + acted[0] - w[0])
+    y = gain * (error[1] / tick + acted[1] - w[1])
+    length = math.hypot(x, y)
+    if not math.isfinite(length):
+        return
+    share = fastest / length if length > fastest else 1.0
+    x, y = w[0] + share * x, w[1] + share * y
+    length = math.hypot(x, y)
+    share = most / length if length > most else 1.0
+    after[0], after[1] = share * x, share * y
+    x, y = after[0] - w[2], after[1] - w[3]
+    length = math.hypot(x, y)
+    if length > band:
+        after[2], after[3] = w[2] + x * (1.0 - band / length), w[3] + y * (1.0 - band / length)

@@ -10,6 +10,7 @@ from pdhocbf_drake.estimation.errors import write_errors
 from pdhocbf_drake.estimation.memory import SIZE, Memory
 from pdhocbf_drake.estimation.sample import Sample
 from pdhocbf_drake.systems.block import Block, weakly
+from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes
 
 _INPUTS = ("imu", "encoders", "force_torque")
@@ -46,7 +47,8 @@ class BaseEstimator(Block):
         super().__init__()
         self._estimator, self.parts = estimator, {**sizes(*_OUTPUTS), "estimator_memory": SIZE}
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in (*_INPUTS, "desired_state", "gait_phase")]
-        self._imu, self._encoders, self._forces, self._targets, self._phase = ports
+        self._imu, self._encoders, self._forces = ports[:3]
+        self._targets, self._phase = map(OptionalInput, ports[3:])
         self.DeclareDiscreteState(Memory().vector)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
@@ -59,8 +61,8 @@ class BaseEstimator(Block):
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         memory = Memory(context.get_discrete_state_vector().value())
-        targets = self._targets.Eval(context) if self._targets.HasValue(context) else None
-        support = float(self._phase.Eval(context)[_SUPPORT]) if self._phase.HasValue(context) else None
+        targets, phase = self._targets(context), self._phase(context)
+        support = None if phase is None else float(phase[_SUPPORT])
         inputs = self._imu.Eval(context), self._encoders.Eval(context), self._forces.Eval(context)
         memory, estimate = self._estimator.step(memory, Sample(*inputs, targets, support))
         output.SetFromVector(np.concatenate([*estimate, memory.estimate, memory.vector]))

@@ -7,8 +7,6 @@ from contextlib import contextmanager
 from inspect import isfunction
 from typing import Any
 
-from pydrake.systems.framework import LeafSystem
-
 from pdhocbf_drake import systems
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.robot.drake_task_space import DrakeTaskSpace
@@ -16,6 +14,7 @@ from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.robot.tree_task_space import TreeTaskSpace
 from pdhocbf_drake.simulation import simulate as _every_block_is_loaded_by  # noqa: F401
 from pdhocbf_drake.studies.bench.recording import now
+from pdhocbf_drake.systems.block import Block
 
 _CALLED_BY_DRAKE = {("context", *rest) for rest in ((), ("output",), ("values",), ("value",), ("state",))}
 """Names of the arguments of a block's functions that Drake calls."""
@@ -58,7 +57,7 @@ def block_clock() -> Iterator[BlockClock]:
     """Diagrams that are built inside have their blocks timed; the classes are put back afterwards."""
     blocks = [
         (block, name, block.__name__)
-        for block in LeafSystem.__subclasses__()
+        for block in _kinds(Block)
         for name, function in vars(block).items()
         if block.__module__.startswith(systems.__name__) and _is_callback(function)
     ]
@@ -87,6 +86,13 @@ def _clock_around(functions: Sequence[tuple[type, str, str]]) -> Iterator[BlockC
     finally:
         for owner, name, function in before:
             setattr(owner, name, function)
+
+
+def _kinds(base: type[Any]) -> Iterator[type[Any]]:
+    below: list[type[Any]] = base.__subclasses__()
+    for kind in below:
+        yield kind
+        yield from _kinds(kind)
 
 
 def _is_callback(function: Any) -> bool:
