@@ -12,7 +12,14 @@ from pydantic import BaseModel
 from pdhocbf_drake.estimation.config import EncoderConfig, EstimatorConfig, ForceTorqueConfig, ImuConfig, SensorFault
 from pdhocbf_drake.mpc.config import DisturbanceConfig, FilterConfig, MpcConfig, RecoveryConfig, RobustConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
-from pdhocbf_drake.simulation.scenario import MeasurementConfig, MeasurementNoise, ModelErrorConfig, Push, Scenario
+from pdhocbf_drake.simulation.scenario import (
+    BipedConfig,
+    MeasurementConfig,
+    MeasurementNoise,
+    ModelErrorConfig,
+    Push,
+    Scenario,
+)
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
@@ -36,6 +43,7 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "measurement.estimator.": EstimatorConfig,
     "measurement.faults.0.": SensorFault,
     "model_error.": ModelErrorConfig,
+    "biped.": BipedConfig,
     "vhip.": VhipConfig,
     "van_der_pol.": VanDerPolConfig,
 }

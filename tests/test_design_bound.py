@@ -9,10 +9,13 @@ import synthetic
 from pdhocbf_drake.barriers import make_bound
 from pdhocbf_drake.cli import main
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.mpc.robust import nearer_bound
+from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FELL
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope
+from pdhocbf_drake.studies.certify.prediction_errors import prediction_errors
 from pdhocbf_drake.walking.quantities import SPEEDS
 
 N, ANGLE = synthetic.N, 2 * np.pi * np.arange(synthetic.N) / synthetic.N
@@ -112,3 +115,52 @@ def test_a_bound_that_can_not_be_kept_is_not_written(elsewhere, capsys):
 def test_a_folder_without_a_run_is_refused_in_one_sentence(elsewhere, capsys):
     assert main(["design-bound", "nothing", "--margin", "0.01"]) == 1
     assert "nothing is not a run folder" in capsys.readouterr().err
+
+
+def surprised(errors: float, duration: float = 12.0) -> Run:
+    """A run whose CoM and velocity differ from those that were planned by normal errors, the velocity's ten times."""
+    run = synthetic.run("vhip", duration, "finished")
+    random, planned = np.random.default_rng(4), run.log.signals["com_reference"]
+    for place, (state, size) in enumerate(((0, 0.1), (1, 1.0), (3, 0.1), (4, 1.0))):
+        measured = run.log.signals["lip_state"][:, state]
+        planned[:, (0, 1, 3, 4)[place]] = measured - errors * size * random.normal(size=len(measured))
+    return run
+
+
+def test_the_box_of_prediction_errors_holds_their_share_and_grows_with_the_confidence():
+    run = surprised(0.001)
+    low, high = (prediction_errors(run, share, 2.0).half_widths for share in (0.9, 0.999))
+    assert low[0] < high[0] and low[1] < high[1]
+    ticks = run.log.time >= 2.0
+    error = (run.log.element("lip_state", "vx") - run.log.element("com_reference", "vx"))[ticks]
+    assert np.mean(np.abs(error) <= low[1]) >= 0.9
+    assert prediction_errors(run, 0.999, 2.0).largest[1] >= np.abs(error).max()
+    assert prediction_errors(surprised(0.002), 0.9, 2.0).half_widths[1] == pytest.approx(2 * low[1], abs=2e-6)
+
+
+def test_margin_and_disturbance_that_belong_together_are_certified_and_written(elsewhere, capsys):
+    (elsewhere / "run").mkdir()
+    surprised(0.0003).save(elsewhere / "run")
+    assert main(["design-bound", "run", "--confidence", "0.99", "--name", "limit"]) == 0
+    assert "enforceable under these errors" in capsys.readouterr().out
+    scenario = load_scenario("bound-limit.yaml")
+    com, velocity = scenario.mpc.robust.disturbance
+    assert (com, velocity) == prediction_errors(surprised(0.0003), 0.99, 2.0).half_widths
+    # With the same errors in mpc.robust the bound that is enforced is the undisturbed walk.
+    walk = build_walk(scenario)
+    nearer = nearer_bound(walk.mpc.barriers[0][0], walk.vhip, scenario.mpc)
+    assert bound_of(scenario.barriers["limit"].bound) - nearer[:N] == pytest.approx(FORMULA, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--confidence", "1"], "--confidence must be above 0 and below 1, given 1"),
+        (["--confidence", "0.9", "--from-time", "11"], "at least 3 steps"),
+    ],
+)
+def test_errors_that_say_nothing_are_refused(elsewhere, capsys, options, message):
+    (elsewhere / "run").mkdir()
+    surprised(0.0003).save(elsewhere / "run")
+    assert main(["design-bound", "run", *options]) == 1
+    assert message in capsys.readouterr().err

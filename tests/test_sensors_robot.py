@@ -15,6 +15,7 @@ from pdhocbf_drake.analysis.replay_estimate import EstimateMarker
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.estimation import Notice
+from pdhocbf_drake.estimation.config import samples_in_tick
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
@@ -41,6 +42,15 @@ def base(log) -> tuple[Rotation, np.ndarray]:
 
 def test_it_walks_to_its_end(log):
     assert log.ending == FINISHED
+
+
+@pytest.mark.parametrize(
+    ("rate", "tick", "step", "samples"),
+    [(500.0, 0.01, 0.001, 5), (500.0, 0.005, 0.001, 1), (2000.0, 0.01, 0.001, 10), (1000.0, 0.01, 0.005, 2),
+     (50.0, 0.01, 0.001, 1), (400.0, 0.01, 0.0005, 4), (300.0, 0.01, 0.001, 2)],
+)  # fmt: skip
+def test_a_tick_has_whole_samples_of_whole_steps_of_the_plant(rate, tick, step, samples):
+    assert samples_in_tick(rate, tick, step) == samples
 
 
 def test_the_gyroscope_joins_the_turn_over_a_tick(log, base):

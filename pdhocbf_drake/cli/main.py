@@ -37,6 +37,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     ),
     "check": ("whether a robot's file fits its model, and a walk its robot", "cli.check"),
     "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
+    "delay": ("how late the measurements of a recorded walk are, and how its ZMP lags", "cli.delay"),
     "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),
     "cache": ("compiled programs that are kept between commands: what there is, or delete it", "cli.cache"),

@@ -25,7 +25,7 @@ class ImuConfig(Config):
     Densities are one-sided, of rate and acceleration; a bias is drawn once a run and walks from there.
 
     Attributes:
-        rate: samples a second, each the mean over its interval [Hz].
+        rate: samples a second at most, each the mean over its interval, see `samples_in_tick` [Hz].
         gyro_noise: noise density [rad/s/√Hz]; 0.014 °/s/√Hz.
         gyro_bias: standard deviation of the bias at the start [rad/s]; 0.2 °/s, after a coarse calibration.
         gyro_bias_walk: density of the bias's rate [rad/s²/√Hz].
@@ -55,7 +55,7 @@ class EncoderConfig(Config):
     """The joints' absolute encoders; the defaults are those of an RLS AksIM-2 of 17 bits.
 
     Attributes:
-        rate: samples a second, from which rates are made [Hz].
+        rate: samples a second at most, from which rates are made, likewise [Hz].
         bits: of a revolution [1].
         offset: standard deviation of the zero positions as mounted [rad].
         calibrated: the same after calibration, which the estimator takes them for [rad]; null is not calibrated.
@@ -98,6 +98,16 @@ class ForceTorqueConfig(Config):
     torque_resolution: Annotated[float, within(0.0, 1e1, "N m")] = 0.005
     force_range: Annotated[float, within(1.0, 1e6, "N")] = 1160.0
     delay_ticks: int = Field(0, ge=0, le=100)
+
+
+def samples_in_tick(rate: float, tick: float, step: float) -> int:
+    """Samples of a sensor in a tick: as many as its rate has, each of whole steps of the plant, and at least one.
+
+    Args:
+        rate: of the sensor [Hz]. tick: δ [s]. step: of the plant, which divides the tick [s].
+    """
+    steps, most = max(1, round(tick / step)), max(1.0, rate * tick + 1e-9)
+    return max(count for count in range(1, steps + 1) if steps % count == 0 and count <= most)
 
 
 class SensorFault(Config):

@@ -62,7 +62,7 @@ class AxisProblem:
     def key(self) -> Hashable:
         """What its programs depend on; problems with equal keys have equal programs."""
         setting = self.setting
-        # What is excluded is in θ, in other problems, or in none.
+        # What is left out is in θ, in other problems, or before and after them.
         config = setting.config.model_dump_json(exclude={"recovery", "robust", *SENSING})
         matrices = (setting.gait.region.weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
         return config, matrices, tuple(term.key for term in self.terms)

@@ -78,7 +78,7 @@ class Believer:
 
     def state(
         self, beliefs: Beliefs, predicted: np.ndarray, measured: np.ndarray, before: np.ndarray, tick: int,
-        latency: float,
+        latency: float, disturbed: bool = False,
     ) -> Believed:  # fmt: skip
         """What a measurement at tick k comes to.
 
@@ -97,6 +97,7 @@ class Believer:
             before: c and v of both axes as measured a tick earlier, shape (4,).
             tick: k.
             latency: τ [s].
+            disturbed: whether the walk is being recovered.
         """
         then, planned = tick - self._delay, predicted
         if self._delay:
@@ -118,7 +119,8 @@ class Believer:
             beliefs = beliefs._replace(evidence=self._filter.believed(predicted, state, beliefs.evidence))
         if self._disturbance is not None:
             error, w, acted = state[:, 1] - predicted[:, 1], beliefs.input_disturbance, beliefs.acted
-            after = estimated(self._disturbance, self._vhip.tick, max(then, 0), w, error, acted[:, 0])
+            delta, age = self._vhip.tick, max(then, 0)
+            after = estimated(self._disturbance, delta, age, w, error, acted[:, 0], disturbed)
             if acted.any() or w[2:].any():
                 acted = np.column_stack([acted[:, 1:], w[2:]])
             beliefs = beliefs._replace(input_disturbance=after, acted=acted)

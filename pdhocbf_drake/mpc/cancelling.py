@@ -18,11 +18,13 @@ import numpy as np
 from pdhocbf_drake.mpc.config import DisturbanceConfig
 
 _YOUNG = 2  # [ticks]
+_DISTURBED = 0.25  # share of the gain while a walk is recovered; with none a steady wind could keep it so for ever
 
 
 def estimated(
-    config: DisturbanceConfig, tick: float, age: int, w: np.ndarray, error: np.ndarray, acted: np.ndarray
-) -> np.ndarray:
+    config: DisturbanceConfig, tick: float, age: int, w: np.ndarray, error: np.ndarray, acted: np.ndarray,
+    disturbed: bool = False,
+) -> np.ndarray:  # fmt: skip
     """Estimate and what of it is cancelled, one tick later: w_x, w_y, cancelled x, y (4,) [m/s²].
 
         w ← w + g (error/δ + acted − w),   no faster than `rate` and no larger than `most`
@@ -30,8 +32,8 @@ def estimated(
 
     The robot's own motion repeats every gait, and so does what the template does not model of it: a w that swings by
     less than `band` changes nothing that is sent. In its first ticks g is that of a mean, 1/(age + 2), since a walk
-    that begins has no other estimate. All limits are on lengths: the same in every yawed frame. An error that is not
-    finite changes nothing.
+    that begins has no other estimate; while a push is recovered from it is smaller, since much else is wrong then. All
+    limits are on lengths: the same in every yawed frame. An error that is not finite changes nothing.
 
     Args:
         tick: δ [s].
@@ -40,9 +42,10 @@ def estimated(
         error: believed minus predicted velocity, in x and y (2,) [m/s].
         acted: what was cancelled in the tick that the error is of (2,) [m/s²]; with what is cancelled by now instead, a
             late measurement would feed the estimate back to itself.
+        disturbed: whether the walk is being recovered.
     """
     estimate, cancelled = w[:2], w[2:]
-    gain = max(config.gain, 1.0 / (age + _YOUNG))
+    gain = max(config.gain * (_DISTURBED if disturbed else 1.0), 1.0 / (age + _YOUNG))
     change = gain * (error / tick + acted - estimate)
     if not math.isfinite(change.sum()):
         return w

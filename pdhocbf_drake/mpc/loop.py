@@ -68,7 +68,7 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
         memory.land(mpc, tick, measurement.feet)
     bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
     state, fault, memory.measured, memory.beliefs = mpc.believer.state(
-        memory.beliefs, memory.state, measurement.state, memory.measured, tick, latency
+        memory.beliefs, memory.state, measurement.state, memory.measured, tick, latency, memory.disturbance.active
     )
     if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)

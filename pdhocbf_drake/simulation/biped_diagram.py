@@ -41,9 +41,19 @@ _GROUND = (2e4, 2e4, 2.0)  # box [m]; Drake warns of a half space at every start
 
 
 def biped_diagram(
-    scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None, form: Form = "blocks"
+    scenario: Scenario,
+    walk: Walk,
+    biped: Biped,
+    meshcat: Meshcat | None = None,
+    form: Form = "blocks",
+    real: Biped | None = None,
 ) -> LoggedDiagram:
-    """clock, barriers -> MPC -> feet -> inverse kinematics -> joint targets -> plant with PD -> estimator -> MPC."""
+    """clock, barriers -> MPC -> feet -> inverse kinematics -> joint targets -> plant with PD -> estimator -> MPC.
+
+    Args:
+        biped: the controller's model.
+        real: the robot as its file has it, where the controller's model is another one.
+    """
     config = walk.gait.config
     wiring = Wiring(config.tick)
     posture = initial_posture(walk, biped)
@@ -56,7 +66,7 @@ def biped_diagram(
         AddDefaultVisualization(wiring.builder, meshcat)
     wiring.offer("robot_state", plant.get_state_output_port())
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
-    add_model_error(wiring, scenario.model_error, plant, biped)
+    add_model_error(wiring, scenario.model_error, plant, real or biped)
 
     estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
     wiring.connect(estimator, "robot_state", "contact_forces")

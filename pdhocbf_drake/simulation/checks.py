@@ -19,13 +19,14 @@ _MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an en
 # Keys that a system does not read; "pushes.body" is that of each push.
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
-    "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol",
+    "vhip": (
+        "robot", "biped", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol",
         "measurement.source", "measurement.seed", "measurement.imu", "measurement.encoders", "measurement.force_torque",
         "measurement.estimator", "measurement.faults",
     ),
     "van_der_pol": (
-        "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "wind",
-        "vhip", "start", "commands", "path", "path_speed",
+        "robot", "biped", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes",
+        "wind", "vhip", "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 
@@ -44,7 +45,6 @@ def check_scenario(scenario: Scenario) -> None:
         _check_push(f"pushes.{index}", push, scenario)
     if scenario.system == "biped":
         _check_plant(scenario)
-        _check_rates(scenario)
 
 
 def check_straight(scenario: Scenario) -> None:
@@ -150,16 +150,6 @@ def _check_plant(scenario: Scenario) -> None:
         _refuse("plant.time_step", f"must divide gait.tick, {tick:g} s, into whole parts", step)
     if steps > _MOST_STEPS:
         _refuse("plant.time_step", f"must be at least {tick / _MOST_STEPS:g} s, a thousandth of gait.tick", step)
-
-
-def _check_rates(scenario: Scenario) -> None:
-    """A sensor's samples join up to a tick."""
-    measurement, tick = scenario.measurement, scenario.gait.tick
-    for key, rate in (("imu", measurement.imu.rate), ("encoders", measurement.encoders.rate)):
-        samples = rate * tick
-        if round(samples) < 1 or abs(samples - round(samples)) > 1e-6:
-            allowed = f"must be a multiple of the controller's rate, {1.0 / tick:g} Hz"
-            _refuse(f"measurement.{key}.rate", allowed, f"{rate:g} Hz")
 
 
 def _refuse(key: str, allowed: str, given: Any) -> None:

@@ -13,7 +13,7 @@ from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, SpatialInertia
 from pydrake.systems.framework import Context
-from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, RandomSource
+from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, PassThrough, RandomSource
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
@@ -55,7 +55,7 @@ def _pushed_point(name: str | None, plant: MultibodyPlant, biped: Biped) -> tupl
 
 
 def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, **starts: np.ndarray) -> None:
-    """Adds the delay of each named port, and the noise of `lip_state`; nothing for an exact measurement.
+    """Adds the delay of each named port, and the noise of `lip_state`, and logs it; nothing if it is exact.
 
     Args:
         starts: what each port measures before the start.
@@ -69,8 +69,17 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, **star
         wiring.offer(name, delay.get_output_port(), measured=True)
         wiring.adjust.append(partial(_fill, delay, start))
     deviations = np.array(config.noise.deviations)
-    if not deviations.any():
-        return
+    if deviations.any():
+        _add_noise(wiring, deviations, seed)
+    if config.delay_ticks or deviations.any():
+        copied = wiring.builder.AddNamedSystem("measurement", PassThrough(deviations.size))
+        wiring.builder.Connect(wiring.port("lip_state", measured=True), copied.get_input_port())
+        wiring.offer("measured_state", copied.get_output_port())
+        wiring.log("measured_state")
+
+
+def _add_noise(wiring: Wiring, deviations: np.ndarray, seed: int) -> None:
+    """Adds white noise to the measured `lip_state`."""
     source = RandomSource(RandomDistribution.kGaussian, deviations.size, wiring.tick)
     wiring.builder.AddNamedSystem("lip_state_noise", source)
     scale = wiring.builder.AddNamedSystem("lip_state_noise_scale", MatrixGain(np.diag(deviations)))

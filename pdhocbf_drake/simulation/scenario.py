@@ -110,6 +110,17 @@ class MeasurementConfig(SensorsConfig):
         return self.delay_ticks + self.sensor_delay * (self.source == "sensors")
 
 
+class BipedConfig(Config):
+    """The robot before it walks.
+
+    Attributes:
+        weigh: whether the robot is weighed in a stand of a second before the walk: the controller's model of it, for
+            inverse kinematics, torques and the estimator, gets a torso such that weight and CoM are those measured.
+    """
+
+    weigh: bool = False
+
+
 class StartConfig(Config):
     """Where a walk starts.
 
@@ -134,6 +145,7 @@ class Scenario(Config):
         seed: seed of all random numbers.
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
+        biped: what is done with the robot before it walks.
         friction: Coulomb coefficient between soles and ground [1].
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
@@ -159,6 +171,7 @@ class Scenario(Config):
     seed: int = Field(0, ge=0, lt=2**32)
     from_time: float = Field(2.0, ge=0)
     robot: str = DEFAULT_ROBOT
+    biped: BipedConfig = BipedConfig()
     friction: float = Field(0.8, gt=0, le=10)
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()

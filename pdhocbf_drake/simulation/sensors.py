@@ -12,7 +12,7 @@ from pydrake.systems.framework import Context, OutputPort
 from pydrake.systems.primitives import AffineSystem, DiscreteTimeIntegrator, LinearSystem, Multiplexer, RandomSource
 from pydrake.systems.sensors import Accelerometer, Gyroscope, RotaryEncoders
 
-from pdhocbf_drake.estimation.config import EncoderConfig, ForceTorqueConfig, ImuConfig, SensorsConfig
+from pdhocbf_drake.estimation.config import EncoderConfig, ForceTorqueConfig, ImuConfig, SensorsConfig, samples_in_tick
 from pdhocbf_drake.robot import SIDES, Biped, Side
 from pdhocbf_drake.robot.model import sole_frame_name
 from pdhocbf_drake.simulation.wiring import Wiring
@@ -32,7 +32,8 @@ def add_sensors(
     """
     drawn = np.random.default_rng(seed)
     _add_imu(wiring, config.imu, plant, biped, drawn, seed)
-    _add_encoders(wiring, config.encoders, joints, drawn)
+    samples = samples_in_tick(config.encoders.rate, wiring.tick, plant.time_step())
+    _add_encoders(wiring, config.encoders, joints, drawn, wiring.tick / samples)
     _add_force_torque(wiring, config.force_torque, plant, biped, drawn, seed)
     if config.faults:
         faults = wiring.add("sensor_faults", unbundled(SensorFaults(config.faults, wiring.tick)))
@@ -68,9 +69,10 @@ def _add_imu(
     wiring.builder.Connect(angle.get_output_port(), both.get_input_port(0))
     wiring.builder.Connect(speed.get_output_port(), both.get_input_port(1))
     bias = np.repeat([config.gyro_bias, config.accelerometer_bias], 3) * drawn.standard_normal(6)
-    imu = wiring.add("imu", unbundled(Imu(config, bias, wiring.tick)))
+    samples = samples_in_tick(config.rate, wiring.tick, step)
+    imu = wiring.add("imu", unbundled(Imu(config, bias, wiring.tick, samples)))
     wiring.builder.Connect(both.get_output_port(), imu.GetInputPort("integrals"))
-    noise = _noise(wiring, "imu_noise", 12, 1.0 / config.rate, seed + 1)
+    noise = _noise(wiring, "imu_noise", 12, wiring.tick / samples, seed + 1)
     wiring.builder.Connect(noise, imu.GetInputPort("noise"))
 
 
@@ -85,10 +87,12 @@ def _noise(wiring: Wiring, name: str, count: int, time: float, seed: int) -> Out
     return source.get_output_port()
 
 
-def _add_encoders(wiring: Wiring, config: EncoderConfig, joints: np.ndarray, drawn: np.random.Generator) -> None:
+def _add_encoders(
+    wiring: Wiring, config: EncoderConfig, joints: np.ndarray, drawn: np.random.Generator, time: float
+) -> None:
     """Rounded angles with what calibration leaves of their offsets, and rates by differences through a low-pass.
 
-    d⁺ = a d + (1 − a)(q − q_last)/T with a = e^(−2π f T), counted from the posture at the start.
+    d⁺ = a d + (1 − a)(q − q_last)/T with a = e^(−2π f T), counted from the posture at the start; T is `time` [s].
     """
     count, state = len(joints), wiring.port("joint_state")
     encoders = RotaryEncoders(state.size(), list(range(count)), [2**config.bits] * count)
@@ -100,7 +104,7 @@ def _add_encoders(wiring: Wiring, config: EncoderConfig, joints: np.ndarray, dra
         encoders.set_calibration_offsets(encoders.GetMyMutableContextFromRoot(root), offsets)
 
     wiring.adjust.append(set_offsets)
-    time, one, none = 1.0 / config.rate, np.eye(count), np.zeros((count, count))
+    one, none = np.eye(count), np.zeros((count, count))
     kept = math.exp(-2.0 * math.pi * config.cutoff * time)
     share = (1.0 - kept) / time
     rates = AffineSystem(

@@ -31,12 +31,12 @@ class Imu(LeafSystem):
 
     Args:
         bias: of rate and specific force at the start (6,).
-        tick: δ [s].
+        tick: δ [s]. samples: in a tick.
     """
 
-    def __init__(self, config: ImuConfig, bias: np.ndarray, tick: float) -> None:
+    def __init__(self, config: ImuConfig, bias: np.ndarray, tick: float, samples: int) -> None:
         super().__init__()
-        self._samples, self._time = round(tick * config.rate), 1.0 / config.rate
+        self._samples, self._time = samples, tick / samples
         white = np.repeat([config.gyro_noise, config.accelerometer_noise], 3) / np.sqrt(self._time)
         walk = np.repeat([config.gyro_bias_walk, config.accelerometer_bias_walk], 3) * np.sqrt(self._time)
         most = np.repeat([config.gyro_range, config.accelerometer_range], 3)

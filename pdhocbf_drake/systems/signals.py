@@ -104,6 +104,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             "expected whole-body minus template ZMP at the ticks of the horizon, x then y", logged=False),
     _signal("oscillator_state", "oscillator", "x1 x2", "1, 1/s", "state of the Van der Pol oscillator"),
     _signal("oscillator_input", "tube_filter", "u", "1/s²", "input found at the last tick"),
+    _signal("measured_state", "measurement", "x vx x_zmp y vy y_zmp", "m, m/s",
+            "lip_state as the controller gets it, where that is late or noisy"),
     _signal("com_z", "state_estimator", "z vz", "m, m/s", "measured CoM height and its rate"),
     _signal("foot_state", "state_estimator",
             tuple(f"{s}_{e}" for s in SIDES for e in ("x", "y", "z", "roll", "pitch", "yaw")), "m, rad",

@@ -69,18 +69,29 @@ def measured_envelope(run: Run, quantity: Quantity, side: Side, from_time: float
 
 
 def design_bound(envelope: Envelope, margin: float, kind: Kind, side: Side) -> WalkBoundConfig:
-    """The tightest bound of its kind that leaves the margin above (below) all measured values.
-
-    A table follows the envelope tick by tick. A harmonic is mean + cosine cos(2πk/N) + sine sin(2πk/N) with the least
-    mean distance from the envelope, the solution of a linear program.
+    """The tightest bound of its kind that leaves the margin above (below) all measured values; see `bound_beyond`.
 
     Raises:
         InputError: the margin is not a number from 0 on.
     """
     if not 0.0 <= margin < np.inf:
         raise InputError(f"--margin must be 0 or more [{envelope.quantity.unit}], given {margin}")
+    return bound_beyond((1.0 if side == "upper" else -1.0) * envelope.outer + margin, kind, side)
+
+
+def robust_bound(envelope: Envelope, margin: Array, kind: Kind, side: Side) -> WalkBoundConfig:
+    """The tightest bound of its kind that leaves a margin (period,) beyond the mean, and holds all measured values."""
     sign = 1.0 if side == "upper" else -1.0
-    wanted = sign * envelope.outer + margin
+    return bound_beyond(np.maximum(sign * envelope.mean + margin, sign * envelope.outer), kind, side)
+
+
+def bound_beyond(wanted: Array, kind: Kind, side: Side) -> WalkBoundConfig:
+    """The tightest bound of its kind that is at least as far out as wanted, (period,); for a lower one both negative.
+
+    A table follows the envelope tick by tick. A harmonic is mean + cosine cos(2πk/N) + sine sin(2πk/N) with the least
+    mean distance from the envelope, the solution of a linear program.
+    """
+    sign = 1.0 if side == "upper" else -1.0
     if kind == "tabulated":
         return WalkBoundConfig(kind="tabulated", values=tuple((sign * _up(wanted)).tolist()))
     angle = 2.0 * np.pi * np.arange(len(wanted)) / len(wanted)

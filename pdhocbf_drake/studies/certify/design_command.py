@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import yaml
 
 from pdhocbf_drake.barriers import Linear
@@ -20,8 +21,10 @@ from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundCon
 from pdhocbf_drake.walking.quantities import QUANTITIES
 
 if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
+    from pdhocbf_drake.sets.polytope import Array
     from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
     from pdhocbf_drake.studies.certify.design import Envelope
+    from pdhocbf_drake.studies.certify.prediction_errors import PredictionErrors
 
 _WRITTEN = ("quantity", "axis", "side", "bound", "gamma")
 
@@ -29,9 +32,13 @@ _WRITTEN = ("quantity", "axis", "side", "bound", "gamma")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A run, the bound's quantity, kind and margin, and the file."""
     parser.add_argument("run", type=Path, metavar="RUN", help="the run folder of a walk")
-    parser.add_argument(
-        "--margin", type=float, required=True, metavar="M", help="beyond all that was measured [its unit]"
-    )
+    margin = parser.add_mutually_exclusive_group(required=True)
+    margin.add_argument("--margin", type=float, metavar="M", help="beyond all that was measured [its unit]")
+    margin.add_argument(
+        "--confidence", type=float, metavar="P",
+        help="or the margin, and the mpc.robust that belongs to it, from the walk's prediction errors: the share of "
+        "errors at each phase that it withstands, such as 0.999",
+    )  # fmt: skip
     parser.add_argument("--kind", choices=("tabulated", "harmonic"), default="tabulated", help="otherwise tabulated")
     which = parser.add_mutually_exclusive_group()
     which.add_argument("--quantity", choices=tuple(QUANTITIES), help="the bounded quantity; otherwise forward_speed")
@@ -54,28 +61,62 @@ def run(options: argparse.Namespace) -> int:
     check_file(place)  # before the work
     recorded = read_run(options.run)
     from pdhocbf_drake.studies.certify.certificate import certify_scenario
-    from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope
+    from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope, robust_bound
+    from pdhocbf_drake.studies.certify.prediction_errors import prediction_errors
 
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time
     keys = {"axis": options.axis, "quantity": options.quantity, "side": options.side}
     named = WalkBarrierConfig(**keys, bound=WalkBoundConfig(kind="orbit"))
     envelope = measured_envelope(recorded, named.bounded, options.side, from_time)
-    bound = design_bound(envelope, options.margin, options.kind, options.side)
-    barrier = WalkBarrierConfig(**keys, bound=bound, gamma=tuple(options.gamma) if options.gamma else named.gamma)
-    found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}))
-    verdict = _checked(found, options.name, options.margin)
-    text = _yaml(recorded, options, barrier, envelope, verdict)
+    gamma = tuple(options.gamma) if options.gamma else named.gamma
+    errors = None
+    if options.confidence is None:
+        bound = design_bound(envelope, options.margin, options.kind, options.side)
+        margin = f"{options.margin:g} {envelope.quantity.unit}"
+    else:
+        errors = prediction_errors(recorded, options.confidence, from_time)
+        beyond = _margin(scenario, WalkBarrierConfig(**keys, bound=_anywhere(envelope), gamma=gamma), envelope, errors)
+        bound = robust_bound(envelope, beyond, options.kind, options.side)
+        margin = f"{beyond.min():.3g} to {beyond.max():.3g} {envelope.quantity.unit}"
+    barrier = WalkBarrierConfig(**keys, bound=bound, gamma=gamma)
+    withstood = None if errors is None else errors.half_widths
+    found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}), disturbance=withstood,
+                             search=False)  # fmt: skip
+    verdict = _checked(found, options.name, margin)
+    text = _yaml(recorded, options, barrier, envelope, verdict, errors)
     write_text(place, text)
     above = f"{1000 * envelope.spread:.2f} m{envelope.quantity.unit} above the mean at most"
     spread = above if options.side == "upper" else "as measured"
     print(f"measured  {envelope.periods} times at every phase; {spread}")
+    if errors is not None:
+        (com, velocity), (far, fast) = np.multiply(1e3, (errors.half_widths, errors.largest))
+        share = f"{100 * options.confidence:g} % of the prediction errors"
+        print(
+            f"errors    up to {com:.3g} mm and {velocity:.3g} mm/s a tick are {share}; measured {far:.3g}, {fast:.3g}"
+        )
+        print(f"margin    {margin} beyond the mean")
     print(f"certified {verdict}")
     print(place)
     return 0
 
 
-def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
+def _anywhere(envelope: Envelope) -> WalkBoundConfig:
+    """A bound on the mean, for a barrier whose margin is still to be found."""
+    return WalkBoundConfig(kind="tabulated", values=tuple(envelope.mean.tolist()))
+
+
+def _margin(scenario: Scenario, barrier: WalkBarrierConfig, envelope: Envelope, errors: PredictionErrors) -> Array:
+    """The margin of a barrier for these errors over one period of its bound [its unit]."""
+    from pdhocbf_drake.simulation.build import build_walk
+    from pdhocbf_drake.studies.certify.prediction_errors import margin_for
+
+    walk = build_walk(scenario.model_copy(update={"barriers": {"bound": barrier}}))
+    made = next(barrier for axis in walk.mpc.barriers for barrier in axis)
+    return margin_for(made, walk.vhip, errors, len(envelope.mean))
+
+
+def _checked(found: ScenarioCertificate, name: str, margin: str) -> str:
     """The certificate of the bound in one line; raises `InputError` if the bound can't be kept."""
     from pdhocbf_drake.studies.certify.report import share
 
@@ -88,28 +129,35 @@ def _checked(found: ScenarioCertificate, name: str, margin: float) -> str:
     bound = certificate.bounds[0]
     if not bound.kept.enforceable:
         raise InputError(
-            f"barrier {name}: with a margin of {margin:g} {bound.barrier.unit} it can't be kept for ever (no state is "
+            f"barrier {name}: with a margin of {margin} it can't be kept for ever (no state is "
             f"left at phase {bound.kept.first_failing_phase}); a larger margin is needed"
         )
     if bound.rows is not None and not bound.rows.enforceable:
         raise InputError(f"barrier {name}: h >= 0 can be kept for ever, but not with these gamma; take larger ones")
     rows = "" if bound.rows is None else ", its psi rows too"
     left = share(certificate, bound.kept)
-    return f"enforceable{rows}; {100 * (left or 0.0):.1f} % of the states that can walk on for ever can also keep it"
+    under = "" if certificate.disturbance is None else " under these errors"
+    left_of_all = f"{100 * (left or 0.0):.1f} % of the states that can walk on for ever can also keep it"
+    return f"enforceable{under}{rows}; {left_of_all}"
 
 
 def _yaml(
-    recorded: Run, options: argparse.Namespace, barrier: WalkBarrierConfig, envelope: Envelope, verdict: str
-) -> str:
+    recorded: Run, options: argparse.Namespace, barrier: WalkBarrierConfig, envelope: Envelope, verdict: str,
+    errors: PredictionErrors | None,
+) -> str:  # fmt: skip
     scenario, quantity = recorded.scenario, envelope.quantity
+    beyond = f"{options.margin:g} {quantity.unit} beyond all that was measured in a" if errors is None else (
+        f"with the margin for {100 * options.confidence:g} % of the prediction errors of a")  # fmt: skip
     lines = [
-        f"# A bound on the {quantity.label}, {options.margin:g} {quantity.unit} beyond all that was measured in a",
+        f"# A bound on the {quantity.label}, {beyond}",
         f"# run of {scenario.name} ({envelope.periods} times at every phase, {recorded.provenance.started}).",
         f"# Certified for that scenario's template: {verdict}.",
     ]
     data: dict[str, Any] = {"extends": scenario.name} if _is_packaged(scenario) else {}
     kept = barrier.model_dump(mode="json", exclude_none=True)
     data["barriers"] = {options.name: {key: kept[key] for key in _WRITTEN if key in kept}}
+    if errors is not None:
+        data["mpc"] = {"robust": {"disturbance": list(errors.half_widths)}}
     body = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=110, default_flow_style=None)
     return "\n".join([*lines, body])
 

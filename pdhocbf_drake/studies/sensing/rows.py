@@ -51,16 +51,17 @@ _FAULT = 3.05  # [s], in mid-swing of the packaged walks
 _NOISY = {"gyro_noise": 2.4e-3, "gyro_bias": 0.035, "accelerometer_noise": 0.017, "accelerometer_bias": 1.0}
 _TURNING = [{"time": 0.0, "velocity": [0.25, 0.0], "turn": 0.4}]
 EXACT: Final = "exact"
+_WEIGHED: Final = {"weigh": True}
 ROWS: Final[dict[str, Row]] = {
     EXACT: Row({}, 98.0),
     **{f"late {10 * d} ms": Row({"measurement": {"delay_ticks": d}}, 98.0) for d in (1, 2, 3, 4)},
     **{f"late {10 * d} ms, stated {10 * s}": _late(d, s) for d, s in ((1, 0), (1, 2), (2, 1), (2, 3), (4, 3), (4, 5))},
-    "torso 0.8": _wrong(model_error={"torso_mass": 0.8}),
-    "torso 1.2": _wrong(model_error={"torso_mass": 1.2}),
-    "torso 1.3": _wrong(model_error={"torso_mass": 1.3}),
-    "CoM ahead": _wrong(model_error={"com_shift": [0.02, 0.0, 0.0]}),
-    "CoM behind": _wrong(model_error={"com_shift": [-0.02, 0.0, 0.0]}),
-    "CoM aside": _wrong(model_error={"com_shift": [0.0, 0.02, 0.0]}),
+    **{f"torso {m:g}": _wrong(model_error={"torso_mass": m}, biped=_WEIGHED) for m in (0.8, 1.2, 1.3)},
+    "CoM ahead": _wrong(model_error={"com_shift": [0.02, 0.0, 0.0]}, biped=_WEIGHED),
+    "CoM behind": _wrong(model_error={"com_shift": [-0.02, 0.0, 0.0]}, biped=_WEIGHED),
+    "CoM aside": _wrong(model_error={"com_shift": [0.0, 0.02, 0.0]}, biped=_WEIGHED),
+    "torso 1.3, not weighed": Row({"model_error": {"torso_mass": 1.3}}, 97.0),
+    "CoM ahead, not weighed": Row({"model_error": {"com_shift": [0.02, 0.0, 0.0]}}, 97.0),
     "slope": _wrong(model_error={"gravity_tilt_deg": [2.0, 0.0]}),
     "wind": _wrong(wind=[-10.0, 0.0]),
     "noise": Row({"measurement": {"noise": {"com": 0.005, "velocity": 0.05}}}, 97.0, None, 60.0),
