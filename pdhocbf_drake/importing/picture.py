@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Final
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
@@ -20,7 +18,7 @@ _MOST = 30_000  # triangles that are drawn
 _LIGHT = np.array([0.5, 0.3, 0.8]) / np.linalg.norm([0.5, 0.3, 0.8])
 _SHELL = "#B8BDC4"
 _SOLE = "#000000"  # a colour that no role has
-_DASHES: Final = {"left": None, "right": (1.2, 0.6)}
+_DASHES = {"left": (1.0, 0.0), "right": (1.2, 0.6)}  # lengths of a line and of the gap after it
 
 
 def robot_picture(biped: Biped) -> Figure:
@@ -89,8 +87,7 @@ def _draw_soles(axes: Axes, seen: Pictured, biped: Biped) -> None:
         corners = _corners(seen, biped, side)
         outline = np.column_stack([-corners[:, 1], corners[:, 0]])
         sole = Polygon(outline, fill=False, edgecolor=_SOLE, linewidth=2.2, label=f"{side} sole", zorder=5)
-        if (dashes := _DASHES[side]) is not None:
-            sole.set_linestyle((0.0, dashes))
+        sole.set_linestyle((0.0, _DASHES[side]))
         axes.add_patch(sole)
         number = 6 * SIDES.index(side) + ROLES.index("ankle_pitch")
         ankle = seen.plant.GetJointByName(biped.joint_names[number]).frame_on_parent()
