@@ -115,16 +115,13 @@ def carry_forward(A: np.ndarray, B: np.ndarray, tick: int, sent: np.ndarray, sta
         sent: ZMP velocities u(k − d) … u(k − 1) of x and y, (2, d) [m/s].
         state: c, v, p of x, then of y, (2, 3) [m, m/s, m].
     """
-    following = np.empty(3)
     for j in range(sent.shape[1]):
         phase = (tick + j) % len(A)
+        a, b = A[phase], B[phase]
         for axis in range(2):
+            c, v, p, u = state[axis, 0], state[axis, 1], state[axis, 2], sent[axis, j]
             for row in range(3):
-                following[row] = B[phase, row] * sent[axis, j]
-                for column in range(3):
-                    following[row] += A[phase, row, column] * state[axis, column]
-            for row in range(3):
-                state[axis, row] = following[row]
+                state[axis, row] = a[row, 0] * c + a[row, 1] * v + a[row, 2] * p + b[row] * u
 
 
 @compiled
