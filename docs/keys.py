@@ -9,9 +9,17 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig, RobustConfig
+from pdhocbf_drake.estimation.config import EncoderConfig, EstimatorConfig, ForceTorqueConfig, ImuConfig, SensorFault
+from pdhocbf_drake.mpc.config import DisturbanceConfig, FilterConfig, MpcConfig, RecoveryConfig, RobustConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
-from pdhocbf_drake.simulation.scenario import MeasurementConfig, MeasurementNoise, ModelErrorConfig, Push, Scenario
+from pdhocbf_drake.simulation.scenario import (
+    BipedConfig,
+    MeasurementConfig,
+    MeasurementNoise,
+    ModelErrorConfig,
+    Push,
+    Scenario,
+)
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
 
@@ -24,10 +32,18 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "mpc.": MpcConfig,
     "mpc.recovery.": RecoveryConfig,
     "mpc.robust.": RobustConfig,
+    "mpc.filter.": FilterConfig,
+    "mpc.disturbance.": DisturbanceConfig,
     "pushes.0.": Push,
     "measurement.": MeasurementConfig,
     "measurement.noise.": MeasurementNoise,
+    "measurement.imu.": ImuConfig,
+    "measurement.encoders.": EncoderConfig,
+    "measurement.force_torque.": ForceTorqueConfig,
+    "measurement.estimator.": EstimatorConfig,
+    "measurement.faults.0.": SensorFault,
     "model_error.": ModelErrorConfig,
+    "biped.": BipedConfig,
     "vhip.": VhipConfig,
     "van_der_pol.": VanDerPolConfig,
 }

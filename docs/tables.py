@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, EstimatorMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.systems.signals import LOGGED
 
 if sys.version_info >= (3, 11):
@@ -56,7 +56,12 @@ def signals_table() -> str:
 def metrics_table() -> str:
     """One row a field, those of barriers and MPC under their parent's name."""
     rows = ["| field | meaning |", "|---|---|"]
-    for prefix, model in (("", Metrics), ("barriers.NAME.", BarrierMetrics), ("mpc.", MpcMetrics)):
+    for prefix, model in (
+        ("", Metrics),
+        ("barriers.NAME.", BarrierMetrics),
+        ("mpc.", MpcMetrics),
+        ("estimator.", EstimatorMetrics),
+    ):
         rows += [f"| `{prefix}{name}` | {text} |" for name, text in _fields(model)]
     return "\n".join(rows)
 

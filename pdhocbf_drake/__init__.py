@@ -1,7 +1,8 @@
 """Periodic safety for walking robots: periodic discrete-time high-order control barrier functions on Drake.
 
-These names, with the subpackages `barriers`, `qp` and `sets`, are all that is promised to stay (CHANGELOG.md says how
-long); every other module may change. Each is loaded when it is first used, so that this import takes no time.
+These names, with the subpackages `barriers`, `estimation`, `qp` and `sets`, are all that is promised to stay
+(CHANGELOG.md says how long); every other module may change. Each is loaded when it is first used, so that this import
+takes no time.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import importlib
 from typing import TYPE_CHECKING, Any, Final
 
 if TYPE_CHECKING:
-    from pdhocbf_drake import barriers, qp, sets
+    from pdhocbf_drake import barriers, estimation, qp, sets
     from pdhocbf_drake.analysis.products import replay, report, write_run
     from pdhocbf_drake.errors import InputError
     from pdhocbf_drake.robot.biped import Biped as Robot
@@ -34,6 +35,7 @@ __all__ = [
     "barriers",
     "campaign",
     "certify",
+    "estimation",
     "load_scenario",
     "make_diagram",
     "push",
@@ -56,6 +58,7 @@ _HOMES: Final[dict[str, str]] = {
     "barriers": "",
     "campaign": "studies.campaign.study",
     "certify": "studies.certify.study",
+    "estimation": "",
     "load_scenario": "simulation.scenario_file",
     "make_diagram": "simulation.simulate",
     "push": "studies.push.study",

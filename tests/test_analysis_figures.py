@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import base64
+import gc
+import html
 import itertools
 import re
 
@@ -13,10 +15,11 @@ import synthetic
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.figures import make_figures, rendered, write_pictures
+from pdhocbf_drake.analysis.figures import figures_of, make_figures, rendered, write_pictures
 from pdhocbf_drake.analysis.figures_walk import footsteps, quantities
-from pdhocbf_drake.analysis.report import metrics_of, write_report
+from pdhocbf_drake.analysis.report import ReportedRun, metrics_of, report_pieces, write_report
 from pdhocbf_drake.analysis.robot_limits import robot_limits
+from pdhocbf_drake.collecting import without_garbage_collection
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
@@ -58,6 +61,34 @@ def test_every_figure_has_a_legend_and_a_caption(figures):
     for drawn in figures:
         assert any(axis.get_legend() for axis in drawn.figure.axes), drawn.name
         assert drawn.caption
+
+
+def test_figures_of_a_run_are_freed_one_by_one():
+    run = synthetic.run("vhip", duration=3.0)
+    kept, alive = {id(each) for each in _figures()}, []
+
+    def watched():
+        made = figures_of(run, None)
+        while figure := next(made, None):
+            yield [figure, figure := None][0]
+            alive.append(sum(id(each) not in kept for each in _figures()))
+
+    with without_garbage_collection():
+        pictures = rendered(watched())
+    assert [picture.name for picture in pictures] == EXPECTED["vhip"]
+    assert alive == [0] * len(pictures)
+
+
+def _figures():
+    return [each for each in gc.get_objects() if isinstance(each, Figure)]
+
+
+def test_a_replay_is_written_piece_by_piece_and_can_be_read_as_a_whole():
+    run = synthetic.run("vhip", duration=1.0)
+    replay = '<p title="1 < 2 & 3">' * 120_000
+    pieces = list(report_pieces([ReportedRun(run, metrics_of(run), [], replay)]))
+    assert max(map(len, pieces)) < len(replay)  # escaped, it is twice as long
+    assert f'srcdoc="{html.escape(replay).replace("&quot;", "&#34;")}"' in "".join(pieces)
 
 
 def test_figures_are_written_and_not_blank(figures, tmp_path):

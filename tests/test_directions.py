@@ -17,10 +17,10 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.directions import pushes, stops, waypoints
-from pdhocbf_drake.studies.directions.checks import combined, least, most
 from pdhocbf_drake.studies.directions.motions import WORLD, difference, mirrored, moved
 from pdhocbf_drake.studies.directions.plan import QUICK_ROWS, ROWS, plan
-from pdhocbf_drake.studies.directions.results import table
+from pdhocbf_drake.studies.shared.check_table import table
+from pdhocbf_drake.studies.shared.checks import combined, least, most
 
 TURN = [{"time": 0.0, "velocity": [0.25, 0.1], "turn": 0.5}, {"time": 2.0, "velocity": [0.3, 0.0], "turn": -0.2}]
 

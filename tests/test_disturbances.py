@@ -36,7 +36,8 @@ def measured(config: dict, seed: int = 0, ticks: int = 400) -> tuple[np.ndarray,
     ramp = wiring.builder.AddSystem(DiscreteTimeIntegrator(6, TICK))
     wiring.builder.Connect(rate.get_output_port(), ramp.get_input_port())
     wiring.offer("lip_state", ramp.get_output_port())
-    add_measurement(wiring, parse_config(MeasurementConfig, config, "measurement"), seed, "lip_state")
+    start = np.full(6, -1.0)
+    add_measurement(wiring, parse_config(MeasurementConfig, config, "measurement"), seed, lip_state=start)
     wiring.offer("measured", wiring.port("lip_state", measured=True))
     wiring.log("lip_state", "measured")
     logged = wiring.build("test")
@@ -52,7 +53,7 @@ def test_a_delayed_measurement_is_the_state_of_that_many_ticks_ago() -> None:
     for delay in (1, 3):
         true, late = measured({"delay_ticks": delay}, ticks=20)
         np.testing.assert_allclose(late[delay:], true[:-delay], atol=1e-12)
-        np.testing.assert_allclose(late[:delay], 0.0)
+        np.testing.assert_allclose(late[:delay], -1.0)
 
 
 def test_noise_has_the_deviations_given_and_repeats_with_its_seed() -> None:

@@ -54,6 +54,15 @@ def test_a_drive_simulates_again_to_the_same_bits(name: str, seconds: float) -> 
     equal(driven.log, simulate(Scenario.from_dict(driven.scenario.to_dict(), "again")))
 
 
+def test_the_script_of_the_page_is_one(tmp_path: Path) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "drive.md").read_text(encoding="utf-8")
+    (text,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    (tmp_path / "presses.yaml").write_text(text, encoding="utf-8")
+    pressed = Script.read(tmp_path / "presses.yaml")
+    assert pressed.at(2.5) == Asked(Command(0.3, 0.0, 0.4))
+    assert pressed.at(5.0) == Asked(Command(), (Pushed("from the left", 3.0),))
+
+
 def test_a_push_comes_from_the_side_that_it_names() -> None:
     for heading in (0.0, 0.7):
         c, s = np.cos(heading), np.sin(heading)

@@ -16,9 +16,9 @@ import pdhocbf_drake
 ROOT = Path(__file__).parents[1]
 FACE = {
     "load_scenario", "Scenario", "simulate", "make_diagram", "Run", "read_run", "write_run", "replay", "report",
-    "WalkController", "Robot", "certify", "push", "campaign", "InputError", "barriers", "qp", "sets",
+    "WalkController", "Robot", "certify", "push", "campaign", "InputError", "barriers", "estimation", "qp", "sets",
 }  # fmt: skip
-SUBPACKAGES = ("barriers", "qp", "sets")
+SUBPACKAGES = ("barriers", "estimation", "qp", "sets")
 _BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
 
 

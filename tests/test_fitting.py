@@ -19,6 +19,7 @@ from pydantic import BaseModel
 from pdhocbf_drake.fitting.facts import PACKAGED, RobotFacts
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview, zmp_shift
 from pdhocbf_drake.fitting.rules import RULES
+from pdhocbf_drake.fitting.step import SHIFT
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.robot import Biped, models_folder, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.leg import leg_length
@@ -223,3 +224,32 @@ def test_a_robot_is_its_own_mirror_image_where_both_legs_weigh_the_same(
     scenario = on(bipeds.write(tmp_path, shape))
     biped = Biped.load(scenario.robot)
     assert is_mirrored(preview(biped, Step.of(scenario.gait)), leg_length(biped)) is alike
+
+
+def test_a_stride_that_an_ankles_stop_does_not_allow_is_shortened(tmp_path: Path) -> None:
+    robot = bipeds.write(tmp_path, bipeds.Shape())
+    model = robot.with_suffix(".urdf")
+    model.write_text(model.read_text().replace('lower="-1.3"', 'lower="-0.66"'))
+    scenario, found = load_fitted("walking", f"robot: {robot}")
+    biped, step = Biped.load(str(robot)), Step.of(scenario.gait)
+    assert scenario.gait.stride < 0.15
+    assert preview(biped, step).missed == ""
+    assert "right_ankle_pitch at the limit" in preview(biped, step._replace(stride=0.15)).missed
+    assert found is not None
+    assert any("for the joints' stops" in reason for reason in found.reasons)
+
+
+def test_the_box_is_as_long_as_the_swing_leg_makes_it_and_the_ankles_hold(tmp_path: Path) -> None:
+    """And a stride beyond the robot's own makes no step faster."""
+    shape = dataclasses.replace(bipeds.resized(1.06), leg=2.4)  # heavy legs, which move the ZMP far
+    strong = bipeds.write(tmp_path / "strong", shape)
+    weak = bipeds.write(tmp_path / "weak", shape, effort_limits=[75.0, 126.0, 151.0, 189.0, 29.0, 75.0])
+    own, less, far = (
+        load_scenario("walking", f"{{robot: {robot}{text}}}").gait
+        for robot, text in ((strong, ""), (weak, ""), (strong, ", gait: {stride: 0.2067}"))
+    )
+    sole = 2.0 * 1.06 * 0.1
+    assert own.zmp_box[0] == pytest.approx(SHIFT * sole, rel=0.03)
+    assert less.zmp_box[0] < 0.5 * sole
+    assert less.zmp_box[1] == own.zmp_box[1] == far.zmp_box[1]
+    assert far.ticks_per_step >= own.ticks_per_step > 41

@@ -91,10 +91,15 @@ def test_the_real_zmp_stays_in_its_box_where_it_is_expected_to_differ(side: floa
     np.testing.assert_allclose(high - low, mpc.gait.config.zmp_box)  # the box that is told has no margin
 
 
-def test_the_zmp_is_priced_by_its_squared_distance_from_the_middle_of_its_box() -> None:
-    """The ZMP of all links, offset included, for any inputs, feet and state."""
-    horizon, phase, price = 80, 13, 30.0
-    problem = make_mpc(mpc={"zmp_centre_weight": price}).problems[0]
+@pytest.mark.parametrize(
+    ("axis", "sway", "price"), [(0, None, 30.0), (1, None, 30.0), (0, 70.0, 30.0), (1, 70.0, 70.0)]
+)
+def test_the_zmp_is_priced_by_its_squared_distance_from_the_middle_of_its_box(
+    axis: int, sway: float | None, price: float
+) -> None:
+    """The ZMP of all links, offset included, for any inputs, feet and state; in y at a price of its own."""
+    horizon, phase = 80, 13
+    problem = make_mpc(mpc={"zmp_centre_weight": 30.0, "sway_weight": sway}).problems[axis]
     program = problem.write(phase)
     costs = {cost.evaluator().get_description(): cost for cost in program.prog.GetAllCosts()}
     values = np.random.default_rng(2).normal(size=program.prog.num_vars())

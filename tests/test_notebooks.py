@@ -19,6 +19,7 @@ NAMES = [
     "05_your_own_periodic_system",
     "06_an_obstacle_that_moves",
     "07_a_walk_that_turns",
+    "08_g1_walks_in_drake",
 ]
 
 

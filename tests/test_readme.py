@@ -13,6 +13,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+WITHOUT_NUMBERS = {"commands.md", "how_it_is_built.md", "index.md", "platforms.md", "python.md"}
 HOUSE = (ROOT / "docs" / "how_it_is_built.md").read_text(encoding="utf-8")
 
 
@@ -103,7 +104,7 @@ def test_the_page_of_the_mpc_names_every_term_with_its_file_and_parameters() -> 
     assert rows == [(kind.__name__, kind.__module__.rpartition(".")[2]) for kind in TERMS]
 
 
-@pytest.mark.parametrize("page", sorted(path.name for path in (ROOT / "docs").glob("*.md")))
+@pytest.mark.parametrize("page", sorted({path.name for path in (ROOT / "docs").glob("*.md")} - WITHOUT_NUMBERS))
 def test_every_page_ends_with_the_commands_that_make_its_numbers(page: str) -> None:
     *_, last = (ROOT / "docs" / page).read_text(encoding="utf-8").strip().split("\n\n")
     assert re.match(r"The numbers on this page: .*`(pdhocbf|python) .+`", last)

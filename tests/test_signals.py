@@ -13,11 +13,13 @@ from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.systems.signals import SIGNALS, size
 
 DOCS = Path(__file__).parents[1] / "docs"
-DRAKES = {"plant", "joint_encoders", "torque_sensors"}  # blocks of Drake, whose ports have names of their own
+# Blocks of Drake, whose ports have names of their own.
+DRAKES = {"plant", "joint_encoders", "torque_sensors", "encoder_rates", "measurement"}
 WALKS = {
     "walking": "pushes: [{time: 1.0, force: [10.0, 0.0, 0.0]}]",
-    "vhip": "pushes: [{time: 1.0, force: [10.0, 0.0, 0.0]}]",
+    "vhip": "{measurement: {delay_ticks: 1}, pushes: [{time: 1.0, force: [10.0, 0.0, 0.0]}]}",
     "walking_nobarrier": "commands: [{time: 1.0, turn: 0.2}]",
+    "walking_sensors": "",
     "van_der_pol": "",
 }
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, units_of
+from pdhocbf_drake.estimation.sample import Notice
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.mpc.terms import constraints_of
 from pdhocbf_drake.simulation.run_folder import Run
@@ -67,9 +68,30 @@ def misses(run: Run) -> Misses:
 
 
 def degraded_rows(run: Run) -> list[tuple[str, str]]:
-    """(first tick, what was missed) of each kind of degraded tick: one reason, one set of missed constraints."""
+    """(first tick, what was missed) of each kind of degraded tick: one reason, one set of missed constraints.
+
+    Then the same of what the estimator found wrong with its sensors.
+    """
     if "solver_status" not in run.log:
         return []
+    return [*_degraded_plans(run), *_sensor_rows(run)]
+
+
+def _sensor_rows(run: Run) -> list[tuple[str, str]]:
+    """(first tick, what was found wrong) of each set of notices of the estimator."""
+    if "estimator_status" not in run.log:
+        return []
+    notices = run.log.element("estimator_status", "notice").astype(int)
+    rows = []
+    for value in dict.fromkeys(notices[notices != 0].tolist()):
+        alike = np.flatnonzero(notices == value)
+        more = f"; {len(alike) - 1} more like it" if len(alike) > 1 else ""
+        names = ", ".join(str(notice.name) for notice in Notice if notice & value)
+        rows.append((f"sensors, tick {alike[0]}", f"{names}{more}"))
+    return rows[:_MOST]
+
+
+def _degraded_plans(run: Run) -> list[tuple[str, str]]:
     found = misses(run)
     kinds: dict[tuple[float, bytes], list[int]] = {}
     degraded = (found.reasons != Reason.SOLVED) | found.reported.any(axis=1)

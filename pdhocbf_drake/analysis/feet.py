@@ -14,7 +14,7 @@ from pdhocbf_drake.walking.sole_gap import sole_gaps
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_TOUCHES = 1e-5  # [m]: a lower corner of a sole touches the ground, into which what carries load sinks
+TOUCHES = 1e-5  # [m]: a lower corner of a sole touches the ground, into which what carries load sinks
 _LIFTED = 0.1  # share of the swing height: a swing foot that never rose this far took no step
 
 _SUPPORT = {"left": 1.0, "right": -1.0}
@@ -97,7 +97,7 @@ def zmp_margins(log: RunLog, sole_half: Array) -> Array:
     """
     zmp = np.stack([log.element("lip_state", "x_zmp"), log.element("lip_state", "y_zmp")], axis=1)
     corners = np.concatenate([sole_corners(log, side, sole_half[i]) for i, side in enumerate(_SUPPORT)], axis=1)
-    return hull_margins(zmp, corners[:, :, :2], corners[:, :, 2] < _TOUCHES)
+    return hull_margins(zmp, corners[:, :, :2], corners[:, :, 2] < TOUCHES)
 
 
 def sole_corners(log: RunLog, side: str, half: Array) -> Array:

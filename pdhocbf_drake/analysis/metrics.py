@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from pdhocbf_drake.analysis.barrier_margins import BarrierUse, barriers_of, bound_along, psi_along_log, violated
+from pdhocbf_drake.analysis.estimate import estimator_metrics
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.heading import along, along_heading, commanded_path, settled_errors, zmp_seen
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
@@ -64,6 +65,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         joint_speed_margin_min=_finite((body.speed - np.abs(log["joint_state"][:, 12:])).min()) if body else None,
         barriers=_barrier_metrics(scenario, log),
         mpc=_mpc_metrics(scenario, log),
+        estimator=None if body is None else estimator_metrics(log, body, scenario.gait.ticks_per_gait),
     )
 
 

@@ -44,6 +44,19 @@ class MpcMetrics(_Table):
     solver: str = Field(description="the first solver of each tick")
 
 
+class EstimatorMetrics(_Table):
+    """The estimate from the sensors beside the true state."""
+
+    position_drift: float | None = Field(description="drift of the CoM over the way that it went; null without one")
+    yaw_drift_deg_per_minute: float = Field(description="drift of the floating link's heading [deg/min]")
+    velocity_rms: list[float] = Field(description="RMS error of the CoM's velocity in x and y [m/s]")
+    height_rms: float = Field(description="RMS error of the CoM's height [m]")
+    nees: float = Field(description="mean normalized square of the eight observable errors; 8 where it is consistent")
+    nees_within: float = Field(description="share of gaits whose mean of it is below its 95 % limit, 15.5")
+    contact_errors: float = Field(description="share of feet and ticks with load as estimated but no touch, or reverse")
+    notices: dict[str, int] = Field(description="ticks at which sensors were found wrong, by `estimation.Notice`")
+
+
 class Metrics(_Table):
     """The numbers of one run; null where a quantity does not apply."""
 
@@ -113,6 +126,7 @@ class Metrics(_Table):
     )
     barriers: dict[str, BarrierMetrics]
     mpc: MpcMetrics | None
+    estimator: EstimatorMetrics | None = Field(None, description="of a walk on sensors")
 
     def to_json(self) -> str:
         """The text of metrics.json."""

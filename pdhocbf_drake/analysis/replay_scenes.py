@@ -12,6 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.feet import sole_centres, step_starts, touchdown_rows
+from pdhocbf_drake.analysis.replay_estimate import EstimateMarker
 from pdhocbf_drake.analysis.replay_markers import Foothold, RecordedMarkers, colour_by_safety, safety_along
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.robot import Biped
@@ -37,10 +38,13 @@ def robot_scene(stage: Stage, run: Run) -> Draw:
             yaw = float(yaws[row]) if "path" in log else 0.0
             taken.append(Foothold(max(0, start), side, centres[row], biped.soles[side].half_size, yaw))
     markers = RecordedMarkers(stage, run, log.element("com_z", "z"), taken)
+    estimate = EstimateMarker(stage, log) if "lip_estimate" in log else None
 
     def draw(row: int, time: float) -> None:
         pose(positions[row], time)
         markers.draw(row)
+        if estimate is not None:
+            estimate.draw(row)
 
     return draw
 

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
 import yaml
+from markupsafe import escape
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.answers import answers
 from pdhocbf_drake.analysis.comparison import comparison_figures
 from pdhocbf_drake.analysis.degraded import degraded_rows
-from pdhocbf_drake.analysis.figures import Picture, make_figures, rendered, write_pictures
+from pdhocbf_drake.analysis.figures import Picture, figures_of, rendered, write_pictures
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.page import data_url, filled_page
@@ -21,6 +22,9 @@ from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.files.file import write_text
 from pdhocbf_drake.simulation.run_folder import FIGURES, METRICS, REPORT, Run
+
+_MARK = "\x00"  # which no text of a page has
+_PIECE = 2**20  # characters of a replay that are written at a time
 
 
 class ReportedRun(NamedTuple):
@@ -39,7 +43,7 @@ def metrics_of(run: Run) -> Metrics:
 
 def reported(run: Run, replay: str | None, metrics: Metrics | None = None) -> ReportedRun:
     """The run with its pictures, and with its metrics, which are computed where they are not given."""
-    pictures = rendered(make_figures(run, robot_limits(run.scenario)))
+    pictures = rendered(figures_of(run, robot_limits(run.scenario)))
     return ReportedRun(run, metrics or metrics_of(run), pictures, replay)
 
 
@@ -54,11 +58,27 @@ def write_report(run: Run, metrics: Metrics, folder: Path, replay: str | None) -
     """Writes the figures, and report.html with them and the replay."""
     shown = reported(run, replay, metrics)
     write_pictures(shown.pictures, folder / FIGURES)
-    write_text(folder / REPORT, report_html([shown]))
+    write_text(folder / REPORT, report_pieces([shown]))
 
 
 def report_html(runs: Sequence[ReportedRun]) -> str:
     """The page, which holds its figures and replays and loads nothing."""
+    return "".join(report_pieces(runs))
+
+
+def report_pieces(runs: Sequence[ReportedRun]) -> Iterator[str]:
+    """The same piece by piece, as replays of tens of megabytes are better not copied as a whole."""
+    for place, piece in enumerate(_page(runs).split(_MARK)):
+        if place % 2 == 0:
+            yield piece
+            continue
+        replay = runs[int(piece)].replay or ""
+        for start in range(0, len(replay), _PIECE):
+            yield escape(replay[start : start + _PIECE])
+
+
+def _page(runs: Sequence[ReportedRun]) -> str:
+    """The page with a number between two marks in the place of each replay."""
     columns = [dict([*summary_rows(reported.metrics), *degraded_rows(reported.run)]) for reported in runs]
     shared = comparison_figures([reported.run for reported in runs])
     # The scenarios' names, numbered where they are the same.
@@ -77,11 +97,11 @@ def report_html(runs: Sequence[ReportedRun]) -> str:
                 "label": label,
                 "description": reported.run.scenario.description,
                 "figures": _images(reported.pictures),
-                "replay": reported.replay,
+                "replay": None if reported.replay is None else f"{_MARK}{index}{_MARK}",
                 "scenario": _yaml(reported.run.scenario.to_dict()),
                 "provenance": _yaml(reported.run.provenance.model_dump()),
             }
-            for label, reported in zip(labels, runs, strict=True)
+            for index, (label, reported) in enumerate(zip(labels, runs, strict=True))
         ],
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, EstimatorMetrics, Metrics, MpcMetrics
 
 
 def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
@@ -22,7 +22,23 @@ def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
     rows += [(f"barrier {name}", _barrier(barrier)) for name, barrier in metrics.barriers.items()]
     if metrics.mpc is not None:
         rows.append(("MPC" if metrics.steps_taken is not None else "filter", _mpc(metrics.mpc)))
+    if metrics.estimator is not None:
+        rows.append(("estimator", _estimator(metrics.estimator)))
     return rows
+
+
+def _estimator(estimator: EstimatorMetrics) -> str:
+    vx, vy = estimator.velocity_rms
+    drift = "" if estimator.position_drift is None else f"drift {100 * estimator.position_drift:.2g} % of the way, "
+    text = (
+        f"{drift}yaw {estimator.yaw_drift_deg_per_minute:.2g} deg/min; RMS of velocity {1e3 * vx:.1f} and "
+        f"{1e3 * vy:.1f} mm/s, of height {mm(estimator.height_rms)}; NEES {estimator.nees:.1f}, within its limit in "
+        f"{100 * estimator.nees_within:.0f} % of the gaits"
+    )
+    if estimator.notices:
+        found = ", ".join(f"{n} {notice}" for notice, n in estimator.notices.items())
+        text += f"; sensors found wrong at ticks: {found}"
+    return text
 
 
 def _run(metrics: Metrics) -> str:

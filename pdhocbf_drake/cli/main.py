@@ -37,6 +37,7 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     ),
     "check": ("whether a robot's file fits its model, and a walk its robot", "cli.check"),
     "compare": ("safety margins of two runs and their ratio (6)", "cli.compare"),
+    "delay": ("how late the measurements of a recorded walk are, and how its ZMP lags", "cli.delay"),
     "replay": ("rebuild a run's replay.html from its log", "cli.replay"),
     "report": ("rebuild a run's report.html, or write one page for several runs", "cli.report"),
     "cache": ("compiled programs that are kept between commands: what there is, or delete it", "cli.cache"),
@@ -54,6 +55,10 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
     "directions": (
         "walks that turn, go sideways, stop and start, beside what they must reach",
         "studies.directions.command",
+    ),
+    "sensing": (
+        "walks with late, noisy and wrong knowledge of the robot, beside what they must reach",
+        "studies.sensing.command",
     ),
     "reproduce": ("every figure and number of the paper beside ours", "studies.reproduce.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "studies.campaign.command"),

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pdhocbf_drake.arguments import add_overrides
-from pdhocbf_drake.collecting import quick_imports, without_garbage_collection
+from pdhocbf_drake.collecting import give_back_memory, quick_imports, without_garbage_collection
 from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError, reason
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
@@ -193,6 +193,7 @@ def write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool
 
     for name, make in (((REPLAY, make_replay),) if with_replay else ()) + ((REPORT, make_report),):
         try:
+            give_back_memory()  # of the simulation, or of the replay
             made[name] = make()
         except KeyboardInterrupt:
             return [*made], _STOPPED

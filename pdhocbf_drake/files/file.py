@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -42,7 +42,7 @@ def new_file(place: Path) -> Path:
     return path
 
 
-def write_text(path: Path, text: str) -> None:
-    """Writes a file that is complete or not there; raises as `replaced_file` does."""
-    with replaced_file(path) as staging:
-        staging.write_text(text, encoding="utf-8")
+def write_text(path: Path, text: str | Iterable[str]) -> None:
+    """Writes a file, as a whole or piece by piece, that is complete or not there; raises as `replaced_file` does."""
+    with replaced_file(path) as staging, staging.open("w", encoding="utf-8") as file:
+        file.writelines([text] if isinstance(text, str) else text)

@@ -13,6 +13,8 @@ _GAIT: Final = GaitConfig()
 _BOX: Final = _GAIT.zmp_box[1]
 _TICKS: Final = _GAIT.ticks_per_step * _GAIT.double_support_ticks * _GAIT.tick**2  # N D δ² [s²]
 _INSIDE = 0.6
+_GAP: Final = PACKAGED.stance_width - 2.0 * PACKAGED.sole[1]  # between the packaged soles [m]
+_LEFT = 0.3  # least share of a wide gap between the soles
 _DIGITS = 4  # of a value that a rule has changed
 
 
@@ -77,7 +79,7 @@ def _horizon(value: int, scale: Scale) -> int:
 
 def _gait_box(value: tuple[float, float], scale: Scale) -> list[float]:
     """As `_box`, as long as swing leg and ankles make it."""
-    return _box((value[0] * scale.box, value[1]), scale)
+    return _box((_rounded(value[0], scale.box), value[1]), scale)
 
 
 def _box(value: tuple[float, float], scale: Scale) -> list[float]:
@@ -96,12 +98,29 @@ def _margin(value: float, scale: Scale) -> float:
 
 def _least_width(value: float, scale: Scale) -> float:
     """As much less than the stance width, as a share of the gap between the soles or of the legs, the smaller one."""
-    usual = PACKAGED.stance_width - 2.0 * PACKAGED.sole[1]
     facts = scale.facts
-    gap = min(facts.stance_width - 2.0 * facts.sole[1], scale.length * usual)
-    if gap == usual and facts.stance_width == PACKAGED.stance_width:
-        return value
-    return _rounded(max(facts.stance_width - (PACKAGED.stance_width - value) * gap / usual, 0.0), 1.0 + 1e-15)
+    gap = min(facts.stance_width - 2.0 * facts.sole[1], scale.length * _GAP)
+    return _as_written(value, scale) or _rounded(
+        max(facts.stance_width - (PACKAGED.stance_width - value) * gap / _GAP, 0.0), 1.0 + 1e-15
+    )
+
+
+def _least_width_of_recovery(value: float, scale: Scale) -> float:
+    """As above, but of wide stances a larger share, since a foot that is to catch the robot lands where it falls to.
+
+    What is left of the gap between the soles is room for shoes and shanks that are wider than they.
+    """
+    facts = scale.facts
+    gap, share = facts.stance_width - 2.0 * facts.sole[1], (value - 2.0 * PACKAGED.sole[1]) / _GAP
+    left = min(share * gap, max(share * scale.length * _GAP, _LEFT * gap))
+    return _as_written(value, scale) or _rounded(max(2.0 * facts.sole[1] + left, 0.0), 1.0 + 1e-15)
+
+
+def _as_written(value: float, scale: Scale) -> float:
+    """The packaged robot's own value for its stance and soles, else 0."""
+    facts = scale.facts
+    same = (facts.stance_width, facts.sole) == (PACKAGED.stance_width, PACKAGED.sole) and scale.length == 1.0
+    return value if same else 0.0
 
 
 def sway_price(value: float, box: float, scale: Scale) -> float:
@@ -160,7 +179,7 @@ RULES: Final[dict[str, Rule]] = {
     "mpc.recovery.tail_weight": ONCE,
     "mpc.recovery.zmp_box": _box,
     "mpc.recovery.step_reach": LENGTH,
-    "mpc.recovery.stance_width_min": _least_width,
+    "mpc.recovery.stance_width_min": _least_width_of_recovery,
     "mpc.recovery.path_correction": LENGTH,
     "mpc.recovery.slack_weight": _slack,
     "mpc.recovery.freeze_ticks": _ticks,

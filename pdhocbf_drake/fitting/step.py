@@ -9,7 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.fitting.facts import PACKAGED
-from pdhocbf_drake.fitting.preview import Step, preview, zmp_shift
+from pdhocbf_drake.fitting.preview import Preview, Step, preview, zmp_shift
 from pdhocbf_drake.robot import Biped, longest_stride, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.leg import axis_of
 from pdhocbf_drake.walking.com_height import GRAVITY
@@ -111,9 +111,12 @@ class _Wanted:
 
     def speed(self, stride: float, duration: float) -> float:
         """The largest joint speed over its limit; 0 where the step is out of reach."""
-        step = Step(stride, self._width, self._height, self._swing_height, duration, duration * self._share)
-        found = preview(self._biped, step)
+        found = self._preview(stride, duration)
         return 0.0 if found.missed else float((found.speeds / self._biped.velocity_limits).max())
+
+    def _preview(self, stride: float, duration: float) -> Preview:
+        step = Step(stride, self._width, self._height, self._swing_height, duration, duration * self._share)
+        return preview(self._biped, step)
 
     def duration(self, stride: float, usual: float, most: float) -> tuple[float, str]:
         """The shortest step, from the usual one on, that soles and joints allow, with the reason; it may not do."""
@@ -140,6 +143,10 @@ class _Wanted:
         reach = _REACH * longest_stride(self._biped, self._width, self._highest)
         if abs(stride) > reach:
             stride, why = math.copysign(reach, stride), "the legs' reach"
+        if self._preview(stride, duration).missed and not self._preview(0.0, duration).missed:
+            why = "the joints' stops"
+            while self._preview(stride, duration).missed and abs(stride) > _SHORTER**_ATTEMPTS * abs(first):
+                stride *= _SHORTER
         for _ in range(_ATTEMPTS):
             if self.shift(stride, duration) <= SHIFT * 1.01 and self.speed(stride, duration) <= _SPEED * 1.01:
                 break

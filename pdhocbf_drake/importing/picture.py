@@ -17,7 +17,8 @@ from pdhocbf_drake.robot.per_joint import ROLES
 _MOST = 30_000  # triangles that are drawn
 _LIGHT = np.array([0.5, 0.3, 0.8]) / np.linalg.norm([0.5, 0.3, 0.8])
 _SHELL = "#B8BDC4"
-_SIDE_COLOURS = {"left": palette.LEFT, "right": palette.RIGHT}
+_SOLE = "#000000"  # a colour that no role has
+_DASHES = {"left": (1.0, 0.0), "right": (1.2, 0.6)}  # lengths of a line and of the gap after it
 
 
 def robot_picture(biped: Biped) -> Figure:
@@ -34,7 +35,8 @@ def robot_picture(biped: Biped) -> Figure:
         axes.set_xlabel(label)
         axes.set_ylabel("z [m]")
         axes.axhline(0.0, color=palette.LIMIT, linewidth=0.8)
-        axes.plot([0.0], [com[2]], "o", color=palette.MEASURED_COM, markersize=5, zorder=6)
+        axes.plot([0.0], [com[2]], "o", color="white", markeredgecolor=palette.MEASURED_COM, markersize=8, zorder=6)
+        axes.plot([0.0], [com[2]], "+", color=palette.MEASURED_COM, markersize=8, zorder=7)
         axes.set_aspect("equal")
     _draw_soles(above, seen, biped)
     handles = [front.plot([], [], color=colour, linewidth=3)[0] for colour in palette.JOINTS]
@@ -67,7 +69,10 @@ def _draw_body(axes: Axes, seen: Pictured, biped: Biped, across: int, depth: int
         axes.plot(place[across], place[2], "o", color=palette.JOINTS[number % 6], markersize=4, zorder=5)
     for side in SIDES:
         corners = _corners(seen, biped, side)
-        axes.plot(corners[:, across], corners[:, 2], color=_SIDE_COLOURS[side], linewidth=3, zorder=5)
+        axes.plot(corners[:, across], corners[:, 2], color=_SOLE, linewidth=3, zorder=5, solid_capstyle="butt")
+        if across == 1:
+            spot = corners[:4].mean(axis=0)
+            axes.annotate(side, (spot[1], spot[2]), (0, -6), textcoords="offset points", ha="center", va="top")
     axes.autoscale_view()
 
 
@@ -81,7 +86,9 @@ def _draw_soles(axes: Axes, seen: Pictured, biped: Biped) -> None:
         axes.plot(-points[:, 1], points[:, 0], ".", color=_SHELL, markersize=1.0, rasterized=True)
         corners = _corners(seen, biped, side)
         outline = np.column_stack([-corners[:, 1], corners[:, 0]])
-        axes.add_patch(Polygon(outline, fill=False, edgecolor=_SIDE_COLOURS[side], linewidth=2.2, label=f"{side} sole"))
+        sole = Polygon(outline, fill=False, edgecolor=_SOLE, linewidth=2.2, label=f"{side} sole", zorder=5)
+        sole.set_linestyle((0.0, _DASHES[side]))
+        axes.add_patch(sole)
         number = 6 * SIDES.index(side) + ROLES.index("ankle_pitch")
         ankle = seen.plant.GetJointByName(biped.joint_names[number]).frame_on_parent()
         place = ankle.CalcPoseInWorld(seen.context).translation()

@@ -8,6 +8,7 @@ from math import lcm
 
 import numpy as np
 
+from pdhocbf_drake.mpc.config import SENSING
 from pdhocbf_drake.mpc.kernels import write_common
 from pdhocbf_drake.mpc.plan import NOTICED
 from pdhocbf_drake.mpc.terms import TERMS
@@ -61,7 +62,8 @@ class AxisProblem:
     def key(self) -> Hashable:
         """What its programs depend on; problems with equal keys have equal programs."""
         setting = self.setting
-        config = setting.config.model_dump_json(exclude={"recovery", "robust"})  # these are in θ, or in other problems
+        # What is left out is in θ, in other problems, or before and after them.
+        config = setting.config.model_dump_json(exclude={"recovery", "robust", *SENSING})
         matrices = (setting.gait.region.weight.tobytes(), setting.vhip.A.tobytes(), setting.vhip.B.tobytes())
         return config, matrices, tuple(term.key for term in self.terms)
 

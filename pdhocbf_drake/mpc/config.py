@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import Field, model_validator
 
@@ -16,6 +16,10 @@ Price = Annotated[float, within(0.0, 1e12, "", above=True)]
 Speed = Annotated[float, within(0.0, 1e3, "m/s", above=True)]
 Rate = Annotated[float, within(0.0, 1e3, "m/s")]
 Shift = Annotated[float, within(0.0, 10.0, "m")]
+Delay = Annotated[int, within(0, 1000, "ticks")]
+
+SENSING: Final = frozenset({"delay", "zmp_lag", "filter", "disturbance"})
+"""Keys of `MpcConfig` about what is measured and sent, which no program depends on."""
 
 
 class RecoveryConfig(Config):
@@ -89,6 +93,38 @@ class RobustConfig(Config):
         return self.sigmas * float(com), self.sigmas * float(velocity)  # type: ignore[arg-type]
 
 
+class FilterConfig(Config):
+    """What is known of the measured CoM, from which the gain of a Kalman filter follows.
+
+    Attributes:
+        com: standard deviation of the noise of the measured CoM, the same in x and y [m].
+        velocity: likewise of the CoM velocity [m/s].
+        model: standard deviation of the acceleration that the template does not model [m/s²].
+        push: likewise while a push is noticed [m/s²].
+    """
+
+    com: Annotated[float, within(0.0, 1.0, "m")] = 0.0
+    velocity: Annotated[float, within(0.0, 10.0, "m/s")] = 0.0
+    model: Annotated[float, within(0.0, 100.0, "m/s²", above=True)] = 0.3
+    push: Annotated[float, within(0.0, 1000.0, "m/s²", above=True)] = 5.0
+
+
+class DisturbanceConfig(Config):
+    """How a constant disturbance, such as wind, a slope or a load, is estimated and cancelled.
+
+    Attributes:
+        gain: share of the acceleration that a tick was wrong by which the estimate takes over [1].
+        most: largest estimate, horizontally [m/s²].
+        rate: fastest change of the estimate, which keeps it from following a push [m/s³].
+        band: what is cancelled stays as it is while it is this close to the estimate [m/s²].
+    """
+
+    gain: Annotated[float, within(0.0, 1.0, "", above=True)] = 0.02
+    most: Annotated[float, within(0.0, 5.0, "m/s²", above=True)] = 0.6
+    rate: Annotated[float, within(0.0, 1000.0, "m/s³", above=True)] = 0.8
+    band: Annotated[float, within(0.0, 5.0, "m/s²")] = 0.05
+
+
 class MpcConfig(Config):
     """The periodic MPC.
 
@@ -98,8 +134,8 @@ class MpcConfig(Config):
             anticipative, since it does not repeat.
         foothold_weight: ε of eq. (36), one squared distance per foothold [1/s²].
         zmp_centre_weight: price of the ZMP's squared distance from the centre of its box [1/s²]; not in eq. (36).
-        sway_weight: the same in y alone, which keeps the sway in the middle between the feet; null is
-            `zmp_centre_weight` [1/s²].
+        sway_weight: the same in y alone, which keeps the sway in the middle between the feet, but not while a
+            disturbed walk recovers; null is `zmp_centre_weight` [1/s²].
         path_correction: how much of the feet's distance from the commanded path one step may ask back, x and y [m].
         step_tolerance: how far a foothold may move from the commanded step, in x and y [m].
         stance_width_min: least lateral distance of a foothold from the stance foot [m].
@@ -122,6 +158,13 @@ class MpcConfig(Config):
         recovery: how a disturbed walk is planned; null plans it like any other.
         robust: what barriers and ZMP box are tightened for, so that the true state keeps them; null tightens nothing.
         solver: "daqp" (active set, compiled) or "clarabel" (Drake's, interior point).
+        delay: how late measurements are [ticks]; what is measured is carried forward by the ZMP velocities sent since.
+            "auto" takes what `measurement` has.
+        zmp_lag: rate λ at which the robot's ZMP follows the one that is sent, ṗ = λ (p_sent − p) [1/s]; what is sent
+            leads the planned ZMP by as much. null is for one that follows at once.
+        filter: noise of the measured CoM, which is filtered with the template as model; "auto" takes what
+            `measurement` has, null filters nothing.
+        disturbance: a constant disturbance is estimated and cancelled; null cancels nothing.
     """
 
     horizon: int = Field(80, ge=1, le=20_000)
@@ -147,3 +190,18 @@ class MpcConfig(Config):
     tail_weight: Price = 1e6
     robust: RobustConfig | None = None
     solver: Literal["daqp", "clarabel"] = "daqp"
+    delay: Delay | Literal["auto"] = "auto"
+    zmp_lag: Annotated[float, within(0.0, 1e4, "1/s", above=True)] | None = None
+    filter: FilterConfig | Literal["auto"] | None = "auto"
+    disturbance: DisturbanceConfig | None = None
+
+    @property
+    def delay_ticks(self) -> int:
+        """How late measurements are; 0 where no scenario says it [ticks]."""
+        return 0 if self.delay == "auto" else self.delay
+
+    @property
+    def noise(self) -> FilterConfig | None:
+        """What is filtered; None where there is nothing, or where no scenario says it."""
+        noise = self.filter
+        return noise if isinstance(noise, FilterConfig) and (noise.com or noise.velocity) else None

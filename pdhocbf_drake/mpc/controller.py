@@ -11,6 +11,7 @@ from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
+from pdhocbf_drake.mpc.believed import Believer
 from pdhocbf_drake.mpc.commanded import CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.digest import digest
@@ -46,6 +47,7 @@ class PeriodicMpc:
         gait, vhip, divergent: the walk, its template and the divergent component of that.
         barriers: the barriers of the axes x and y.
         terminal: the terminal sets (20f) of the axes, by axis; none where the tail is demanded instead.
+        believer: from measurements to the state to plan from, and from a plan to what is sent.
         commanded: the steps that the gait commands.
         problems: problem (36) of both axes, which fill θ.
         qps, solvers: `qps[axis][k % len(qps[axis])]`, the compiled programs at tick k, and what solves them.
@@ -89,7 +91,7 @@ class PeriodicMpc:
                 f"such as {gait_ticks} or {2 * gait_ticks} (given: {config.horizon})"
             )
         self.gait, self.vhip, self.config, self.barriers = gait, vhip, config, barriers
-        self.divergent = DivergentComponent(vhip)
+        self.divergent, self.believer = DivergentComponent(vhip), Believer(vhip, config)
         self._omega: list[float] = self.divergent.omega.tolist()
         self.footholds = config.horizon // gait.period
         self.terminal = dict(terminal or {})

@@ -5,18 +5,17 @@ The block of the diagram, the nominal orbit, the studies and the tests all run `
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.kernels import believe
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan, Reason
+from pdhocbf_drake.mpc.prediction import carried_back
 from pdhocbf_drake.mpc.stepping import about_to_stand, steps_again
-
-_MOVED = 1e-6  # [m/s] or [m]: a prediction that changed by more, under a measurement that did not, makes it stale
 
 
 class Measurement(NamedTuple):
@@ -24,7 +23,8 @@ class Measurement(NamedTuple):
 
     Attributes:
         tick: k.
-        state: c, v, p of x, then of y, shape (2, 3) [m, m/s, m]; p is read only if `mpc.zmp_state` is "measured".
+        state: c, v, p of x, then of y, shape (2, 3) [m, m/s, m], as they were `mpc.delay` ticks ago; p is read only if
+            `mpc.zmp_state` is "measured".
         feet: centres of the left and right sole, shape (2, 2) [m]; a foot that lands is put where it is measured. None
             leaves feet where they are planned.
         zmp_offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m]; None is zero.
@@ -45,10 +45,10 @@ class Measurement(NamedTuple):
 def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency: float = 0.0) -> tuple[Memory, Plan]:
     """One tick of the controller: from what it remembers and what is measured to its plan and its next memory.
 
-    It puts a foot that lands where it is measured, rejects a measurement that can't be right, notices a disturbance,
-    plans, brings a walk that stays degraded to a stand, takes up the command of a step that begins, and moves the
-    memory on to the next tick. It never raises for
-    what is measured, and changes none of its arguments.
+    It puts a foot that lands where it is measured, rejects a measurement that can't be right, carries a late one
+    forward, filters a noisy one, notices a disturbance, plans, brings a walk that stays degraded to a stand, takes up
+    the command of a step that begins, and moves the memory on to the next tick. It never raises for what is measured,
+    and changes none of its arguments.
 
     Args:
         mpc: the compiled problem.
@@ -67,19 +67,25 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     if measurement.feet is not None:
         memory.land(mpc, tick, measurement.feet)
     bounds = mpc.bounds(tick) if measurement.bounds is None else measurement.bounds
-    state, fault = _believed_state(mpc, memory, measurement.state, tick, latency)
+    state, fault, memory.measured, memory.beliefs = mpc.believer.state(
+        memory.beliefs, memory.state, measurement.state, memory.measured, tick, latency, memory.disturbance.active
+    )
     if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
-    plan = _planned(mpc, memory, tick, state, bounds, measurement.zmp_offset)
+    offset = mpc.believer.zmp_offset(memory.beliefs, tick, measurement.zmp_offset)
+    plan = _planned(mpc, memory, tick, state, bounds, offset)
     resumed = steps_again(mpc, state, memory.stance[:, 1], plan)
     if resumed != memory.resumed:
         mpc = memory.resume(mpc, tick, resumed)
-        plan = mpc.solve(tick, state, memory.stance, bounds, measurement.zmp_offset, memory.plan, True)
+        plan = mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, True)
     reason = _supervise(mpc, memory, plan, fault)
     if late and reason == Reason.SOLVED:
         reason = Reason.LATE_COMMAND
     memory.take_up(memory.problem(own), tick)
     memory.advance(mpc, state, plan, memory.problem(own))
+    memory.beliefs, memory.com_reference, memory.zmp_reference = mpc.believer.sent(
+        memory.beliefs, plan, memory.com_reference, memory.zmp_reference
+    )
     solved = float(plan.reason.planned)
     cost = plan.cost if solved else 0.0
     memory.solver_status = np.array([solved, 0.0, cost, plan.slack, float(plan.fallbacks), float(reason)])
@@ -116,52 +122,34 @@ def walk_template(
 ) -> Iterator[TemplateTick]:
     """Walks the template (23) from what `memory` predicts for tick `first`, under `control`.
 
+    Measurements are late by the controller's own delay; those of before the first tick follow from what was sent. The
+    ZMP lags as the controller expects it to.
+
     Args:
         mpc: the compiled problem.
         memory: the controller's memory before tick `first`; it stays as it is.
         first: the first tick.
         ticks: how many.
         kicks: velocity that a disturbance adds before each tick, in x and y, shape (≤ ticks, 2) [m/s].
-        sensor: what the controller is given for what is true; None gives it the truth.
+        sensor: what the controller is given for what is true (or was, where it is late); None gives it that.
         disturbance: what it adds to [c, v](k + 1) of x and y, shape (2, 2) [m, m/s], given k + 1, the state there
             without it, the controller's memory for it, and the plan made at k; None adds nothing.
     """
     state = memory.state
+    late = deque(carried_back(mpc.vhip, first, memory.beliefs.sent, state), maxlen=mpc.config.delay_ticks + 1)
     for k in range(first, first + ticks):
         if kicks is not None and k - first < len(kicks):
             state = state.copy()
             state[:, 1] += kicks[k - first]
-        measured = Measurement(k, state)
+        late.append(state)
+        measured = Measurement(k, late[0])
         following, plan = control(mpc, memory, measured if sensor is None else sensor(measured))
         yield TemplateTick(k, state, memory, plan, following)
-        memory, state = following, mpc.vhip.step_axes(k, state, plan.inputs[:, 0])
+        velocity = mpc.believer.zmp_velocity(state, following.zmp_reference)
+        memory, state = following, mpc.vhip.step_axes(k, state, velocity)
         if disturbance is not None:
             state = state.copy()
             state[:, :2] += disturbance(k + 1, state, memory, plan)
-
-
-def _believed_state(
-    mpc: PeriodicMpc, memory: Memory, measured: np.ndarray, tick: int, latency: float
-) -> tuple[np.ndarray, Reason]:
-    """[c, v, p] to plan from, shape (2, 3), and whether the measurement was used.
-
-    CoM position and velocity are the measured ones, the ZMP is the planned one (or, with Remark 8 to the letter, the
-    measured one). A measurement that is not finite, or that repeats bit for bit while the plan moves on, is replaced
-    by what the last plan predicts.
-
-    What is planned from a measurement takes effect `latency` later [s]: the measured CoM is moved on over that time,
-    c + τ v and v + τ eta(k) (c − p), or the robot would lag behind every plan by as much.
-    """
-    zmp_measured = mpc.config.zmp_state == "measured"
-    eta = mpc.vhip.eta[tick % mpc.vhip.period]
-    state, com = np.empty((2, 3)), np.empty(4)
-    finite, repeats, moves = believe(memory.state, measured, memory.measured, zmp_measured, latency, eta, state, com)
-    if not finite:
-        return memory.state, Reason.BAD_MEASUREMENT
-    memory.measured = com
-    if repeats and moves > _MOVED:
-        return memory.state, Reason.STALE_MEASUREMENT
-    return state, Reason.SOLVED
 
 
 def _planned(

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from pdhocbf_drake.mpc.axis_problem import layout
+from pdhocbf_drake.mpc.believed import Beliefs
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
@@ -27,7 +28,7 @@ OUTPUTS = (
 _ROWS = {LEFT: 0, -LEFT: 1}  # of `Memory.feet`, by the foot
 _NONE = np.zeros(0)
 _UNCOMMANDED = (math.nan,) * 4
-_NUMBERS = 12  # single numbers, from `last_step` to `plan`, with which the part behind the outputs begins
+_NUMBERS = 16  # single numbers, from `input_disturbance` to `plan`, with which the part behind the outputs begins
 
 
 @dataclass
@@ -58,6 +59,7 @@ class Memory:
         measured: c and v of both axes as measured at k [m, m/s].
         plan: the plan made at k, or None at the start.
         disturbance: whether the walk is disturbed, and since when it has been quiet.
+        beliefs: what lies between measurements and plans.
     """
 
     com_reference: np.ndarray
@@ -80,6 +82,7 @@ class Memory:
     resumed: Resumed = AS_COMMANDED
     course: Course | None = None
     command: tuple[float, ...] = _UNCOMMANDED
+    beliefs: Beliefs = field(default_factory=lambda: Beliefs.at_start(0))
 
     @classmethod
     def at_start(cls, mpc: PeriodicMpc, state: np.ndarray, feet: np.ndarray) -> Memory:
@@ -95,6 +98,7 @@ class Memory:
             com, zmp, np.zeros(4), np.zeros(8), np.zeros(8), np.array([1.0, 0, 0, 0, 0, Reason.SOLVED]),
             inactive, inactive, np.zeros(2 * len(mpc.constraints)), np.array(state, dtype=float),
             np.array(feet, dtype=float), stance, -1.0, 0.0, np.full(4, np.nan), None,
+            beliefs=Beliefs.at_start(mpc.config.delay_ticks),
         )  # fmt: skip
         footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).ways, axis=1)
         memory._write_feet(mpc, 0, footholds)
@@ -115,10 +119,13 @@ class Memory:
         return other
 
     def land(self, mpc: PeriodicMpc, tick: int, measured: np.ndarray) -> None:
-        """At the first tick of a step, puts the foot that came down where it is measured; NaN leaves it."""
+        """Puts the foot that came down at the first tick of a step where it is measured; NaN leaves it.
+
+        A measurement that is d ticks late shows that foot on the ground at tick d of the step.
+        """
         step, phase = mpc.gait.phase(tick)
         before = mpc.gait.support(step - 1)
-        if phase or step == 0 or before == BOTH or not np.all(np.isfinite(measured)):
+        if phase != mpc.config.delay_ticks or step == 0 or before == BOTH or not np.all(np.isfinite(measured)):
             return
         landed = _ROWS[-before]
         self.feet = self.feet.copy()
@@ -240,15 +247,17 @@ class MemoryLayout:
         commands = (len(NO_COURSE), len(_UNCOMMANDED)) if mpc.gait.turns else (0, 0)
         self.sizes = {
             "com_reference": 6, "zmp_reference": 4, "zmp_box": 4, "stance_plan": 8, "foot_plan": 8, "solver_status": 6,
-            "barrier_slack": barriers, "barrier_active": barriers, "unmet": 2 * len(mpc.constraints), "last_step": 1,
-            "resumed": 3, "course": commands[0], "command": commands[1],
+            "barrier_slack": barriers, "barrier_active": barriers, "unmet": 2 * len(mpc.constraints),
+            "input_disturbance": 4, "last_step": 1, "resumed": 3, "course": commands[0], "command": commands[1],
             "degraded": 1, "disturbance": 4, "plan": 3, "measured": 4, "state": 6, "feet": 4, "stance": 4,
+            "zmp_shift": 2, "evidence": 2, "sent": 2 * mpc.config.delay_ticks,
+            "acted": 2 * mpc.config.delay_ticks + 2,
             "inputs": 2 * mpc.config.horizon, "footholds": 2 * mpc.footholds, "active_x": rows[0],
             "active_y": rows[1],
         }  # fmt: skip
         self.places = layout(self.sizes)
         self.size = sum(self.sizes.values())
-        self.carried = slice(self.places["last_step"].start, self.size)
+        self.carried = slice(self.places["input_disturbance"].start, self.size)
         start = self.carried.start
         behind = [slice(p.start - start, p.stop - start) for p in self.places.values() if p.start >= start]
         self._follows, self._numbers = mpc.gait.turns, _NUMBERS + sum(commands)
@@ -257,20 +266,19 @@ class MemoryLayout:
 
     def pack(self, memory: Memory) -> np.ndarray:
         """The whole memory as one vector; the plan's parts are zero where there is none."""
-        plan, disturbance = memory.plan, memory.disturbance
+        plan, disturbance, beliefs = memory.plan, memory.disturbance, memory.beliefs
         marks = (-1.0, 0.0, 0.0) if plan is None else (plan.tick, plan.fallbacks, plan.recovering)
         numbers = np.array(
             [
-                memory.last_step, *memory.resumed, *self._commands(memory), memory.degraded,
-                *disturbance.error_sum, disturbance.active,
-                disturbance.quiet, *marks,
+                *beliefs.input_disturbance.tolist(), memory.last_step, *memory.resumed, *self._commands(memory),
+                memory.degraded, *disturbance.error_sum, disturbance.active, disturbance.quiet, *marks,
             ]
         )  # fmt: skip
         planned = [np.zeros(self._planned)] if plan is None else [plan.inputs, plan.footholds, *plan.active]
         parts = [
             memory.com_reference, memory.zmp_reference, memory.zmp_box, memory.stance_plan, memory.foot_plan,
             memory.solver_status, memory.barrier_slack, memory.barrier_active, memory.unmet, numbers, memory.measured,
-            memory.state, memory.feet, memory.stance, *planned,
+            memory.state, memory.feet, memory.stance, *beliefs[1:], *planned,
         ]  # fmt: skip
         return np.concatenate(parts, axis=None)
 
@@ -290,9 +298,10 @@ class MemoryLayout:
     def unpack_carried(self, carried: np.ndarray) -> Memory:
         """A memory from the part `carried` of the vector, as copies; its outputs are empty until the next tick."""
         own = np.array(carried)
-        last_step, first, side, last, *commands = own[: self._numbers].tolist()
+        last_step, first, side, last, *commands = own[4 : self._numbers].tolist()
         degraded, x, y, disturbed, quiet, tick, fallbacks, recovering = commands[-8:]
-        measured, state, feet, stance, inputs, footholds, active_x, active_y = [own[place] for place in self._arrays]
+        measured, state, feet, stance, *arrays = [own[place] for place in self._arrays]
+        zmp_shift, evidence, sent, acted, inputs, footholds, active_x, active_y = arrays
         plan = None
         if tick >= 0:
             plan = Plan(
@@ -305,6 +314,7 @@ class MemoryLayout:
             Disturbance((x, y), bool(disturbed), round(quiet)), Resumed(round(first), round(side), round(last)),
             Course.of(commands[:-12]) if self._follows else None,
             tuple(commands[-12:-8]) if self._follows else _UNCOMMANDED,
+            Beliefs(own[:4], zmp_shift, evidence, sent.reshape(2, -1), acted.reshape(2, -1)),
         )  # fmt: skip
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
 from pydrake.math import RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex, RigidBody
+from pydrake.multibody.tree import Frame, JointActuator, ModelInstanceIndex, RigidBody, SpatialInertia
+from pydrake.systems.framework import Context
 
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot.config import SIDES, RobotConfig
@@ -86,9 +88,8 @@ class Biped:
             for side in SIDES
         }
         self.torso_frame = torso_frame(plant, instance, config)
-        self.tree = tree_of(plant, [self.torso_frame, *(self.soles[side].frame for side in SIDES)])
-        self.mass = float(plant.CalcTotalMass(plant.CreateDefaultContext()))
-        self.weight = self.mass * float(np.linalg.norm(plant.gravity_field().gravity_vector()))
+        self._torso_inertia: SpatialInertia | None = None
+        self._weigh()
         self.kp, self.kd = _gains(config, self.mass, self.weight)
         upright = self.torso_frame.CalcPose(plant.CreateDefaultContext(), base.body_frame()).rotation()
         self.ahead = upright.matrix()[:, 0]
@@ -107,6 +108,30 @@ class Biped:
         As long as nothing else in that plant moves, q, v and actuation are ordered as in the controller's model.
         """
         return add_model(plant, self.config)
+
+    def context(self) -> Context:
+        """A context of `plant` with the masses that this robot is taken to have."""
+        context = self.plant.CreateDefaultContext()
+        if self._torso_inertia is not None:
+            self.torso_frame.body().SetSpatialInertiaInBodyFrame(context, self._torso_inertia)
+        return context
+
+    def with_torso(self, inertia: SpatialInertia) -> Biped:
+        """The same robot, for kinematics and dynamics, with a torso of this inertia about and in its body frame.
+
+        Gains and limits stay.
+        """
+        other = copy(self)
+        other._torso_inertia = inertia
+        other._weigh()
+        return other
+
+    def _weigh(self) -> None:
+        context = self.context()
+        frames = [self.torso_frame, *(self.soles[side].frame for side in SIDES)]
+        self.tree = tree_of(self.plant, frames, context)
+        self.mass = float(self.plant.CalcTotalMass(context))
+        self.weight = self.mass * float(np.linalg.norm(self.plant.gravity_field().gravity_vector()))
 
     def clipped(self, q: np.ndarray) -> np.ndarray:
         """A copy of q (19,) with the joints clipped to their limits and the quaternion normalized."""

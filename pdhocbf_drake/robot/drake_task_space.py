@@ -19,7 +19,7 @@ class DrakeTaskSpace(TaskSpace):
 
     def __init__(self, biped: Biped) -> None:
         super().__init__(biped)
-        self._plant, self._context = biped.plant, biped.plant.CreateDefaultContext()
+        self._plant, self._context = biped.plant, biped.context()
         self._world = biped.plant.world_frame()
         self._frames = biped.torso_frame, *(sole.frame for sole in biped.soles.values())
         self._base, self._mass = biped.base_v_index, biped.mass

@@ -21,7 +21,7 @@ from pdhocbf_drake.simulation.diagram import (
     connect_controller,
     connect_fused_controller,
 )
-from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
+from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, tilted_gravity, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
@@ -41,9 +41,19 @@ _GROUND = (2e4, 2e4, 2.0)  # box [m]; Drake warns of a half space at every start
 
 
 def biped_diagram(
-    scenario: Scenario, walk: Walk, biped: Biped, meshcat: Meshcat | None = None, form: Form = "blocks"
+    scenario: Scenario,
+    walk: Walk,
+    biped: Biped,
+    meshcat: Meshcat | None = None,
+    form: Form = "blocks",
+    real: Biped | None = None,
 ) -> LoggedDiagram:
-    """clock, barriers -> MPC -> feet -> inverse kinematics -> joint targets -> plant with PD -> estimator -> MPC."""
+    """clock, barriers -> MPC -> feet -> inverse kinematics -> joint targets -> plant with PD -> estimator -> MPC.
+
+    Args:
+        biped: the controller's model.
+        real: the robot as its file has it, where the controller's model is another one.
+    """
     config = walk.gait.config
     wiring = Wiring(config.tick)
     posture = initial_posture(walk, biped)
@@ -56,12 +66,24 @@ def biped_diagram(
         AddDefaultVisualization(wiring.builder, meshcat)
     wiring.offer("robot_state", plant.get_state_output_port())
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
-    add_model_error(wiring, scenario.model_error, plant, biped)
+    add_model_error(wiring, scenario.model_error, plant, real or biped)
 
     estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
     wiring.connect(estimator, "robot_state", "contact_forces")
-    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state", "foot_state")
     add_joint_sensors(wiring, plant, biped)
+    sensed = scenario.measurement.source == "sensors"
+    if sensed:
+        # This loads Drake's sensors and the estimator's machine code, which other walks do not need.
+        from pdhocbf_drake.simulation.estimator import add_estimator, connect_estimator
+        from pdhocbf_drake.simulation.sensors import add_sensors
+
+        seed = scenario.seed if scenario.measurement.seed is None else scenario.measurement.seed
+        add_sensors(wiring, scenario.measurement, seed, plant, biped, posture[biped.q_index])
+        add_estimator(wiring, scenario.measurement, biped, walk.gait.step(-1))
+    soles = np.zeros((2, 6))
+    soles[:, :2], soles[:, 5] = walk.gait.feet_at_start, walk.gait.step(-1).yaw
+    starts = {"lip_state": walk.at_rest.ravel(), "foot_state": soles.ravel()}
+    add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
 
     add_walking = _add_fused if form == "fused" else _add_blocks
     add_walking(wiring, walk, _body_blocks(walk, biped, posture), LATENCY * plant.time_step())
@@ -70,10 +92,12 @@ def biped_diagram(
 
     if walk.gait.turns:
         wiring.log("turn_reference")
+    if sensed:
+        connect_estimator(wiring)
     wiring.connect(detector, "com_z")
     wiring.connect(targets, "desired_state", "feedforward")
     connect_joints(wiring.builder, plant, biped, targets)
-    if scenario.pushes:
+    if scenario.pushes or any(scenario.wind):
         push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
         applied = plant.get_applied_spatial_force_input_port()
         wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
@@ -155,6 +179,9 @@ def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture
     plant.RegisterCollisionGeometry(plant.world_body(), below, ground, "ground", friction)
     _set_friction(plant, scene_graph, friction)
     _set_gains(plant, biped)
+    if any(scenario.model_error.gravity_tilt_deg):
+        gravity = plant.mutable_gravity_field()
+        gravity.set_gravity_vector(tilted_gravity(scenario.model_error, gravity.gravity_vector()))
     plant.Finalize()
     plant.SetDefaultPositions(posture)
     return plant

@@ -20,6 +20,7 @@ from pdhocbf_drake.barriers import (
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
+from pdhocbf_drake.mpc.config import SENSING
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
@@ -29,6 +30,7 @@ from pdhocbf_drake.simulation.command_orbits import ConstantWalks, constant_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.sensed import EXACT, sensed
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
@@ -89,7 +91,7 @@ class WalkParts:
     def nominal_walk(self, scenario: Scenario, stride: float) -> np.ndarray:
         """As `nominal_walk_of`, in an array that is not to be written into."""
         gait = gait_of(scenario, stride)
-        key = gait.config.model_dump_json(), scenario.mpc.model_dump_json(exclude={"recovery"})
+        key = gait.config.model_dump_json(), scenario.mpc.model_dump_json(exclude={"recovery", *SENSING})
         return self._nominal.get(key, lambda: nominal_walk_of(scenario, stride, self.programs))
 
 
@@ -150,7 +152,7 @@ def _built(scenario: Scenario, parts: WalkParts) -> Walk:
     if scenario.mpc.terminal_set is not None:
         limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
         terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits)
-    mpc = PeriodicMpc(gait, vhip, scenario.mpc, (groups[0], groups[1]), terminal, cache)
+    mpc = PeriodicMpc(gait, vhip, sensed(scenario), (groups[0], groups[1]), terminal, cache)
     return Walk(gait, vhip, mpc, quantities, tuple(barriers))
 
 
@@ -260,7 +262,7 @@ def _nominal_mpc(scenario: Scenario, stride: float, cache: ProgramCache | None) 
 
 def _undisturbed(scenario: Scenario, gait: Gait, cache: ProgramCache | None) -> PeriodicMpc:
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    config = scenario.mpc.model_copy(update={"recovery": None})
+    config = scenario.mpc.model_copy(update={"recovery": None, **EXACT})
     return PeriodicMpc(gait, vhip, config, ([], []), None, cache)
 
 

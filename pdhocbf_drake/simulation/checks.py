@@ -19,10 +19,14 @@ _MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an en
 # Keys that a system does not read; "pushes.body" is that of each push.
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
-    "vhip": ("robot", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol"),
+    "vhip": (
+        "robot", "biped", "friction", "plant", "model_error", "gait.swing_height", "pushes.body", "van_der_pol",
+        "measurement.source", "measurement.seed", "measurement.imu", "measurement.encoders", "measurement.force_torque",
+        "measurement.estimator", "measurement.faults",
+    ),
     "van_der_pol": (
-        "robot", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes", "vhip",
-        "start", "commands", "path", "path_speed",
+        "robot", "biped", "friction", "plant", "model_error", "measurement", "gait", "mpc", "barriers", "pushes",
+        "wind", "vhip", "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 
@@ -34,6 +38,7 @@ def check_scenario(scenario: Scenario) -> None:
     if scenario.system == "van_der_pol":
         return
     _check_size(scenario)
+    _check_delay(scenario)
     _check_lengths(scenario)
     _check_commands(scenario)
     for index, push in enumerate(scenario.pushes):
@@ -81,6 +86,16 @@ def _check_size(scenario: Scenario) -> None:
     if growth > _LARGEST_GROWTH:
         allowed = f"too low for a horizon of {horizon * gait.tick:g} s, in which a fall grows by e^{growth:.0f}"
         _refuse("gait.com_height", allowed, gait.com_height)
+
+
+def _check_delay(scenario: Scenario) -> None:
+    delay, horizon = scenario.mpc.delay, scenario.mpc.horizon
+    key, allowed = "mpc.delay", f"must be at most mpc.horizon, {horizon} ticks"
+    if delay == "auto":
+        key, delay = "measurement.delay_ticks", scenario.measurement.late_ticks
+        allowed += ", or mpc.delay must be a number: what is measured is carried forward by as much"
+    if delay > horizon:
+        _refuse(key, allowed, delay)
 
 
 def _check_lengths(scenario: Scenario) -> None:

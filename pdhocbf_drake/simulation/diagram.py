@@ -27,13 +27,13 @@ def vhip_diagram(scenario: Scenario, walk: Walk, form: Form = "blocks") -> Logge
     controller = add_fused_controller(wiring, walk) if fused else add_controller(wiring, walk)
     plant = wiring.add("vhip", VhipPlant(walk.vhip, walk.at_rest, scenario.vhip.mass))
     wiring.connect(plant, "gait_phase", "zmp_reference")
-    if scenario.pushes:
+    if scenario.pushes or any(scenario.wind):
         wiring.add("push_schedule", PushSchedule(timed_forces(scenario), wiring.tick))
         wiring.connect(plant, "push")
         wiring.log("push")
     detector = wiring.add("lean_detector", LeanDetector(walk.gait.config.com_height, wiring.tick))
     wiring.connect(detector, "lip_state")
-    add_measurement(wiring, scenario.measurement, scenario.seed, "lip_state")
+    add_measurement(wiring, scenario.measurement, scenario.seed, lip_state=walk.at_rest.ravel())
     if fused:
         connect_fused_controller(wiring, walk, controller)
     else:
@@ -117,4 +117,6 @@ def log_controller(wiring: Wiring, walk: Walk) -> None:
     if walk.barriers:
         wiring.log("barrier_bound", "h", "barrier_slack", "barrier_active")
     wiring.log("gait_phase", "com_height", "lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
+    if walk.mpc.config.disturbance is not None:
+        wiring.log("input_disturbance")
     wiring.log("solver_status", "unmet", *path, *["command_asked"] * walk.gait.turns)

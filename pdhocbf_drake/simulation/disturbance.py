@@ -5,38 +5,46 @@ A context holds parameters and seeds, so the functions that set them go into `Wi
 
 from __future__ import annotations
 
+import math
+from functools import partial
+
 import numpy as np
 from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex
+from pydrake.multibody.tree import BodyIndex, SpatialInertia
 from pydrake.systems.framework import Context
-from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, RandomSource
+from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, PassThrough, RandomSource
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.simulation.scenario import MeasurementConfig, ModelErrorConfig, Push, Scenario
+from pdhocbf_drake.simulation.scenario import MeasurementConfig, ModelErrorConfig, Scenario
 from pdhocbf_drake.simulation.wiring import Wiring
 from pdhocbf_drake.systems.push_schedule import TimedForce
 
+_FOR_EVER = 2**52  # ticks
+
 
 def timed_forces(scenario: Scenario, robot: tuple[MultibodyPlant, Biped] | None = None) -> list[TimedForce]:
-    """The scenario's pushes on the robot's bodies, or on the template's point mass where there is no robot.
+    """The scenario's pushes and wind on the robot's bodies, or on the template's point mass where there is no robot.
 
     Raises:
         InputError: the robot has no such body.
     """
     forces = []
     for push in scenario.pushes:
-        body, point = (BodyIndex(0), np.zeros(3)) if robot is None else _pushed_point(push, *robot)
+        body, point = (BodyIndex(0), np.zeros(3)) if robot is None else _pushed_point(push.body, *robot)
         first = round(push.start(scenario.gait) / scenario.gait.tick)
         last = first + max(1, round(push.duration / scenario.gait.tick))
         forces.append(TimedForce(body, point, np.array(push.force), first, last))
+    if any(scenario.wind):
+        body, point = (BodyIndex(0), np.zeros(3)) if robot is None else _pushed_point(None, *robot)
+        forces.append(TimedForce(body, point, np.array([*scenario.wind, 0.0]), 0, _FOR_EVER))
     return forces
 
 
-def _pushed_point(push: Push, plant: MultibodyPlant, biped: Biped) -> tuple[BodyIndex, np.ndarray]:
-    """The pushed body and its centre of mass."""
-    name = push.body or biped.config.torso_link or biped.config.base_link
+def _pushed_point(name: str | None, plant: MultibodyPlant, biped: Biped) -> tuple[BodyIndex, np.ndarray]:
+    """The body of that name, or the torso, and its centre of mass."""
+    name = name or biped.torso_frame.body().name()
     if not plant.HasBodyNamed(name):
         robot = plant.get_body(plant.GetFloatingBaseBodies().pop()).model_instance()
         there = sorted(plant.get_body(index).name() for index in plant.GetBodyIndices(robot))
@@ -46,18 +54,32 @@ def _pushed_point(push: Push, plant: MultibodyPlant, biped: Biped) -> tuple[Body
     return BodyIndex(int(body.index())), np.array(body.default_com())
 
 
-def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names: str) -> None:
-    """Adds the delay of each named port, and the noise of `lip_state`; nothing for an exact measurement."""
-    for name in names if config.delay_ticks else ():
-        port = wiring.port(name)
+def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, **starts: np.ndarray) -> None:
+    """Adds the delay of each named port, and the noise of `lip_state`, and logs it; nothing if it is exact.
+
+    Args:
+        starts: what each port measures before the start.
+    """
+    for name, start in starts.items() if config.late_ticks else ():
+        port = wiring.port(name, measured=True)
         # The delay is updated at the instant at which the controller reads it, which is a delay of one tick itself.
-        delay = DiscreteTimeDelay(wiring.tick, config.delay_ticks - 1, port.size())
+        delay = DiscreteTimeDelay(wiring.tick, config.late_ticks - 1, port.size())
         wiring.builder.AddNamedSystem(f"{name}_delay", delay)
         wiring.builder.Connect(port, delay.get_input_port())
         wiring.offer(name, delay.get_output_port(), measured=True)
+        wiring.adjust.append(partial(_fill, delay, start))
     deviations = np.array(config.noise.deviations)
-    if not deviations.any():
-        return
+    if deviations.any():
+        _add_noise(wiring, deviations, seed)
+    if config.delay_ticks or deviations.any():
+        copied = wiring.builder.AddNamedSystem("measurement", PassThrough(deviations.size))
+        wiring.builder.Connect(wiring.port("lip_state", measured=True), copied.get_input_port())
+        wiring.offer("measured_state", copied.get_output_port())
+        wiring.log("measured_state")
+
+
+def _add_noise(wiring: Wiring, deviations: np.ndarray, seed: int) -> None:
+    """Adds white noise to the measured `lip_state`."""
     source = RandomSource(RandomDistribution.kGaussian, deviations.size, wiring.tick)
     wiring.builder.AddNamedSystem("lip_state_noise", source)
     scale = wiring.builder.AddNamedSystem("lip_state_noise_scale", MatrixGain(np.diag(deviations)))
@@ -73,15 +95,33 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, *names
     wiring.adjust.append(seed_source)
 
 
+def _fill(delay: DiscreteTimeDelay, start: np.ndarray, root: Context) -> None:
+    """What a delay gives out before anything has passed through it."""
+    state = delay.GetMyMutableContextFromRoot(root).get_mutable_discrete_state_vector()
+    state.SetFromVector(np.tile(start, state.size() // len(start)))
+
+
 def add_model_error(wiring: Wiring, config: ModelErrorConfig, plant: MultibodyPlant, biped: Biped) -> None:
-    """Scales the mass of the simulated torso; that of the controller's model stays."""
-    if config == ModelErrorConfig():
+    """Scales the mass of the simulated torso and shifts its CoM; those of the controller's model stay."""
+    if config.torso_mass == 1.0 and not any(config.com_shift):
         return
-    body = plant.GetBodyByName(biped.config.torso_link or biped.config.base_link)
+    torso = biped.torso_frame.body()
+    # A spatial inertia is mass, centre and unit inertia: a scaled mass scales the rotational inertia with it.
+    mass, place = config.torso_mass * torso.default_mass(), torso.default_com()
+    about_com = torso.default_spatial_inertia().Shift(place).CalcRotationalInertia() * config.torso_mass
+    whole = biped.mass + mass - torso.default_mass()
+    ahead = biped.torso_frame.GetFixedPoseInBodyFrame().rotation()
+    shifted = place + ahead @ np.array(config.com_shift) * (whole / mass)
+    inertia = SpatialInertia.MakeFromCentralInertia(mass, shifted, about_com)
 
-    def scale_mass(root: Context) -> None:
+    def load(root: Context) -> None:
         context = plant.GetMyMutableContextFromRoot(root)
-        # A spatial inertia is mass, centre and unit inertia: a scaled mass scales the rotational inertia with it.
-        body.SetMass(context, config.torso_mass * body.default_mass())
+        plant.GetBodyByName(torso.name()).SetSpatialInertiaInBodyFrame(context, inertia)
 
-    wiring.adjust.append(scale_mass)
+    wiring.adjust.append(load)
+
+
+def tilted_gravity(config: ModelErrorConfig, gravity: np.ndarray) -> np.ndarray:
+    """A vertical gravity (3,) tilted as a model error says [m/s²]."""
+    x, y = np.sin(np.deg2rad(config.gravity_tilt_deg))
+    return float(np.linalg.norm(gravity)) * np.array([x, y, -math.sqrt(1.0 - x * x - y * y)])

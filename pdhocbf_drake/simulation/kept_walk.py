@@ -20,6 +20,7 @@ import pdhocbf_drake
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.files.arrays import read_arrays, write_arrays
 from pdhocbf_drake.files.cache import SUFFIX, cache_folder, mark_used, throw_out
+from pdhocbf_drake.mpc.config import SENSING
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.simulation.scenario import Scenario
 
@@ -61,7 +62,7 @@ def walk_file(scenario: Scenario) -> Path | None:
     barriers = {name: barrier.model_dump(exclude=_THETA) for name, barrier in scenario.barriers.items()}
     try:
         terminal = scenario.mpc.terminal_set and Path(scenario.mpc.terminal_set).read_bytes().hex()
-        key = [scenario.gait.model_dump(), scenario.mpc.model_dump(), barriers, terminal, made_by()]
+        key = [scenario.gait.model_dump(), scenario.mpc.model_dump(exclude=set(SENSING)), barriers, terminal, made_by()]
     except OSError:
         return None
     return folder / f"{hashlib.sha256(json.dumps(key).encode()).hexdigest()[:32]}{SUFFIX}"

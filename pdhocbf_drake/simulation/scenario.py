@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, model_validator
 
 from pdhocbf_drake.config import Config, Name, parse_config, within
+from pdhocbf_drake.estimation.config import SensorsConfig
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.drake_config import completed_plant, completed_simulator
@@ -18,6 +19,8 @@ DEFAULT_ROBOT = "biped"
 System = Literal["biped", "vhip", "van_der_pol"]
 _Place = Annotated[float, within(-150.0, 150.0, "m")]
 _Force = Annotated[float, within(-1e6, 1e6, "N")]
+_Shift = Annotated[float, within(-1.0, 1.0, "m")]
+_Tilt = Annotated[float, within(-30.0, 30.0, "deg")]
 
 
 class Push(Config):
@@ -57,9 +60,13 @@ class ModelErrorConfig(Config):
 
     Attributes:
         torso_mass: mass and inertia of the simulated torso over those of the controller's model [1].
+        com_shift: of the simulated robot's CoM, ahead, to the left and up, by a shift of the torso's CoM [m].
+        gravity_tilt_deg: by which gravity is tilted towards x and y, as on ground that slopes down that way [deg].
     """
 
     torso_mass: float = Field(1.0, gt=0, le=100)
+    com_shift: tuple[_Shift, _Shift, _Shift] = (0.0, 0.0, 0.0)
+    gravity_tilt_deg: tuple[_Tilt, _Tilt] = (0.0, 0.0)
 
 
 class MeasurementNoise(Config):
@@ -81,16 +88,37 @@ class MeasurementNoise(Config):
         return [self.com, self.velocity, self.zmp] * 2
 
 
-class MeasurementConfig(Config):
-    """Errors of the estimate that the controller gets.
+class MeasurementConfig(SensorsConfig):
+    """What the controller is given, and with which errors.
 
     Attributes:
+        source: "true_state" is the robot's own state; "sensors" is what the estimator makes of the sensors. The joints'
+            drives read neither: they have encoders of their own, without error.
+        seed: of the sensors' biases, offsets and noise; null takes the scenario's.
         noise: added to the CoM and ZMP.
-        delay_ticks: delay of CoM, ZMP and soles [ticks].
+        delay_ticks: delay of CoM, ZMP and soles, besides that of the sensors [ticks].
     """
 
+    source: Literal["true_state", "sensors"] = "true_state"
+    seed: int | None = Field(None, ge=0, lt=2**32)
     noise: MeasurementNoise = MeasurementNoise()
     delay_ticks: int = Field(0, ge=0, le=1000)
+
+    @property
+    def late_ticks(self) -> int:
+        """How late the controller is given what was measured, the slowest sensor's delay included [ticks]."""
+        return self.delay_ticks + self.sensor_delay * (self.source == "sensors")
+
+
+class BipedConfig(Config):
+    """The robot before it walks.
+
+    Attributes:
+        weigh: whether the robot is weighed in a stand of a second before the walk: the controller's model of it, for
+            inverse kinematics, torques and the estimator, gets a torso such that weight and CoM are those measured.
+    """
+
+    weigh: bool = False
 
 
 class StartConfig(Config):
@@ -117,6 +145,7 @@ class Scenario(Config):
         seed: seed of all random numbers.
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
+        biped: what is done with the robot before it walks.
         friction: Coulomb coefficient between soles and ground [1].
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
@@ -128,6 +157,7 @@ class Scenario(Config):
         path: waypoints to walk along, x and y, in place of `commands`; at the last one the walk comes to a stand [m].
         path_speed: speed along `path` [m/s].
         pushes: forces on the robot, or on the template's mass.
+        wind: a steady horizontal force on the torso's centre of mass, or on the template's mass, in x and y [N].
         model_error: differences of the simulated robot from the controller's model of it.
         measurement: noise and delay of the measurements that the controller gets.
         plant, simulator: Drake's `MultibodyPlantConfig` and `SimulatorConfig`. The defaults are Drake's, except that
@@ -141,6 +171,7 @@ class Scenario(Config):
     seed: int = Field(0, ge=0, lt=2**32)
     from_time: float = Field(2.0, ge=0)
     robot: str = DEFAULT_ROBOT
+    biped: BipedConfig = BipedConfig()
     friction: float = Field(0.8, gt=0, le=10)
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
@@ -150,6 +181,7 @@ class Scenario(Config):
     path: tuple[tuple[_Place, _Place], ...] = ()
     path_speed: Annotated[float, within(0.0, 10.0, "m/s", above=True)] = 0.3
     pushes: tuple[Push, ...] = ()
+    wind: tuple[_Force, _Force] = (0.0, 0.0)
     model_error: ModelErrorConfig = ModelErrorConfig()
     measurement: MeasurementConfig = MeasurementConfig()
     vhip: VhipConfig = VhipConfig()

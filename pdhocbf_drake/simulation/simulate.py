@@ -20,6 +20,7 @@ from pdhocbf_drake.simulation.drake_config import simulator_config
 from pdhocbf_drake.simulation.log_rows import Array, LogRows
 from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, INTERRUPTED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.weighing import stand, weighed
 from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram
 
 Progress = Callable[[float], None]
@@ -59,7 +60,9 @@ def make_diagram(
     )
     if scenario.mpc.recovery is not None and scenario.mpc.recovery.zmp_box is not None:
         check_zmp_box(biped, scenario.mpc.recovery.zmp_box, "mpc.recovery.zmp_box")
-    return biped_diagram(scenario, walk or build_walk(scenario), biped, meshcat, form)
+    walk = walk or build_walk(scenario)
+    known = weighed(biped, stand(scenario, walk, biped)) if scenario.biped.weigh else biped
+    return biped_diagram(scenario, walk, known, meshcat, form, biped)
 
 
 @freed_at_the_end()

@@ -37,6 +37,7 @@ class MpcController(Block):
     Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
         barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`, of the plan made at tick k.
+        input_disturbance (4): as in `systems.signals`.
         last_step (1): the step after which the walk comes to a stand, else −1.
         resumed (3): the steps that it takes in place of a stand, as in `systems.signals`.
         course (47): of a walk that follows commands, likewise.
@@ -63,7 +64,7 @@ class MpcController(Block):
     ) -> None:
         super().__init__()
         self.layout, self.latency = MemoryLayout(mpc), latency
-        outputs = (*OUTPUTS, "last_step", "resumed", *["course"] * mpc.gait.turns)
+        outputs = (*OUTPUTS, "input_disturbance", "last_step", "resumed", *["course"] * mpc.gait.turns)
         self.parts = {name: self.layout.sizes[name] for name in outputs}
         self.mpc, self._names = mpc, [name for _, name in barriers]
         # A plan has the barriers of x before those of y: where it has each one of ours.

@@ -98,10 +98,14 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("unmet", "mpc_controller", "2*n_c", "m, m/s",
             "in x, then in y: by how much the plan misses each constraint that it could not meet: "
             "stability (or terminal set), ZMP box, step limits, and the ZMP velocity where it is bounded"),
+    _signal("input_disturbance", "mpc_controller", "x y x_cancelled y_cancelled", "m/s²",
+            "acceleration of the CoM that the template does not model, as estimated, and what of it is cancelled"),
     _signal("zmp_offset", "zmp_offset", "2*H", "m",
             "expected whole-body minus template ZMP at the ticks of the horizon, x then y", logged=False),
     _signal("oscillator_state", "oscillator", "x1 x2", "1, 1/s", "state of the Van der Pol oscillator"),
     _signal("oscillator_input", "tube_filter", "u", "1/s²", "input found at the last tick"),
+    _signal("measured_state", "measurement", "x vx x_zmp y vy y_zmp", "m, m/s",
+            "lip_state as the controller gets it, where that is late or noisy"),
     _signal("com_z", "state_estimator", "z vz", "m, m/s", "measured CoM height and its rate"),
     _signal("foot_state", "state_estimator",
             tuple(f"{s}_{e}" for s in SIDES for e in ("x", "y", "z", "roll", "pitch", "yaw")), "m, rad",
@@ -130,6 +134,33 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("push", "push_schedule", "fx fy fz", "N", "external force on the torso or the template"),
     _signal("robot_state", "plant", 13 + len(_STATE), "1, m, rad; m/s, rad/s",
             "positions (base quaternion wxyz, base xyz, joints) and velocities of the plant"),
+    _signal("imu", "imu", "rate_x rate_y rate_z force_x force_y force_z last_x last_y last_z", "rad/s, m/s², rad/s",
+            "mean rate and specific force over the last tick, in the floating link's axes at its start; the last "
+            "sample's rate"),
+    _signal("encoders", "encoder_rates", _STATE, "rad, rad/s", "angles as encoders give them, then their rates"),
+    _signal("force_torque", "force_torque",
+            tuple(f"{s}_{e}" for s in SIDES for e in ("mx", "my", "mz", "fx", "fy", "fz")), "N m, N",
+            "moment and force of the ground about each sole's centre, in its axes, mean over the last tick"),
+    _signal("lip_estimate", "base_estimator", "x vx x_zmp y vy y_zmp", "m, m/s",
+            "CoM and ZMP as estimated from the sensors, counted from the stance foot"),
+    _signal("com_z_estimate", "base_estimator", "z vz", "m, m/s", "likewise CoM height and its rate"),
+    _signal("foot_estimate", "base_estimator",
+            tuple(f"{s}_{e}" for s in SIDES for e in ("x", "y", "z", "roll", "pitch", "yaw")), "m, rad",
+            "likewise sole centres and roll, pitch, yaw"),
+    _signal("estimate_deviation", "base_estimator", "x y z vx vy vz", "m, m/s",
+            "standard deviation of the CoM from the stance foot and of its velocity"),
+    _signal("estimator_status", "base_estimator",
+            "notice left_loaded right_loaded left_stands right_stands nis rows held", "1",
+            "what is wrong with the sensors (estimation.Notice), feet with load and feet that stand still, squared "
+            "innovations and their number, the foot that is held (0 left, 1 right)"),
+    _signal("base_estimate", "base_estimator",
+            tuple(f"r{i}{j}" for i in "123" for j in "123")
+            + tuple(f"{part}_{a}" for part in ("v", "p", *SIDES, "gyro_bias", "accelerometer_bias") for a in "xyz"),
+            "1, m/s, m, rad/s, m/s²",
+            "the filter's own estimate: orientation, velocity and place of the floating link, soles, biases of "
+            "gyroscope and accelerometer"),
+    _signal("estimate_error", "estimate_errors", "tilt_x tilt_y vx vy vz x y z nees", "rad, m/s, m, 1",
+            "of the floating link's tilt, velocity and place from the stance foot, and their normalized square"),
     _signal("contact_forces", "plant", 6 + len(JOINTS), "N m, N", "generalized contact forces", logged=False),
 )  # fmt: skip
 

@@ -34,8 +34,10 @@ class Tree(NamedTuple):
     lift: tuple[float, float, float]
 
 
-def tree_of(plant: MultibodyPlant, frames: Sequence[Frame]) -> Tree | None:
+def tree_of(plant: MultibodyPlant, frames: Sequence[Frame], context: Context | None = None) -> Tree | None:
     """The robot in a plant that holds nothing else, with frames of interest; None where the kernels don't model it.
+
+    Masses are those of the context, whose positions are set; those of the model by default.
 
     They have one floating base, welds, and revolute joints that lead away from the base, with damping and reflected
     inertia; but no springs or other force elements than gravity.
@@ -44,7 +46,8 @@ def tree_of(plant: MultibodyPlant, frames: Sequence[Frame]) -> Tree | None:
     bases = [joint for joint in joints if isinstance(joint, QuaternionFloatingJoint)]
     if len(bases) != 1 or not all(isinstance(joint, _KNOWN) for joint in joints) or not _is_plain(plant, bases[0]):
         return None
-    base, context = bases[0], _at_zero(plant, bases[0])
+    base, context = bases[0], context or plant.CreateDefaultContext()
+    _set_zero(plant, base, context)
     links = [(-1, base.position_start(), base.velocity_start())]
     poses = [base.frame_on_child().CalcPoseInWorld(context)]
     numbers = [_numbers(plant, context, base.frame_on_child(), RigidTransform(), RotationMatrix())]
@@ -82,12 +85,11 @@ def _is_plain(plant: MultibodyPlant, base: QuaternionFloatingJoint) -> bool:
     return bool(free and falls and plant.num_force_elements() == 1)
 
 
-def _at_zero(plant: MultibodyPlant, base: QuaternionFloatingJoint) -> Context:
-    """A context with all angles 0 and the base at the world's origin."""
-    context, q = plant.CreateDefaultContext(), np.zeros(plant.num_positions())
+def _set_zero(plant: MultibodyPlant, base: QuaternionFloatingJoint, context: Context) -> None:
+    """Sets all angles to 0 and the base to the world's origin."""
+    q = np.zeros(plant.num_positions())
     q[base.position_start()] = 1.0
     plant.SetPositions(context, q)
-    return context
 
 
 def _welded(plant: MultibodyPlant, body: RigidBody) -> list[int]:

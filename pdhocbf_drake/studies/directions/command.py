@@ -30,8 +30,8 @@ def run(options: argparse.Namespace) -> int:
     folder: Path = options.out or Path("runs") / f"directions-{scenario.name}"
     # Here, since they load Drake: an argument that can't be used is refused at once.
     from pdhocbf_drake.studies.directions.plan import plan
-    from pdhocbf_drake.studies.directions.results import table
     from pdhocbf_drake.studies.directions.study import RESULT, directions
+    from pdhocbf_drake.studies.shared.check_table import table
 
     chosen = {"rows": rows, "quick": options.quick, "walks": options.walks, "seed": options.seed}
     with shown_progress("directions", len(plan(scenario, **chosen)), "pieces") as progress:

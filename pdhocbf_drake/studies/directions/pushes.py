@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.directions.checks import Outcome, least
 from pdhocbf_drake.studies.directions.work import Work
 from pdhocbf_drake.studies.shared.cases import PERIODIC
+from pdhocbf_drake.studies.shared.checks import Outcome, least
 from pdhocbf_drake.studies.shared.push_search import Settings, search_all
 
 ROW: Final = "pushes"

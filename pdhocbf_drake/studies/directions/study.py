@@ -12,9 +12,9 @@ from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.stopping import stop_requests
-from pdhocbf_drake.studies.directions.checks import Check, combined
 from pdhocbf_drake.studies.directions.plan import ROWS, measure, plan
-from pdhocbf_drake.studies.directions.results import document, table
+from pdhocbf_drake.studies.shared.check_table import document, table
+from pdhocbf_drake.studies.shared.checks import Check, combined
 from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.shared.results import collected, write_json
 from pdhocbf_drake.yaml_text import write_yaml

@@ -16,7 +16,7 @@ from pdhocbf_drake.simulation.run_folder import FIGURES, Run
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.directions.checks import Check, least, most
+from pdhocbf_drake.studies.shared.checks import Check, least, most
 
 LEAST_GAP = 0.010  # between the soles, seen from above [m]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Iterable, Sequence
 from typing import Final, Literal, NamedTuple
 
@@ -19,7 +20,7 @@ class Check(NamedTuple):
         relation: "≤" or "≥".
         limit: in the same unit.
         unit: of both.
-        combine: how the values of several walks become one: the worst, the sum, or the mean.
+        combine: how the values of several walks become one: the worst, the sum, the mean, or the median.
     """
 
     row: str
@@ -28,7 +29,7 @@ class Check(NamedTuple):
     relation: str
     limit: float
     unit: str
-    combine: Literal["worst", "sum", "mean"] = "worst"
+    combine: Literal["worst", "sum", "mean", "median"] = "worst"
 
     @property
     def holds(self) -> bool:
@@ -67,4 +68,6 @@ def _together(group: Sequence[Check]) -> float:
         return math.nan
     if first.combine == "worst":
         return max(values) if first.relation == AT_MOST else min(values)
+    if first.combine == "median":
+        return statistics.median(values)
     return math.fsum(values) / (len(values) if first.combine == "mean" else 1)

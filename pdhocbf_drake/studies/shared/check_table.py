@@ -1,4 +1,4 @@
-"""The table "what it must reach": `directions.json` and `directions.txt`."""
+"""The table "what it must reach" of a study, as text and as data."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 from pdhocbf_drake import terminal
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.directions.checks import Check
+from pdhocbf_drake.studies.shared.checks import Check
 
 
 def table(checks: Sequence[Check], notes: Sequence[str] = ()) -> str:
@@ -21,7 +21,7 @@ def table(checks: Sequence[Check], notes: Sequence[str] = ()) -> str:
 
 
 def document(scenario: Scenario, checks: Sequence[Check], notes: Sequence[str]) -> dict[str, Any]:
-    """The contents of `directions.json`."""
+    """The contents of a study's JSON file."""
     found = [{**check._asdict(), "holds": check.holds} for check in checks]
     return {"scenario": scenario.name, "holds": all(check.holds for check in checks), "checks": found, "notes": notes}
 

@@ -1,0 +1,1 @@
+"""What delay, noise and model errors cost a walk, beside what it must reach."""
