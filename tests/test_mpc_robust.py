@@ -90,12 +90,15 @@ def test_a_covariance_is_a_box_of_some_standard_deviations():
     assert walk_of(given).mpc.config.robust.errors == pytest.approx((4e-4, 6e-4))
 
 
-def test_a_bound_is_nearer_for_more_disturbance_and_error():
+def test_a_bound_is_nearer_for_more_disturbance_error_and_delay():
     sizes = []
-    for given in ("disturbance: [0, 0.001]", "disturbance: [0.001, 0.001]", "estimate: [0, 0.001]"):
-        walk = walk_of(f"robust: {{{given}}}")
+    less = "robust: {disturbance: [0, 0.001]}"
+    more = "robust: {disturbance: [0.001, 0.001]}", "robust: {estimate: [0, 0.001]}", f"delay: 2, {less}"
+    for given in (less, *more):
+        walk = walk_of(given)
         sizes.append(nearer_bound(walk.mpc.barriers[0][0], walk.vhip, walk.mpc.config))
-    assert np.all(sizes[0] > 0.0) and np.all(sizes[1] > sizes[0]) and np.all(sizes[2] > sizes[0])
+    assert np.all(sizes[0] > 0.0)
+    assert all(np.all(larger > sizes[0]) for larger in sizes[1:])
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,8 @@ def uncertainty(config: MpcConfig) -> Uncertainty | None:
     robust = config.robust
     if robust is None or not (any(robust.disturbance) or any(robust.errors)):
         return None
-    return Uncertainty(np.array([*robust.disturbance, 0.0]), np.array([*robust.errors, 0.0]))
+    sides = np.array([*robust.disturbance, 0.0]), np.array([*robust.errors, 0.0])
+    return Uncertainty(*sides, config.delay_ticks)
 
 
 def nearer_bound(barrier: AffineBarrier, vhip: Vhip, config: MpcConfig) -> NDArray[np.float64] | None:
