@@ -19,7 +19,9 @@ from pdhocbf_drake.mpc.config import DisturbanceConfig
 from pdhocbf_drake.mpc.kernels import write_disturbance
 
 _YOUNG = 2  # [ticks]
-_DISTURBED = 0.25  # share of the gain while a walk is recovered; with none a steady wind could keep it so for ever
+# While a walk is recovered: the share of the gain, without which a steady wind could keep it so for ever; and by how
+# much the band is wider, more than what a push adds to the estimate.
+_SLOWER, _WIDER = 0.25, 2.5
 
 
 def estimated(
@@ -33,8 +35,9 @@ def estimated(
 
     The robot's own motion repeats every gait, and so does what the template does not model of it: a w that swings by
     less than `band` changes nothing that is sent. In its first ticks g is that of a mean, 1/(age + 2), since a walk
-    that begins has no other estimate; while a push is recovered from it is smaller, since much else is wrong then. All
-    limits are on lengths: the same in every yawed frame. An error that is not finite changes nothing.
+    that begins has no other estimate; while a push is recovered from it is smaller and the band is wider, since much
+    else is wrong then. All limits are on lengths: the same in every yawed frame. An error that is not finite changes
+    nothing.
 
     Args:
         tick: δ [s].
@@ -45,10 +48,11 @@ def estimated(
             late measurement would feed the estimate back to itself.
         disturbed: whether the walk is being recovered.
     """
-    gain = max(config.gain * (_DISTURBED if disturbed else 1.0), 1.0 / (age + _YOUNG))
+    slower, wider = (_SLOWER, _WIDER) if disturbed else (1.0, 1.0)
+    gain = max(config.gain * slower, 1.0 / (age + _YOUNG))
     after = np.empty(4)
     write_disturbance(
-        gain, config.rate * tick * gain / config.gain, config.most, config.band, tick, w, error, acted, after
+        gain, config.rate * tick * gain / config.gain, config.most, wider * config.band, tick, w, error, acted, after
     )
     return after
 
