@@ -27,8 +27,8 @@ def replay_html(run: Run, largest: float = 25e6) -> str:
     run = run._replace(log=run.log.finite())
     if len(run.log) < 2:
         raise RunFolderError("the run has less than two rows of finite numbers, so there is nothing to replay")
-    seconds = float(run.log.time[-1] - run.log.time[0])
-    rate = float(FRAMES_PER_SECOND)
+    seconds, below = float(run.log.time[-1] - run.log.time[0]), strip(run)
+    largest, rate = largest - len(below), float(FRAMES_PER_SECOND)
     if seconds * rate > _MANY:
         rate = min(rate, _affordable_frames(run, largest) / seconds)
     page = _page(run, rate)
@@ -36,7 +36,7 @@ def replay_html(run: Run, largest: float = 25e6) -> str:
         rate *= 0.9 * largest / len(page)
         page = _page(run, rate)
     end = page.rfind("</body>")
-    return page[:end] + _legend(run, rate) + strip(run) + page[end:]
+    return page[:end] + _legend(run, rate) + below + page[end:]
 
 
 def _page(run: Run, rate: float) -> str:

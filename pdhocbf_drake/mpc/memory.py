@@ -220,17 +220,18 @@ class Memory:
         """Takes up the last command that was given, if a step begins after tick k.
 
         Without one the walk goes on as its scenario commands; where it steps in place of a stand, that depends on which
-        foot stands, so that it has a course, too.
+        foot stands, and where it is disturbed it keeps its heading, so that it has a course, too.
         """
         step, phase = mpc.gait.phase(tick + 1)
         if phase or not mpc.gait.turns:
             return
         forward, lateral, turn, stop = self.command
         given = not math.isnan(forward)
-        if not given and self.course is None and step > self.resumed.last:
+        held = self.disturbance.active
+        if not (given or held) and self.course is None and step > self.resumed.last:
             return
         asked = None if not given else STOP if stop > 0.5 else Command(forward, lateral, turn)
-        self.course = mpc.gait.footsteps.course_after(step - 1, asked, self.disturbance.active)
+        self.course = mpc.gait.footsteps.course_after(step - 1, asked, held)
 
     def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan, following: PeriodicMpc) -> None:
         """Steps the template by the plan's first input and moves on to tick k + 1.
