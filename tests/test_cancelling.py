@@ -61,6 +61,13 @@ def test_a_push_that_is_recovered_from_is_not_cancelled_and_a_steady_wind_is() -
     assert 0.15 < w[2] < 10.0 / 29.0
 
 
+def test_what_is_cancelled_is_forgotten_where_nothing_disturbs() -> None:
+    w = np.array([0.12, -0.05, 0.08, -0.03])
+    for k in range(600):
+        w = estimated(CONFIG, TICK, OLD + k, w, -TICK * w[2:], w[2:])
+    assert np.abs(w).max() < 1e-3
+
+
 @given(st.lists(st.tuples(numbers, numbers), min_size=1, max_size=30))
 def test_estimate_and_its_rate_are_bounded_whatever_is_measured(errors: list[tuple[float, float]]) -> None:
     w = np.zeros(4)

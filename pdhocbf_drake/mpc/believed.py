@@ -43,6 +43,10 @@ class Beliefs(NamedTuple):
         """Nothing disturbs, and nothing has been sent."""
         return cls(np.zeros(4), np.zeros(2), np.zeros(2), np.zeros((2, delay)), np.zeros((2, delay + 1)))
 
+    def trusted(self) -> Beliefs:
+        """These at the end of a recovery, of whose estimate only what is cancelled is kept."""
+        return self._replace(input_disturbance=np.tile(self.input_disturbance[2:], 2))
+
 
 class Believed(NamedTuple):
     """What a measurement comes to.

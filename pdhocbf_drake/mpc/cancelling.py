@@ -31,7 +31,7 @@ def estimated(
     """Estimate and what of it is cancelled, one tick later: w_x, w_y, cancelled x, y (4,) [m/s²].
 
         w ← w + g (error/δ + acted − w),   no faster than `rate` and no larger than `most`
-        cancelled ← the nearest to it that is within `band` of w
+        cancelled ← the nearest to it that is within `band` of w; where w itself is that small, g of it is forgotten
 
     The robot's own motion repeats every gait, and so does what the template does not model of it: a w that swings by
     less than `band` changes nothing that is sent. In its first ticks g is that of a mean, 1/(age + 2), since a walk

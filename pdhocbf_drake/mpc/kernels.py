@@ -146,3 +146,5 @@ def write_disturbance(
     length = math.hypot(x, y)
     if length > band:
         after[2], after[3] = w[2] + x * (1.0 - band / length), w[3] + y * (1.0 - band / length)
+    elif math.hypot(after[0], after[1]) < band:
+        after[2], after[3] = (1.0 - gain) * w[2], (1.0 - gain) * w[3]

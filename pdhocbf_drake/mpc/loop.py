@@ -169,7 +169,7 @@ def _planned(
         return plan._replace(reason=Reason.RECOVERING) if plan.reason == Reason.NO_STEADY_PLAN else plan
     if memory.moved(mpc, plan) > config.calm:
         return mpc.solve(tick, state, memory.stance, bounds, offset, memory.plan, True)
-    memory.disturbance = disturbance.ended()
+    memory.disturbance, memory.beliefs = disturbance.ended(), memory.beliefs.trusted()
     return plan
 
 
