@@ -9,14 +9,23 @@ from typing import Any
 from pydrake.systems.framework import LeafSystem
 
 
-class _Slotted(type(LeafSystem)):  # type: ignore[misc]
-    """Leaves a class the attributes of Drake's own class, and no others."""
+def _slotted() -> type:
+    """The class of classes that have the attributes of Drake's own class, and no others.
 
-    def __new__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **keywords: Any) -> type:
-        return super().__new__(cls, name, bases, {"__slots__": (), **namespace}, **keywords)
+    Drake's own where nothing can be below it, in releases for Python 3.12 and later, which need none.
+    """
+    own: Any = type(LeafSystem)
+
+    def with_slots(kind: Any, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **keywords: Any) -> Any:
+        return own.__new__(kind, name, bases, {"__slots__": (), **namespace}, **keywords)
+
+    try:
+        return type("_Slotted", (own,), {"__new__": with_slots})
+    except TypeError:
+        return own
 
 
-class Block(LeafSystem, metaclass=_Slotted):
+class Block(LeafSystem, metaclass=_slotted()):  # type: ignore[metaclass]
     """A `LeafSystem` that is freed with its diagram.
 
     A class below Drake's has a dictionary of attributes besides that of Drake. Python 3.11 then counts both as one
