@@ -103,7 +103,7 @@ def invariant_set(
     if any(part.rank < system.n for part in limits):
         return problem.solve(problem.tight_unit(), flat=True)
     if within:
-        return problem.solve(np.max([part.unit for part in within], axis=0), within=within)
+        return problem.solve(np.stack([part.unit for part in within]).max(axis=0), within=within)
     unit = np.stack([part.unit for part in limits]).max(axis=0)
     found = problem.solve(unit)
     if found.sets and np.all(np.max([part.unit for part in found.sets], axis=0) > _LOOSE * unit):
