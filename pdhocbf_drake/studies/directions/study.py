@@ -7,17 +7,15 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from pdhocbf_drake.errors import PdhocbfError
-from pdhocbf_drake.files.file import write_text
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.directions.plan import ROWS, measure, plan
-from pdhocbf_drake.studies.shared.check_table import document, table
+from pdhocbf_drake.studies.shared.check_table import write_table
 from pdhocbf_drake.studies.shared.checks import Check, combined
 from pdhocbf_drake.studies.shared.pool import in_processes
-from pdhocbf_drake.studies.shared.results import collected, write_json
-from pdhocbf_drake.yaml_text import write_yaml
+from pdhocbf_drake.studies.shared.results import collected
 
 RESULT, TABLE = "directions.json", "directions.txt"
 _ENTRIES = {RESULT, TABLE, SCENARIO, *(row.replace(" ", "_") for row in ROWS)}
@@ -64,9 +62,7 @@ def directions(
             checks = combined(sorted((c for o in outcomes for c in o.checks), key=lambda check: ROWS.index(check.row)))
             notes = sorted(note for outcome in outcomes for note in outcome.notes)
             if folder is not None:
-                write_text(folder.path / TABLE, table(checks, notes) + "\n")
-                write_json(folder.path / RESULT, document(scenario, checks, notes))
-                write_yaml(scenario.to_dict(), folder.path / SCENARIO)
+                write_table(folder.path, TABLE, RESULT, scenario, checks, notes)
                 folder.finish()
     if stopped:
         raise PdhocbfError(f"{stopped}; {len(outcomes)} of {len(work)} pieces of the table are in {out}")

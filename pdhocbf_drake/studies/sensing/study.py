@@ -7,7 +7,6 @@ from contextlib import nullcontext
 from pathlib import Path
 
 from pdhocbf_drake.errors import InputError, PdhocbfError
-from pdhocbf_drake.files.file import write_text
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.run_folder import SCENARIO
@@ -15,11 +14,10 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.sensing.rows import EXACT, ROWS
 from pdhocbf_drake.studies.sensing.walks import ZMP, Walk, measure
-from pdhocbf_drake.studies.shared.check_table import document, table
+from pdhocbf_drake.studies.shared.check_table import write_table
 from pdhocbf_drake.studies.shared.checks import Check, combined
 from pdhocbf_drake.studies.shared.pool import in_processes
-from pdhocbf_drake.studies.shared.results import collected, write_json
-from pdhocbf_drake.yaml_text import write_yaml
+from pdhocbf_drake.studies.shared.results import collected
 
 RESULT, TABLE = "sensing.json", "sensing.txt"
 _QUICK = 6.0  # [s]
@@ -89,9 +87,7 @@ def sensing(
             checks = beside_exact(check for outcome in outcomes for check in outcome.checks)
             notes = sorted(note for outcome in outcomes for note in outcome.notes)
             if folder is not None:
-                write_text(folder.path / TABLE, table(checks, notes) + "\n")
-                write_json(folder.path / RESULT, document(scenario, checks, notes))
-                write_yaml(scenario.to_dict(), folder.path / SCENARIO)
+                write_table(folder.path, TABLE, RESULT, scenario, checks, notes)
                 folder.finish()
     if stopped:
         raise PdhocbfError(f"{stopped}; {len(outcomes)} of {len(work)} walks of the table are in {out}")
