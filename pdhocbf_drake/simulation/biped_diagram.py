@@ -30,6 +30,7 @@ from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.fused_controller import BodyBlocks
+from pdhocbf_drake.systems.ground_reference import GroundReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
@@ -70,7 +71,7 @@ def biped_diagram(
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
     add_model_error(wiring, scenario.model_error, plant, real or biped)
 
-    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
+    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick, walk.gait.uneven)))
     wiring.connect(estimator, "robot_state", "contact_forces")
     add_joint_sensors(wiring, plant, biped)
     sensed = scenario.measurement.source == "sensors"
@@ -84,6 +85,7 @@ def biped_diagram(
         add_estimator(wiring, scenario.measurement, biped, walk.gait.step(-1))
     soles = np.zeros((2, 6))
     soles[:, :2], soles[:, 5] = walk.gait.feet_at_start, walk.gait.step(-1).yaw
+    soles[:, 2] = walk.gait.step(-1).height
     starts = {"lip_state": walk.at_rest.ravel(), "foot_state": soles.ravel()}
     add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
 
@@ -94,6 +96,9 @@ def biped_diagram(
 
     if walk.gait.turns:
         wiring.log("turn_reference")
+    if walk.gait.uneven:
+        wiring.connect(estimator, "ground_reference")
+        wiring.log("ground_reference")
     if sensed:
         connect_estimator(wiring)
     wiring.connect(detector, "com_z")
@@ -118,9 +123,10 @@ def _body_blocks(walk: Walk, biped: Biped, posture: np.ndarray, grip: Grip) -> B
     zmp_offset = ZmpOffset if mirrored and not gait.turns else TurningZmpOffset
     return BodyBlocks(
         FootReference(gait),
-        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip),
+        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, gait.uneven),
         zmp_offset(gait, walk.mpc.config.horizon, lever),
         TurnReference(gait) if gait.turns else None,
+        GroundReference(gait) if gait.uneven else None,
     )
 
 
@@ -142,6 +148,10 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
         turn_reference = wiring.add("turn_reference", body.turn)
         wiring.connect(turn_reference, "gait_phase", *changes)
         wiring.connect(kinematics, "turn_reference")
+    if body.ground is not None:
+        ground_reference = wiring.add("ground_reference", body.ground)
+        wiring.connect(ground_reference, "gait_phase", "com_reference", "zmp_reference", *changes)
+        wiring.connect(kinematics, "ground_reference")
 
 
 def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> None:
@@ -154,8 +164,8 @@ def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
     """q (19,) at tick 0: `standing_posture`, moved to where the walk starts."""
     q, start = standing_posture(walk, biped), walk.gait.step(-1)
-    if start.x or start.y or start.yaw:
-        there = RigidTransform(RollPitchYaw(0.0, 0.0, start.yaw), [start.x, start.y, 0.0])
+    if start.x or start.y or start.yaw or start.height:
+        there = RigidTransform(RollPitchYaw(0.0, 0.0, start.yaw), [start.x, start.y, start.height])
         quaternion, place = biped.base_q_index[:4], biped.base_q_index[4:]
         base = there @ RigidTransform(Quaternion(q[quaternion] / np.linalg.norm(q[quaternion])), q[place])
         q[quaternion], q[place] = base.rotation().ToQuaternion().wxyz(), base.translation()

@@ -12,10 +12,11 @@ from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.walking.com_height import CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.course import Course
-from pdhocbf_drake.walking.footsteps import Footsteps, Resumed, commanded_footsteps
+from pdhocbf_drake.walking.footsteps import Footstep, Footsteps, Resumed, commanded_footsteps
 from pdhocbf_drake.walking.quantities import stance_sides
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.support import SupportRegion
+from pdhocbf_drake.walking.swing_profile import SwingProfile, Timing
 
 _SEEN = 3  # steps from a stand on, in which a swing is looked for
 
@@ -39,6 +40,8 @@ class Gait:
         period: N [ticks].
         height: CoM height, eq. (24).
         region: the support region, eq. (27).
+        planes: what step j − 1, j and j + 1 stand on: height at the world's origin [m], ∂z/∂x and ∂z/∂y, (3, 3). Kept.
+        profiles: of the swings of step j and of the two that follow it. Kept; made when it is first asked for.
 
     Raises:
         InputError: double support takes half a step or more, the stride is not finite, `CosineHeight` refuses the CoM
@@ -66,6 +69,8 @@ class Gait:
         self.step = lru_cache(maxsize=64)(self.footsteps.__getitem__)
         self.seen = lru_cache(maxsize=4)(self.footsteps.seen)
         self.flipped = lru_cache(maxsize=8)(self._flipped)
+        self.planes = lru_cache(maxsize=4)(self._planes)
+        self.profiles = lru_cache(maxsize=4)(self._profiles)
         self._endings: dict[int, Gait] = {}
         self._resumed: dict[Resumed, Gait] = {}
         self._following = Kept[Gait](4)
@@ -74,6 +79,29 @@ class Gait:
     def turns(self) -> bool:
         """Whether a foot may have another heading than straight ahead along x."""
         return self.footsteps.turns
+
+    @property
+    def uneven(self) -> bool:
+        """Whether the ground is not level."""
+        return self.footsteps.known_ground is not None
+
+    def _planes(self, step: int) -> np.ndarray:
+        seen = self.seen(step)
+        stances = self.step(step - 1), self.step(step), seen[step + 1]
+        return np.array([[stance.ground(0.0, 0.0), *stance.slope] for stance in stances])
+
+    def _profiles(self, step: int) -> tuple[SwingProfile, ...]:
+        seen = self.seen(step)
+        steps = self.step(step - 1), *(seen[step + i] for i in range(4))
+        return tuple(self._profile(*three) for three in zip(steps, steps[1:], steps[2:], strict=False))
+
+    def _profile(self, last: Footstep, this: Footstep, coming: Footstep) -> SwingProfile:
+        """Of the swing from one stance over the next to the one after that."""
+        usual, ground = SwingProfile(apex=self.config.swing_height), self.footsteps.known_ground
+        if ground is None or this.side == BOTH:
+            return usual
+        timing = Timing(self.swing_ticks(), self.config.tick)
+        return ground.swing((last.x, last.y), (coming.x, coming.y), timing, usual.apex)
 
     def path(self, step: int) -> tuple[float, ...]:
         """Middle between the feet and heading of step j as commanded [m, rad], and its command as granted.
