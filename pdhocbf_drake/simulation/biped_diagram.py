@@ -1,10 +1,10 @@
-"""Diagram of the controller on the multibody robot on flat ground."""
+"""Diagram of the controller on the multibody robot on the ground."""
 
 from __future__ import annotations
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
-from pydrake.geometry import Box, Meshcat, ProximityProperties, Role, RoleAssign, SceneGraph
+from pydrake.geometry import Meshcat, ProximityProperties, Role, RoleAssign, SceneGraph
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
@@ -12,6 +12,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview
+from pdhocbf_drake.ground.bodies import add_ground
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.leg import leg_length
@@ -39,8 +40,6 @@ from pdhocbf_drake.systems.turn_reference import TurnReference
 from pdhocbf_drake.systems.turning_zmp_offset import TurningZmpOffset
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
-
-_GROUND = (2e4, 2e4, 2.0)  # box [m]; Drake warns of a half space at every start
 
 
 def biped_diagram(
@@ -180,16 +179,13 @@ def standing_posture(walk: Walk, biped: Biped) -> np.ndarray:
 
 
 def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray) -> MultibodyPlant:
-    """The robot on flat ground, standing in `posture` (19,) by default."""
+    """The robot on the scenario's ground, standing in `posture` (19,) by default."""
     plant, scene_graph = AddMultibodyPlant(plant_config(scenario.plant), builder)
     plant.set_name("plant")
     scene_graph.set_name("scene_graph")
     biped.add_to(plant)
-    friction = CoulombFriction(scenario.friction, scenario.friction)
-    ground = Box(*_GROUND)
-    below = RigidTransform([0.0, 0.0, -_GROUND[2] / 2.0])
-    plant.RegisterCollisionGeometry(plant.world_body(), below, ground, "ground", friction)
-    _set_friction(plant, scene_graph, friction)
+    _set_friction(plant, scene_graph, CoulombFriction(scenario.friction, scenario.friction))
+    add_ground(plant, scenario.terrain, scenario.friction)
     _set_gains(plant, biped)
     if any(scenario.model_error.gravity_tilt_deg):
         gravity = plant.mutable_gravity_field()
