@@ -91,7 +91,8 @@ def biped_diagram(
     add_walking = _add_fused if form == "fused" else _add_blocks
     add_walking(wiring, walk, _body_blocks(walk, biped, posture, grip_of(biped, scenario)), LATENCY * plant.time_step())
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
-    detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
+    terrain = None if scenario.terrain.flat else scenario.terrain
+    detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick, terrain))
 
     if walk.gait.turns:
         wiring.log("turn_reference")
@@ -100,7 +101,7 @@ def biped_diagram(
         wiring.log("ground_reference")
     if sensed:
         connect_estimator(wiring)
-    wiring.connect(detector, "com_z")
+    wiring.connect(detector, "com_z", *["lip_state"] * (terrain is not None))
     wiring.connect(targets, "desired_state", "feedforward")
     connect_joints(wiring.builder, plant, biped, targets)
     if scenario.pushes or any(scenario.wind):

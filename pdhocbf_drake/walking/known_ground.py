@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.ground.config import Blocks
+from pdhocbf_drake.ground.terrain import Terrain
 from pdhocbf_drake.walking.edges import Edges
 from pdhocbf_drake.walking.swing_profile import SwingProfile, Timing, candidates
 
@@ -17,19 +18,6 @@ ROOM = 0.002
 CLEARANCE = 0.012
 """How far a swinging sole is planned to stay from edges [m]; what tracking needs of it leaves 5 mm."""
 _PROFILES = 256  # kept
-
-
-class GroundMap(Protocol):
-    """Height, unit normal, and the window of a sole's centre at a place of the map."""
-
-    def height(self, x: float, y: float) -> float:
-        """[m]."""
-
-    def normal(self, x: float, y: float) -> np.ndarray:
-        """(3,)."""
-
-    def window(self, x: float, y: float, half: float) -> tuple[float, float]:
-        """From and to, such that a sole stays `half` from the edges of the surface at the place [m]."""
 
 
 class Under(NamedTuple):
@@ -44,19 +32,22 @@ class KnownGround:
     """Ground by a map, as soles of one length meet it.
 
     Attributes:
+        terrain: the ground.
         half: half length of the soles, with what touches the ground beyond them [m].
-        stones: x and y of places that have to be stepped on, one a step [m].
+        stones: x and y of the stepping blocks on the map, in their order, one a step [m].
     """
 
-    def __init__(self, ground: GroundMap, half: float, stones: Sequence[tuple[float, float]] = ()) -> None:
-        self._map, self.half, self.stones = ground, half, tuple(stones)
+    def __init__(self, terrain: Terrain, half: float) -> None:
+        self.terrain, self.half = terrain, half
+        blocks = [piece for piece in terrain.pieces if piece.known and isinstance(piece, Blocks)]
+        self.stones = [(x, y) for piece in blocks for x, y, _ in sorted(piece.footsteps)]
         self.under = lru_cache(maxsize=1024)(self._under)
         self.swing = lru_cache(maxsize=_PROFILES)(self._swing)
 
     def _under(self, x: float, y: float) -> Under:
-        normal = self._map.normal(x, y)
+        normal = self.terrain.normal(x, y)
         slope = -float(normal[0] / normal[2]) + 0.0, -float(normal[1] / normal[2]) + 0.0
-        return Under(self._map.height(x, y), slope, self._map.window(x, y, self.half + ROOM))
+        return Under(self.terrain.height(x, y), slope, self.terrain.window(x, y, self.half + ROOM))
 
     def next_surface(self, x: float, y: float) -> tuple[float, float]:
         """The window on the surface that follows along x on the one at a place [m]."""
@@ -67,7 +58,9 @@ class KnownGround:
         """The edges that a sole passes on its way from `start` to `end`, x and y [m]."""
         reach = self.half + 0.05
         low, high = min(start[0], end[0]) - reach, max(start[0], end[0]) + reach
-        return Edges.between(lambda x: self._map.height(x, start[1] if x < 0.5 * (low + high) else end[1]), low, high)
+        return Edges.between(
+            lambda x: self.terrain.height(x, start[1] if x < 0.5 * (low + high) else end[1]), low, high
+        )
 
     def clearance(
         self, profile: SwingProfile, timing: Timing, start: tuple[float, float], end: tuple[float, float]
@@ -83,7 +76,8 @@ class KnownGround:
         edges, best, most = self.edges(start, end), SwingProfile(apex=apex), -math.inf
         if not edges:
             return best
-        for profile in candidates(timing, apex):
+        rise = self.under(*end).height - self.under(*start).height
+        for profile in candidates(timing, apex, end[0] - start[0], rise):
             least = edges.least_distance(*self._way(profile, timing, start, end), self.half)
             if least >= CLEARANCE:
                 return profile

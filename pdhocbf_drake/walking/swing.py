@@ -60,13 +60,16 @@ class Swing:
         self._above = lru_cache(maxsize=16)(self._heights)
         self._whole = lru_cache(maxsize=16)(self._accelerations)
 
-    def _heights(self, lift_off: int, apex: float) -> np.ndarray:
+    def _heights(self, lift_off: int, apex: float, ramp: float | None) -> np.ndarray:
         """Height of the swing sole and its derivatives at each tick of a step, (N + 1, 3) [m, m/s, m/s²]."""
         period, _, usual, delta = self._timing
         ground, duration = np.zeros(2), (period - lift_off) * delta
-        height = apex * (duration / (usual * delta)) ** 2
-        points = [swing_point(ground, ground, height, duration, (q - lift_off) * delta) for q in range(period + 1)]
-        return np.array([[part[2] for part in point] for point in points])
+        height, times = apex * (duration / (usual * delta)) ** 2, [(q - lift_off) * delta for q in range(period + 1)]
+        if ramp is None:
+            points = [swing_point(ground, ground, height, duration, time) for time in times]
+            return np.array([[part[2] for part in point] for point in points])
+        lift, units = SwingProfile(apex=height, ramp=ramp), duration ** -np.arange(3.0)
+        return np.array([lift.clearance(time / duration) for time in times]) * units
 
     def _accelerations(self, profiles: tuple[SwingProfile, ...]) -> np.ndarray:
         """`whole` of the kernel, from the profiles of this and of the coming steps."""
@@ -93,11 +96,11 @@ class Swing:
         """
         period, usual, _, delta = self._timing
         begin = usual if lift_off is None else lift_off
-        wait, early, _, apex = profile or self._usual
+        wait, early, _, apex, ramp = profile or self._usual
         aloft, feet = tick - begin, np.empty(18)
         swinging = -1 if not support else 1 if support > 0 else 0
         remaining = (period - early - tick + 1) * delta, (period - tick + 1) * delta
-        above = self._above(begin, apex)[tick]
+        above = self._above(begin, apex, ramp)[tick]
         write_feet(swinging, (aloft - wait, aloft, aloft), plan, before, above, remaining, delta, feet)
         return feet
 

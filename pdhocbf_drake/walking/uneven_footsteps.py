@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.footsteps import Footstep, Footsteps, commanded_footsteps
-from pdhocbf_drake.walking.known_ground import KnownGround
+from pdhocbf_drake.walking.known_ground import ROOM, KnownGround
 
 _FROM_EDGE = 0.015  # how far inside the window of a long surface the first and the last foot on it stand [m]
 _FAR = 1e3  # a surface that ends beyond goes on for ever [m]
@@ -69,10 +69,10 @@ def _places(config: GaitConfig, ground: KnownGround, first: Footstep) -> Iterato
         else:
             low, high = ground.next_surface(x, side * half)
         if low > high:
-            edge = low - ground.half
+            needed = 2.0 * (ground.half + ROOM)
             raise InputError(
-                f"ground: the surface from x = {edge:.3g} m on is {high - low + 2.0 * ground.half:.3g} m long, and "
-                f"soles need {2.0 * ground.half:.3g} m"
+                f"ground: the surface from x = {low - needed / 2.0:.3g} m on is {high - low + needed:.3g} m long, and "
+                f"soles need {needed:.3g} m"
             )
         side, x = -side, _onto(low, high, config.stride)
         yield x, side * half
