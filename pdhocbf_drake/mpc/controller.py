@@ -54,6 +54,7 @@ class PeriodicMpc:
         rungs: what is solved where these have no solution, see `mpc.programs`.
         constraints: what a plan may miss on each axis, with its unit, in the order of `Plan.unmet`.
         recovery: the same for a disturbed walk, if the scenario has one.
+        of_rises: the same problem of a walk that climbs evenly, by the rise of a step [m]; see `on`.
 
     Raises:
         InputError: the horizon is not a multiple of the gait (Lemma 2), or a barrier is of another kind.
@@ -119,6 +120,7 @@ class PeriodicMpc:
             self.recovery.rows = self.rows
         self._kept: dict[Hashable, PeriodicMpc] = {}
         self._courses = Kept[PeriodicMpc](_COURSES)
+        self.of_rises: Mapping[float, PeriodicMpc] = {}
 
     def _read(self, gait: Gait) -> None:
         """Reads commanded steps from a gait, as the problems of both axes do."""
@@ -150,6 +152,16 @@ class PeriodicMpc:
     def bounds(self, tick: int) -> dict[str, np.ndarray]:
         """V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,) [unit of h]."""
         return {name: samples(tick) for name, samples in self._bounds.items()}
+
+    def on(self, tick: int) -> PeriodicMpc:
+        """This problem with the eta of the rise of the step of tick k, see `Gait.rise`.
+
+        Over the whole horizon the rise is taken to go on: near the end of a staircase, and where there is none of that
+        rise, eta is that of another ground.
+        """
+        if not self.of_rises:
+            return self
+        return self.of_rises.get(self.gait.rise(tick // self.gait.period), self)
 
     def following(self, course: Course | None) -> PeriodicMpc:
         """This problem for the walk as it goes on after the course of its present step, see `Gait.following`."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
-from pdhocbf_drake.walking.com_height import CosineHeight
+from pdhocbf_drake.walking.com_height import GRAVITY, CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.footsteps import Footstep, Footsteps, Resumed, commanded_footsteps
@@ -71,6 +71,7 @@ class Gait:
         self.flipped = lru_cache(maxsize=8)(self._flipped)
         self.planes = lru_cache(maxsize=4)(self._planes)
         self.profiles = lru_cache(maxsize=4)(self._profiles)
+        self._rises = lru_cache(maxsize=4)(self._rise)
         self._endings: dict[int, Gait] = {}
         self._resumed: dict[Resumed, Gait] = {}
         self._following = Kept[Gait](4)
@@ -84,6 +85,39 @@ class Gait:
     def uneven(self) -> bool:
         """Whether the ground is not level."""
         return self.footsteps.known_ground is not None
+
+    def rise(self, step: int) -> float:
+        """Height that the ground rises by before and after step j alike, in tenths of millimetres; else 0 [m].
+
+        0 in a stand and on a slope, where the CoM moves in parallel to the plane and eta is that of level ground.
+        """
+        return self._rises(step)
+
+    def _rise(self, step: int) -> float:
+        last, this, coming = self.step(step - 1), self.step(step), self.seen(step)[step + 1]
+        sloping = any(any(stance.slope) for stance in (last, this, coming))
+        before, after = round(this.height - last.height, 4), round(coming.height - this.height, 4)
+        return before if before == after and not sloping and this.side != BOTH else 0.0
+
+    @property
+    def rises(self) -> set[float]:
+        """The even rises of the walk's footsteps [m]."""
+        if not self.uneven:
+            return set()
+        return {self.rise(step) for step in range(len(self.footsteps.listed))} - {0.0}
+
+    def eta(self, rise: float = 0.0) -> np.ndarray:
+        """eta of a walk with an even rise over one step, shape (N,) [1/s²].
+
+        eta_k = (z̈ + g)/(z + r ((q − N/2)/N + 1 − w_q)): the ground's line under the CoM climbs by r in a step and meets
+        the stance foot at its middle, see `ComLine`; the ZMP climbs with its box in double support, see
+        `SupportRegion`.
+        """
+        if not rise:
+            return self.height.eta()
+        q, weight = np.arange(self.period), self.region.weight
+        z, _, acceleration = np.array([self.height(tick) for tick in range(self.period)]).T
+        return np.asarray((acceleration + GRAVITY) / (z + rise * (q / self.period - 0.5 + 1.0 - weight)))
 
     def _planes(self, step: int) -> np.ndarray:
         seen = self.seen(step)
