@@ -57,6 +57,7 @@ class PeriodicMpc:
         recovery: the same for a disturbed walk, if the scenario has one.
         changing: the problem of each tick, of a walk whose barriers' γ is changed as it goes on; None elsewhere.
         settings: of such a walk's barriers.
+        of_rises: the same problem of a walk that climbs evenly, by the rise of a step [m]; see `on`.
 
     Raises:
         InputError: the horizon is not a multiple of the gait (Lemma 2), or a barrier is of another kind.
@@ -124,6 +125,7 @@ class PeriodicMpc:
         self.settings: BarrierSettings | None = None
         self._kept: dict[Hashable, PeriodicMpc] = {}
         self._courses = Kept[PeriodicMpc](_COURSES)
+        self.of_rises: Mapping[float, PeriodicMpc] = {}
 
     def _read(self, gait: Gait) -> None:
         """Reads commanded steps from a gait, as the problems of both axes do."""
@@ -159,6 +161,16 @@ class PeriodicMpc:
     def in_force(self, tick: int) -> PeriodicMpc:
         """The problem of tick k: this one, unless it is `changing`."""
         return self if self.changing is None else self.changing(tick)
+
+    def on(self, tick: int) -> PeriodicMpc:
+        """This problem with the eta of the rise of the step of tick k, see `Gait.rise`.
+
+        Over the whole horizon the rise is taken to go on: near the end of a staircase, and where there is none of that
+        rise, eta is that of another ground.
+        """
+        if not self.of_rises:
+            return self
+        return self.of_rises.get(self.gait.rise(tick // self.gait.period), self)
 
     def following(self, course: Course | None) -> PeriodicMpc:
         """This problem for the walk as it goes on after the course of its present step, see `Gait.following`."""
