@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,6 +26,7 @@ from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
+from pdhocbf_drake.simulation.barrier_changes import add_changes, changing, changing_problem
 from pdhocbf_drake.simulation.command_orbits import ConstantWalks, constant_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
@@ -133,8 +134,9 @@ def complete_programs(scenario: Scenario) -> None:
 def _built(scenario: Scenario, parts: WalkParts) -> Walk:
     gait, cache = commanded_gait(scenario), parts.programs
     vhip = Vhip(gait.height.eta(), gait.config.tick)
-    barriers, walks = [], _constant_walks(scenario, gait, cache)
-    for name, config in scenario.barriers.items():
+    walks = _constant_walks(scenario, gait, cache)
+
+    def barrier(name: str, config: WalkBarrierConfig) -> WalkBarrier:
         nominal, orbits = None, None
         if walks is not None:
             orbits = _command_orbits(config, walks)
@@ -143,16 +145,26 @@ def _built(scenario: Scenario, parts: WalkParts) -> Walk:
             with _naming(name):
                 gait_of(scenario, stride)
             nominal = parts.nominal_walk(scenario, stride)
-        barriers.append(_barrier(name, config, gait, vhip, nominal, orbits))
+        return _barrier(name, config, gait, vhip, nominal, orbits)
+
+    barriers = [barrier(name, config) for name, config in scenario.barriers.items()]
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)
     quantities = tuple(config.bounded for config in scenario.barriers.values())
-    groups = tuple([b for q, b in zip(quantities, barriers, strict=True) if q.axis == axis] for axis in (0, 1))
     terminal = None
     if scenario.mpc.terminal_set is not None:
         limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
         terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits)
-    mpc = PeriodicMpc(gait, vhip, sensed(scenario), (groups[0], groups[1]), terminal, cache)
+
+    def problem(own: Sequence[WalkBarrier]) -> PeriodicMpc:
+        x, y = ([b for b in own if b.quantity.axis == axis] for axis in (0, 1))
+        return PeriodicMpc(gait, vhip, sensed(scenario), (x, y), terminal, cache)
+
+    if not scenario.barrier_changes:
+        return Walk(gait, vhip, problem(barriers), quantities, tuple(barriers))
+    settings = changing(scenario, barriers, barrier)
+    mpc = changing_problem(problem, barriers, settings)
+    add_changes(scenario, settings)
     return Walk(gait, vhip, mpc, quantities, tuple(barriers))
 
 

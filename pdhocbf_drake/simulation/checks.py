@@ -28,7 +28,7 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     ),
     "van_der_pol": (
         "robot", "biped", "friction", "friction_belief", "plant", "model_error", "measurement", "gait", "mpc",
-        "barriers", "pushes", "wind", "vhip", "start", "commands", "path", "path_speed",
+        "barriers", "barrier_changes", "pushes", "wind", "vhip", "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 

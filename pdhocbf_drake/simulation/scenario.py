@@ -11,6 +11,7 @@ from pdhocbf_drake.estimation.config import SensorsConfig
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.drake_config import completed_plant, completed_simulator
+from pdhocbf_drake.walking.barrier_changes import BarrierChange
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commands import CommandConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
@@ -154,6 +155,7 @@ class Scenario(Config):
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
+        barrier_changes: barriers that are kept in another way from a time on.
         start: where the walk starts, and its heading.
         commands: velocity and turn rate, or a stop, each from its time on, in place of `gait.stride`. What the legs,
             soles or programs can't do is granted in part. A barrier's bound follows the orbit of each command, see
@@ -181,6 +183,7 @@ class Scenario(Config):
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
     barriers: dict[Name, WalkBarrierConfig] = Field({})
+    barrier_changes: tuple[BarrierChange, ...] = ()
     start: StartConfig = StartConfig()
     commands: tuple[CommandConfig, ...] = ()
     path: tuple[tuple[_Place, _Place], ...] = ()
