@@ -96,14 +96,16 @@ class MeasurementConfig(SensorsConfig):
     """What the controller is given, and with which errors.
 
     Attributes:
-        source: "true_state" is the robot's own state; "sensors" is what the estimator makes of the sensors. The joints'
-            drives read neither: they have encoders of their own, without error.
+        source: "true_state" is the robot's own state; "sensors" is what the estimator makes of the sensors.
+        drives: what the joints' PD reads: "own" are encoders of its own, without error, at every instant; "sampled" are
+            those that the estimator reads, once a tick, with gains that a torque held for a tick allows.
         seed: of the sensors' biases, offsets and noise; null takes the scenario's.
         noise: added to the CoM and ZMP.
         delay_ticks: delay of CoM, ZMP and soles, besides that of the sensors [ticks].
     """
 
     source: Literal["true_state", "sensors"] = "true_state"
+    drives: Literal["own", "sampled"] = "own"
     seed: int | None = Field(None, ge=0, lt=2**32)
     noise: MeasurementNoise = MeasurementNoise()
     delay_ticks: int = Field(0, ge=0, le=1000)
