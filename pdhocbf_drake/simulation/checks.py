@@ -8,6 +8,7 @@ from operator import attrgetter
 from typing import Any, Final
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.simulation.ground_checks import check_ground
 from pdhocbf_drake.simulation.scenario import Push, Scenario, System
 from pdhocbf_drake.systems.signals import JOINTS
 from pdhocbf_drake.walking.com_height import GRAVITY
@@ -21,14 +22,14 @@ _MOST_ENTRIES = 4e7  # of the H x H matrices of all phases, at fifty bytes an en
 _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "biped": ("vhip", "van_der_pol"),
     "vhip": (
-        "robot", "biped", "friction", "friction_belief", "plant", "model_error", "gait.swing_height", "pushes.body",
-        "van_der_pol",
+        "robot", "biped", "ground", "friction", "friction_belief", "plant", "model_error", "gait.swing_height",
+        "pushes.body", "van_der_pol",
         "measurement.source", "measurement.drives", "measurement.seed", "measurement.imu", "measurement.encoders",
         "measurement.force_torque", "measurement.estimator", "measurement.faults",
     ),
     "van_der_pol": (
-        "robot", "biped", "friction", "friction_belief", "plant", "model_error", "measurement", "gait", "mpc",
-        "barriers", "barrier_changes", "pushes", "wind", "vhip", "start", "commands", "path", "path_speed",
+        "robot", "biped", "ground", "friction", "friction_belief", "plant", "model_error", "measurement", "gait",
+        "mpc", "barriers", "barrier_changes", "pushes", "wind", "vhip", "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 
@@ -46,6 +47,7 @@ def check_scenario(scenario: Scenario) -> None:
     for index, push in enumerate(scenario.pushes):
         _check_push(f"pushes.{index}", push, scenario)
     if scenario.system == "biped":
+        check_ground(scenario)
         _check_plant(scenario)
         _check_drives(scenario)
 

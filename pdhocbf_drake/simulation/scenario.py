@@ -8,6 +8,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from pdhocbf_drake.config import Config, Name, parse_config, within
 from pdhocbf_drake.estimation.config import SensorsConfig
+from pdhocbf_drake.ground.config import Piece, in_order
+from pdhocbf_drake.ground.terrain import Terrain
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.drake_config import completed_plant, completed_simulator
@@ -21,6 +23,7 @@ System = Literal["biped", "vhip", "van_der_pol"]
 _Place = Annotated[float, within(-150.0, 150.0, "m")]
 _Force = Annotated[float, within(-1e6, 1e6, "N")]
 _Shift = Annotated[float, within(-1.0, 1.0, "m")]
+_Ground = tuple[Piece, ...]
 _Tilt = Annotated[float, within(-30.0, 30.0, "deg")]
 
 
@@ -136,6 +139,12 @@ class StartConfig(Config):
     yaw: Annotated[float, within(-1e3, 1e3, "rad")] = 0.0
 
 
+def _apart(pieces: _Ground) -> _Ground:
+    """The pieces as they are; raises `ValueError` where two of them are at one place."""
+    in_order(pieces)
+    return pieces
+
+
 class Scenario(Config):
     """One run.
 
@@ -149,6 +158,7 @@ class Scenario(Config):
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
         biped: what is done with the robot before it walks.
+        ground: pieces of the ground that are not flat, each at its place along x; z = 0 where the walk starts.
         friction: Coulomb coefficient between soles and ground [1].
         friction_belief: that for which the walk is planned: where its motion asks more of the soles about the vertical,
             the torso's yaw gives way; null is `friction` [1].
@@ -178,6 +188,7 @@ class Scenario(Config):
     from_time: float = Field(2.0, ge=0)
     robot: str = DEFAULT_ROBOT
     biped: BipedConfig = BipedConfig()
+    ground: Annotated[_Ground, AfterValidator(_apart)] = ()
     friction: float = Field(0.8, gt=0, le=10)
     friction_belief: float | None = Field(None, gt=0, le=10)
     gait: GaitConfig = GaitConfig()
@@ -201,6 +212,11 @@ class Scenario(Config):
     def believed_friction(self) -> float:
         """`friction_belief`, or without one `friction`."""
         return self.friction if self.friction_belief is None else self.friction_belief
+
+    @property
+    def terrain(self) -> Terrain:
+        """The ground under the walk."""
+        return Terrain(self.ground, self.start.position, self.friction)
 
     @property
     def tick(self) -> float:
