@@ -14,6 +14,7 @@ from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.robot import SIDES, Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.commands import commanded_stride
 from pdhocbf_drake.simulation.granted import Asked, exceeded, longest_granted
+from pdhocbf_drake.simulation.ground_checks import check_start
 from pdhocbf_drake.simulation.scenario import Scenario
 
 _FAR = 0.7  # share of a joint's limit below which a walk is taken as it is, by its preview
@@ -41,8 +42,10 @@ def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
 
     Raises:
         ModelError: a box, height or stride is out of the robot's reach, or as `within_limits`.
+        InputError: the walk starts on an edge or a slope.
     """
     biped, gait, recovery = Biped.load(scenario.robot), scenario.gait, scenario.mpc.recovery
+    check_start(scenario, biped)
     heights = (gait.com_height - gait.com_height_amplitude, gait.com_height + gait.com_height_amplitude)
     check_walk(biped, stride=gait.stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=gait.zmp_box)
     if recovery is not None and recovery.zmp_box is not None:
