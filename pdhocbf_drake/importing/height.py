@@ -69,7 +69,12 @@ def stride(longest: float, leg: float) -> float | None:
 
 
 def _lighter(biped: Biped, leg: float, width: float, low: float, high: float) -> float:
-    """The lowest of some heights at which hips and knees carry a usual step, or a half one, or one in place."""
+    """The lowest height if hips and knees can do a usual step there, else one at which they carry that, or less.
+
+    That is the lowest of some at which they have torque to spare in a usual step, or a half one, or one in place.
+    """
+    if _load(biped, leg, width, low, _STRIDE * leg) <= 1.0:
+        return low
     heights = np.linspace(low, max(low, high), _HEIGHTS).tolist()
     for part in (1.0, 0.5, 0.0):
         for height in heights:
