@@ -53,10 +53,12 @@ class Deviation(NamedTuple):
         back = max(np.abs(place).max(), np.abs(rate).max()) < _REST
         return Deviation(np.zeros(TASKS), np.zeros(TASKS)) if back else Deviation(place, rate)
 
-    def without(self, part: slice) -> Deviation:
-        """The same, with none of a part of the task coordinates."""
+    def times(self, part: slice, factor: float) -> Deviation:
+        """The same, with a part of the task coordinates times a factor."""
+        if factor == 1.0 or not (self.place[part].any() or self.rate[part].any()):
+            return self
         place, rate = self.place.copy(), self.rate.copy()
-        place[part] = rate[part] = 0.0
+        place[part], rate[part] = factor * place[part], factor * rate[part]
         return Deviation(place, rate)
 
     def add_to(self, wanted: np.ndarray, angles: tuple[float, ...], tick: float) -> tuple[float, ...]:

@@ -78,3 +78,19 @@ def write_use(
     for i in range(count):
         worst = max(worst, max(low[i] - use[i], use[i] - high[i]))
     return count, worst
+
+
+@compiled
+def limit_step(last: np.ndarray, most: np.ndarray, joints: np.ndarray, q: np.ndarray) -> float:
+    """Moves joints, at their places in q, to within ± most of their last angles; the largest share beyond that.
+
+    Args:
+        last: angles of a tick ago, in q's order. most: (n,) [rad]. joints: (n,).
+    """
+    beyond = 0.0
+    for i in range(len(joints)):
+        step = q[joints[i]] - last[joints[i]]
+        if abs(step) > most[i]:
+            beyond = max(beyond, abs(step) / most[i] - 1.0)
+            q[joints[i]] = last[joints[i]] + (most[i] if step > 0.0 else -most[i])
+    return beyond

@@ -25,8 +25,7 @@ from pdhocbf_drake.whole_body.solver import solve
 EXCEEDED = 1e-9
 """Share of a limit by which a motion may exceed it."""
 
-_ROOM = np.full(TASKS, np.inf)  # largest deviation [m, rad]
-_ROOM[COM], _ROOM[TORSO_TURN], _ROOM[LEFT], _ROOM[RIGHT] = 0.03, 0.3, 0.03, 0.03
+_FAR, _TURNED = 0.05, 0.3  # largest deviation, over the CoM's height, and of the torso's turn [rad]
 _DEARER = 1e4  # price of the tasks that give way last, over that of the CoM's height
 _OF_LOAD = 1e-2  # price of another share of the load, of the squared share of the weight [m²/s⁴]
 _FIRM = 1e-6  # price of squared joint accelerations where they are decisions [m²/rad²]
@@ -37,7 +36,7 @@ class Moving(NamedTuple):
 
     Attributes:
         q, v, vdot: (19,), (18,), (18,). torque: that of inverse dynamics.
-        share: of the load, on the left sole. swing: the foot in the air.
+        share: of the load, on the left sole. swing: a foot in the air that may give way.
         added, last: torque that the joints' PD is predicted to add, and the planned one of the last tick (12,) [N m].
     """
 
@@ -82,7 +81,9 @@ class WholeBody:
         self._change = np.inf if config.torque_rate is None else config.torque_rate * tick
         lower, upper = np.ascontiguousarray(biped.position_limits.T)
         self.barriers = JointBarriers.of(lower, upper, biped.velocity_limits, config.joint_gamma, tick)
-        self._room = JointBarriers.of(-_ROOM, _ROOM, np.full(TASKS, np.inf), config.joint_gamma, tick)
+        room = np.full(TASKS, _FAR * biped.config.com_height)
+        room[TORSO_TURN] = _TURNED
+        self._room = JointBarriers.of(-room, room, np.full(TASKS, np.inf), config.joint_gamma, tick)
         self._soles = SoleLimits.of(biped, grip.friction, grip.radius)
         self._price = np.full(TASKS, _DEARER * config.height)
         self._price[COM.start + 2] = config.height
@@ -109,6 +110,10 @@ class WholeBody:
                 if found is not None:
                     return self._changed(moving, use, change, found, tasks)
         return self._of_joints(moving, use, price)
+
+    def unreached(self, moving: Moving) -> Kept:
+        """The closed form where inverse kinematics misses its target, its torques within their limits."""
+        return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), Reason.UNREACHED)
 
     def _free(self, moving: Moving) -> tuple[np.ndarray, np.ndarray]:
         """The tasks that give way, and the prices of all (18,)."""

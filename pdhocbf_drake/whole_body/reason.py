@@ -28,8 +28,8 @@ class Reason(IntEnum):
     """No program has an answer: joint accelerations are clipped to what their barriers allow."""
     UNREACHED = 9
     """Inverse kinematics misses its target, whose motion has no program."""
-    LANDED = 10
-    """The swing foot had given way and was not back when it touched the ground."""
+    RATE = 10
+    """A joint's target would move faster than the joint can; it moves at the joint's largest speed."""
 
 
 SOFTENED = (Reason.TORQUE, Reason.LOAD, Reason.FRICTION, Reason.COP, Reason.TWIST)
