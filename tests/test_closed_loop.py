@@ -8,7 +8,8 @@ from pydrake.systems.analysis import Simulator, SimulatorStatus
 
 from pdhocbf_drake import WalkController
 from pdhocbf_drake.mpc.loop import Measurement, control, walk_template
-from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.memory_layout import MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario import Scenario

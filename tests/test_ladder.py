@@ -9,7 +9,7 @@ from pdhocbf_drake.mpc.commanded import Commanded
 from pdhocbf_drake.mpc.config import RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control, walk_template
-from pdhocbf_drake.mpc.memory import MemoryLayout
+from pdhocbf_drake.mpc.memory_layout import MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.terms import TERMS
 from pdhocbf_drake.mpc.terms.step_limits import StepLimits

@@ -8,7 +8,8 @@ from walks import make_mpc, predicted, repacked, speed_limit, start, walk
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc import orbit
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.memory_layout import MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.terms.stability import Stability
 from pdhocbf_drake.simulation.build import nominal_walk_of

@@ -5,7 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pdhocbf_drake.mpc.kernels import believe, same_bits, write_common, write_plan
+from pdhocbf_drake.mpc.kernels import (
+    add_cancelling,
+    believe,
+    same_bits,
+    write_common,
+    write_plan,
+    write_sent,
+)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -70,3 +77,24 @@ def test_the_same_bits() -> None:
         other = vector.copy()
         other[i] = value
         assert not same_bits(vector, other)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_is_sent_cancels_the_disturbance_and_leads_the_lag(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    w, velocity, before = random.normal(size=4), random.normal(size=2), random.normal(size=2)
+    planned_com, planned_zmp, shift = random.normal(size=6), random.normal(size=4), np.empty(2)
+    com, zmp, eta, ahead, tick = planned_com.copy(), planned_zmp.copy(), 17.0, 0.02, 0.01
+    write_sent(w, eta, ahead, tick, velocity, before, com, zmp, shift)
+    np.testing.assert_allclose(shift, w[2:] / eta + ahead * velocity)
+    np.testing.assert_allclose(com.reshape(2, 3) - planned_com.reshape(2, 3), np.outer(-eta * shift, [0, 0, 1]))
+    np.testing.assert_allclose(zmp.reshape(2, 2) - planned_zmp.reshape(2, 2), np.c_[shift, (shift - before) / tick])
+
+
+@pytest.mark.parametrize("first", [0, 3, 11])
+def test_the_offset_that_cancels_a_disturbance(first: int) -> None:
+    random = np.random.default_rng(first)
+    w, eta, offset = random.normal(size=4), 10.0 + random.random(5), random.normal(size=(2, 9))
+    both = offset.copy()
+    add_cancelling(w, eta, first, both)
+    np.testing.assert_allclose(both, offset + w[2:, None] / np.resize(np.roll(eta, -first), 9))

@@ -12,7 +12,8 @@ from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.config import MpcConfig, RecoveryConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control
-from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.memory_layout import MemoryLayout
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance
 from pdhocbf_drake.walking import Gait, GaitConfig

@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput
 
 from pdhocbf_drake import InputError, WalkController, load_scenario, simulate
-from pdhocbf_drake.mpc.memory import MemoryLayout
+from pdhocbf_drake.mpc.memory_layout import MemoryLayout
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.vhip_plant import VhipPlant

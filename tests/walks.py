@@ -8,7 +8,8 @@ from pdhocbf_drake.barriers import AffineBarrier, Linear, constant
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import walk_template
-from pdhocbf_drake.mpc.memory import Memory, MemoryLayout
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.memory_layout import MemoryLayout
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.vhip import Vhip

@@ -12,7 +12,7 @@ import numpy as np
 from pdhocbf_drake.mpc.cancelling import estimated, lead
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.filtering import CoMFilter
-from pdhocbf_drake.mpc.kernels import believe, carry_forward
+from pdhocbf_drake.mpc.kernels import add_cancelling, believe, carry_forward, write_sent
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.prediction import zmp_before
 from pdhocbf_drake.walking.vhip import Vhip
@@ -125,9 +125,7 @@ class Believer:
             error, w, acted = state[:, 1] - predicted[:, 1], beliefs.input_disturbance, beliefs.acted
             delta, age = self._vhip.tick, max(then, 0)
             after = estimated(self._disturbance, delta, age, w, error, acted[:, 0], disturbed)
-            cancels = w[2] != 0.0 or w[3] != 0.0
-            if cancels or acted.any():
-                acted = np.column_stack([acted[:, 1:], w[2:]])
+            acted = np.column_stack([acted[:, 1:], w[2:]]) if self._delay else w[2:, None]
             beliefs = Beliefs(after, beliefs.zmp_shift, beliefs.evidence, beliefs.sent, acted)
         return Believed(state, Reason.SOLVED, com, beliefs)
 
@@ -136,9 +134,9 @@ class Believer:
         cancelled = beliefs.input_disturbance[2:]
         if self._disturbance is None or (cancelled[0] == 0.0 and cancelled[1] == 0.0):
             return offset
-        ticks = np.arange(tick + 1, tick + 1 + self._horizon) % self._vhip.period
-        cancels = cancelled[:, None] / self._vhip.eta[ticks]
-        return np.asarray(cancels if offset is None else offset + cancels)
+        both = np.zeros((2, self._horizon)) if offset is None else offset.copy()
+        add_cancelling(beliefs.input_disturbance, self._vhip.eta, tick + 1, both)
+        return both
 
     def sent(
         self, beliefs: Beliefs, plan: Plan, com: np.ndarray, zmp: np.ndarray
@@ -150,13 +148,8 @@ class Believer:
         if not self._shifts:
             return beliefs, com, zmp
         tick, eta = self._vhip.tick, self._eta[(plan.tick + 1) % self._vhip.period]
-        shift = beliefs.input_disturbance[2:] / eta + self._lead * tick * inputs
-        if not shift.any() and not beliefs.zmp_shift.any():
-            return beliefs, com, zmp
-        com, zmp = com.copy(), zmp.copy()
-        com[2::3] -= eta * shift
-        zmp[::2] += shift
-        zmp[1::2] += (shift - beliefs.zmp_shift) / tick
+        com, zmp, shift, ahead = com.copy(), zmp.copy(), np.empty(2), self._lead * tick
+        write_sent(beliefs.input_disturbance, eta, ahead, tick, inputs, beliefs.zmp_shift, com, zmp, shift)
         return beliefs._replace(zmp_shift=shift), com, zmp
 
     def zmp_velocity(self, state: np.ndarray, zmp: np.ndarray) -> np.ndarray:

@@ -148,3 +148,35 @@ def write_disturbance(
         after[2], after[3] = w[2] + x * (1.0 - band / length), w[3] + y * (1.0 - band / length)
     elif math.hypot(after[0], after[1]) < band:
         after[2], after[3] = (1.0 - gain) * w[2], (1.0 - gain) * w[3]
+
+
+@compiled
+def write_sent(
+    w: np.ndarray, eta: float, ahead: float, tick: float, velocity: np.ndarray, before: np.ndarray, com: np.ndarray,
+    zmp: np.ndarray, shift: np.ndarray,
+) -> None:  # fmt: skip
+    """Turns com_reference (6,) and zmp_reference (4,) from planned to sent ones, and fills in the ZMP's shift (2,).
+
+    Args:
+        w: estimated disturbance, then what is cancelled of it, (4,) [m/s²]. eta: of the tick [1/s²].
+        ahead: by how long what is sent leads the planned ZMP, whose velocity is `velocity` (2,) [s, m/s].
+        tick: δ [s]. before: the ZMP's shift a tick earlier (2,) [m].
+    """
+    for axis in range(2):
+        shift[axis] = w[2 + axis] / eta + ahead * velocity[axis]
+        com[3 * axis + 2] -= eta * shift[axis]
+        zmp[2 * axis] += shift[axis]
+        zmp[2 * axis + 1] += (shift[axis] - before[axis]) / tick
+
+
+@compiled
+def add_cancelling(w: np.ndarray, eta: np.ndarray, first: int, offset: np.ndarray) -> None:
+    """Adds the ZMP's way w/eta that cancels a disturbance at ticks `first` … to an offset (2, H) [m].
+
+    Args:
+        w: estimated disturbance, then what is cancelled of it, (4,) [m/s²]. eta: over one period, (N,) [1/s²].
+    """
+    for i in range(offset.shape[1]):
+        at = eta[(first + i) % len(eta)]
+        offset[0, i] += w[2] / at
+        offset[1, i] += w[3] / at

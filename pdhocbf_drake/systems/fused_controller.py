@@ -15,7 +15,7 @@ from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.foot_reference import FootReference
-from pdhocbf_drake.systems.gait_reference import GaitReference, changed_gait
+from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.optional_input import OptionalInput
@@ -100,7 +100,7 @@ class FusedController(Block):
             self._kinematics = slice(places[0].start, places[-1].stop)
         self._plan = slice(self._places[next(iter(sizes))].start, self._places[next(reversed(sizes))].stop)
         before = {name: np.zeros(size(name)) for name in ("foot_reference", "turn_reference")} | kept
-        self._last = self._following(0, *controller.start, before)
+        self._last = self._following(0, controller.start[1], before)
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         feet = self.DeclareVectorInputPort("foot_state", size("foot_state")) if body else None
         command = self.DeclareVectorInputPort("command", 4) if gait.turns else None
@@ -127,8 +127,8 @@ class FusedController(Block):
             return self._last
         own = np.array(state)
         phase, step, _ = own[self._places["gait_phase"]].tolist()
-        plan = own[self._plan]
-        return _Known(own, round(step * self._n + phase), self._gait(plan), self._controller.layout.unpack(plan))
+        memory = self._controller.layout.unpack(own[self._plan])
+        return _Known(own, round(step * self._n + phase), memory.problem(self.mpc).gait, memory)
 
     def _measurement(self, context: Context, known: _Known) -> Measurement:
         state, part = known.state, self._places
@@ -138,17 +138,11 @@ class FusedController(Block):
         bounds = None if self._schedule is None else state[part["barrier_bound"]]
         return self._controller.measured(known.tick, self._lip.Eval(context), feet, offset, bounds, command)
 
-    def _gait(self, plan: np.ndarray) -> Gait:
-        """The gait as the controller has changed it, from its vector."""
-        places = self._controller.layout.places
-        course = plan[places["course"]] if self._path is not None else None
-        return changed_gait(self.mpc.gait, plan[places["last_step"]], plan[places["resumed"]], course)
-
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
         known = self._known(context.get_discrete_state_vector().value())
         state, part = known.state, self._places
-        plan, memory = self._controller.planned(known.memory, self._measurement(context, known), started)
+        memory = self._controller.planned(known.memory, self._measurement(context, known), started)
         before = {}
         if self._body is not None:
             names = ("gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "table", "motion")
@@ -160,12 +154,12 @@ class FusedController(Block):
             before = {"foot_reference": feet, "table": table, "motion": motion}
             if self._body.turn is not None:
                 before["turn_reference"] = state[part["turn_reference"]]
-        self._last = self._following(known.tick + 1, plan, memory, before)
+        self._last = self._following(known.tick + 1, memory, before)
         values.set_value(self._last.state)
 
-    def _following(self, tick: int, plan: np.ndarray, memory: Memory, before: dict[str, np.ndarray]) -> _Known:
-        """The block's state for tick k, from the MPC's memory and its vector, and what the other blocks remember."""
-        gait, part = self._gait(plan), self._controller.layout.places
+    def _following(self, tick: int, memory: Memory, before: dict[str, np.ndarray]) -> _Known:
+        """The block's state for tick k, from the MPC's memory and what the other blocks remember."""
+        gait = memory.problem(self.mpc).gait
         commanded, step = self._clock.commanded(tick, gait), tick // self._n
         front, behind = [commanded], []
         if self._path is not None:
@@ -174,8 +168,9 @@ class FusedController(Block):
             front += self._schedule.bounds(tick, gait)
         if self._body is not None:
             body, phase, height = self._body, commanded[:3], commanded[3:]
-            names = ("com_reference", "zmp_reference", "foot_plan", "stance_plan")
-            com, zmp, foot_plan, stances = [plan[part[name]] for name in names]
+            com, zmp, foot_plan, stances = (
+                memory.com_reference, memory.zmp_reference, memory.foot_plan, memory.stance_plan,
+            )  # fmt: skip
             feet = body.feet.reference(phase, foot_plan, before["foot_reference"], gait)
             turn = None
             if body.turn is not None:
@@ -183,9 +178,10 @@ class FusedController(Block):
             offset = body.offset.expected(phase, feet, foot_plan, stances, before["table"], gait)
             solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, feet, turn)
             coming = body.kinematics.coming
-            front += [feet, *([] if turn is None else [turn]), offset.ravel(), solution[: coming.start]]
+            front += [feet, *([] if turn is None else [turn]), offset, solution[: coming.start]]
             behind = [solution[coming], before["table"]]
-        return _Known(np.concatenate([*front, plan, *behind]), tick, gait, memory)
+        parts = self._controller.layout.parts(memory)
+        return _Known(np.concatenate([*front, *parts, *behind], axis=None), tick, gait, memory)
 
     def _h(self, context: Context, output: BasicVector) -> None:
         assert self._schedule is not None

@@ -11,10 +11,13 @@ from pydrake.systems.framework import Context, DiscreteValues
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.kernels import same_bits
 from pdhocbf_drake.mpc.loop import Measurement, control
-from pdhocbf_drake.mpc.memory import OUTPUTS, Memory, MemoryLayout
+from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.memory_layout import OUTPUTS, MemoryLayout
 from pdhocbf_drake.systems.block import Block
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import size
+
+_SOLES = np.array([[0, 1, 5], [6, 7, 11]])  # in foot_state, where each sole is along the ground, and its yaw
 
 
 class MpcController(Block):
@@ -104,7 +107,7 @@ class MpcController(Block):
         bounds: np.ndarray | None, command: np.ndarray | None,
     ) -> Measurement:  # fmt: skip
         """The measurement of a tick from the values of the ports."""
-        feet = None if feet is None else feet.reshape(2, 6)[:, [0, 1, 5]]
+        feet = None if feet is None else feet.take(_SOLES)
         offset = None if offset is None else offset.reshape(2, -1)
         samples = None if bounds is None else bounds.reshape(len(self._names), -1)
         named = None if samples is None else dict(zip(self._names, samples, strict=True))
@@ -119,12 +122,13 @@ class MpcController(Block):
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
-        vector, _ = self._last = self.planned(self.memory(context), self.measurement(context), started)
+        memory = self.planned(self.memory(context), self.measurement(context), started)
+        vector, _ = self._last = self.layout.pack(memory), memory
         values.set_value(vector)
 
-    def planned(self, memory: Memory, measurement: Measurement, started: float) -> tuple[np.ndarray, Memory]:
-        """The next memory as a vector and as itself, after a tick whose time is counted from `started` [s]."""
+    def planned(self, memory: Memory, measurement: Measurement, started: float) -> Memory:
+        """The next memory after a tick whose time is counted from `started` [s]."""
         memory, plan = control(self.mpc, memory, measurement, self.latency)
         memory.barrier_slack, memory.barrier_active = plan.slacks[self._columns], plan.acting[self._columns]
         memory.solver_status[1] = time.perf_counter() - started
-        return self.layout.pack(memory), memory
+        return memory
