@@ -20,8 +20,9 @@ from pdhocbf_drake.whole_body.reason import Reason
 from pdhocbf_drake.whole_body.solver import Program, solve_with_clarabel, solve_with_daqp
 
 GAMMAS = (0.3, 0.3)
+USABLE = 0.95  # of a joint's torque, by the plan
 HEIGHT, TORSO, LEFT, RIGHT = [2], [3, 4, 5], [6, 7, 8], [12, 13, 14]  # among the tasks
-PRICES = {2: 1.0, 3: 0.05, 4: 0.05, 5: 0.001} | dict.fromkeys([*LEFT, *RIGHT], 0.1)
+PRICES = {2: 100.0, 3: 0.05, 4: 0.05, 5: 0.001} | dict.fromkeys([*LEFT, *RIGHT], 0.1)
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +106,8 @@ def in_all_unknowns(body: Body, moving: Moving) -> np.ndarray:
         row = jacobian[task]
         square = 2.0 * PRICES[task] * np.outer(row, row)
         prog.AddQuadraticCost(square, -square @ moving.vdot, 0.0, vdot, is_convex=True)
-    prog.AddBoundingBoxConstraint(-biped.effort_limits, biped.effort_limits, tau)
+    effort = USABLE * biped.effort_limits
+    prog.AddBoundingBoxConstraint(-effort, effort, tau)
     fx, fy, fz, mx, my, mz = wrench
     length, width = biped.soles["left"].half_size
     along = body.friction / np.sqrt(2.0)

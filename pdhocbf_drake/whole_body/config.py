@@ -28,7 +28,7 @@ class WholeBodyConfig(Config):
     """
 
     kind: Literal["auto", "closed_form", "qp"] = "closed_form"
-    height: _Price = 1.0
+    height: _Price = 100.0
     torso: _Price = 0.05
     torso_yaw: _Price = 0.001
     swing: _Price = 0.1

@@ -25,8 +25,9 @@ from pdhocbf_drake.whole_body.solver import solve
 EXCEEDED = 1e-9
 """Share of a limit by which a motion may exceed it."""
 
+_USABLE = 0.95  # share of a joint's torque for the plan; the rest is for tracking
 _FAR, _TURNED = 0.05, 0.3  # largest deviation, over the CoM's height, and of the torso's turn [rad]
-_DEARER = 1e4  # price of the tasks that give way last, over that of the CoM's height
+_DEARER = 100.0  # price of the tasks that give way last, over that of the CoM's height
 _OF_LOAD = 1e-2  # price of another share of the load, of the squared share of the weight [m²/s⁴]
 _FIRM = 1e-6  # price of squared joint accelerations where they are decisions [m²/rad²]
 
@@ -77,7 +78,7 @@ class WholeBody:
 
     def __init__(self, biped: Biped, task: TaskSpace, config: WholeBodyConfig, tick: float, grip: Grip) -> None:
         self.always, self._biped, self._task, self._tick = config.kind == "qp", biped, task, tick
-        self._effort, self._joints, self._angles = biped.effort_limits, biped.v_index, biped.q_index
+        self._effort, self._joints, self._angles = _USABLE * biped.effort_limits, biped.v_index, biped.q_index
         self._change = np.inf if config.torque_rate is None else config.torque_rate * tick
         lower, upper = np.ascontiguousarray(biped.position_limits.T)
         self.barriers = JointBarriers.of(lower, upper, biped.velocity_limits, config.joint_gamma, tick)
@@ -206,4 +207,4 @@ class WholeBody:
     def _within(self, torque: Feedforward, last: np.ndarray) -> Feedforward:
         """The torques within their rates, then within the limits of the joints."""
         near = np.clip(np.nan_to_num(torque.tau), last - self._change, last + self._change)
-        return torque._replace(tau=np.clip(near, -self._effort, self._effort))
+        return torque._replace(tau=np.clip(near, -self._biped.effort_limits, self._biped.effort_limits))

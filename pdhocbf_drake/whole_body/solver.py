@@ -14,6 +14,7 @@ except ImportError:
 
 _TOLERANCE = 1e-10
 _CLOSE, _SCALE = 1e-12, 100.0  # of Clarabel: tolerance, and factor of the cost, which is small near an optimum
+_INFEASIBLE = -1  # DAQP's flag
 _NONE = 1e30  # a bound that is none, for DAQP
 
 
@@ -35,18 +36,27 @@ class Program(NamedTuple):
 
 
 def solve(program: Program) -> np.ndarray | None:
-    """The optimum y (n,), None where there is none: by DAQP, or where that is not installed by Clarabel."""
-    return solve_with_clarabel(program) if daqp is None else solve_with_daqp(program)
+    """The optimum y (n,), None where there is none: by DAQP, or where that has no answer, or is missing, by Clarabel."""
+    if daqp is None:
+        return solve_with_clarabel(program)
+    flag, y = _daqp(program)
+    return y if flag > 0 else None if flag == _INFEASIBLE else solve_with_clarabel(program)
 
 
 def solve_with_daqp(program: Program) -> np.ndarray | None:
     """The optimum, by DAQP's dual active-set method."""
+    flag, y = _daqp(program)
+    return y if flag > 0 else None
+
+
+def _daqp(program: Program) -> tuple[int, np.ndarray]:
+    """DAQP's flag, 0 for an answer that is not finite, and y."""
     hessian, linear, rows, low, high = program
     high, low = np.minimum(high, _NONE), np.maximum(low, -_NONE)
     senses = np.zeros(len(low), dtype=np.int32)
     tolerance = {"primal_tol": _TOLERANCE, "dual_tol": _TOLERANCE}
     y, _, flag, _ = daqp.solve(hessian, linear, np.ascontiguousarray(rows), high, low, senses, **tolerance)
-    return y if flag > 0 and np.isfinite(y).all() else None
+    return (flag if np.isfinite(y).all() else 0), y
 
 
 def solve_with_clarabel(program: Program) -> np.ndarray | None:

@@ -106,7 +106,7 @@ class BodyTicks:
                     deviation = deviation.times(part, 0.0)
             fading = deviation if aloft is None else deviation.times(_FEET[aloft], min(left, 1.0))
             angles = fading.add_to(wanted, angles, self._clock.tick)
-        return Begun(memory, deviation, angles, memory.table[now], share, aloft if left >= 1.0 else None)
+        return Begun(memory, deviation, angles, memory.added(now), share, aloft if left >= 1.0 else None)
 
     def end(
         self, begun: Begun, last: np.ndarray, q: np.ndarray, v: np.ndarray, vdot: np.ndarray, torque: Feedforward,
