@@ -16,6 +16,7 @@ from pdhocbf_drake.whole_body import layer as layers
 from pdhocbf_drake.whole_body.columns import along_tasks, columns
 from pdhocbf_drake.whole_body.joint_barriers import JointBarriers, angle_barrier, joint_system
 from pdhocbf_drake.whole_body.layer import Moving
+from pdhocbf_drake.whole_body.memory import BodyMemory
 from pdhocbf_drake.whole_body.reason import Reason
 from pdhocbf_drake.whole_body.solver import Program, solve_with_clarabel, solve_with_daqp
 
@@ -219,7 +220,7 @@ def test_no_joint_leaves_its_limits_from_within_the_viable_set() -> None:
         vdot = task.solve(30.0 * rng.normal(size=18) - task.bias())
         vdot = 100.0 * rng.normal(size=18) if vdot is None else vdot
         torque = body.dynamics(q, v, vdot, share)
-        kept = keep(Moving(q, v, vdot, torque, share, swing, np.zeros(12), torque.tau), NOWHERE)
+        kept = keep(Moving(q, v, vdot, torque, share, swing, BodyMemory.start(torque.tau, 1), 0), NOWHERE)
         reasons.append(kept.reason)
         assert np.isfinite(kept.vdot).all()
         angle, rate = q[biped.q_index], v[biped.v_index]

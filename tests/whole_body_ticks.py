@@ -17,6 +17,7 @@ from pdhocbf_drake.systems.kernels import write_wanted
 from pdhocbf_drake.whole_body.config import WholeBodyConfig
 from pdhocbf_drake.whole_body.deviation import TASKS, Deviation
 from pdhocbf_drake.whole_body.layer import Moving, WholeBody
+from pdhocbf_drake.whole_body.memory import BodyMemory
 
 TICK = 0.01
 NOWHERE = Deviation(np.zeros(TASKS), np.zeros(TASKS))
@@ -56,5 +57,5 @@ class Body:
             assert found.ok
             share = left_share(wanted[0, 6:9], wanted[0, 12:15], log["zmp_reference"][k, [0, 2]])
             torque = self.dynamics(q, v, vdot, share)
-            yield Moving(q, v, vdot, torque, share, swing, np.zeros(12), last)
+            yield Moving(q, v, vdot, torque, share, swing, BodyMemory.start(last, 1), 0)
             last = torque.tau

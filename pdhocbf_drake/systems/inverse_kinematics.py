@@ -117,12 +117,10 @@ class InverseKinematics(Block):
         self, state: np.ndarray, gait_phase: np.ndarray | None, parts: np.ndarray, applied: np.ndarray
     ) -> np.ndarray:
         """The state, with what the joints' PD added to the feedforward among the parts in the torques applied (12,)."""
-        if self._layer is None:
-            return state
-        added = applied - parts[self._feedforward]
-        return np.concatenate(
-            [state[: self._yaw.stop], self._layer.learned(state[self._yaw.stop :], gait_phase, added)]
-        )
+        state = state.copy()
+        if self._layer is not None:
+            self._layer.learn(state[self._yaw.stop :], gait_phase, applied, parts[self._feedforward])
+        return state
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         state, turn = context.get_discrete_state_vector().value(), None
@@ -158,10 +156,10 @@ class InverseKinematics(Block):
             add_to(wanted, _TURNS[2], yaw, turning)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
-        share, begun = left_share(left, right, zmp[_ZMP]), None
+        share, now = left_share(left, right, zmp[_ZMP]), None
         if self._layer is not None:
-            begun = self._layer.begin(state[self._yaw.stop :], gait_phase, share, swing, wanted, angles)
-            angles = begun.angles
+            now = self._layer.now(state[self._yaw.stop :], gait_phase, share, swing)
+            angles = self._layer.add_to(now, wanted, angles)
         q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
         torque = self._dynamics(q, v, vdot, share)
         if self._grip is not None:
@@ -172,9 +170,9 @@ class InverseKinematics(Block):
                 v, vdot = self._ik.derivatives(q, wanted[1], wanted[2])
                 torque, turning = self._dynamics(q, v, vdot, share), yielding
         solution = np.empty(self._size)
-        if self._layer is not None and begun is not None:
-            said, q, vdot, torque, memory = self._layer.end(begun, last, q, v, vdot, torque, found.ok)
-            solution[: len(said)], solution[self._size - len(memory) :] = said, memory
+        if self._layer is not None and now is not None:
+            said, memory = solution[: self._own.start], solution[self._own.stop + len(yaw) :]
+            q, vdot, torque = self._layer.end(now, last, q, (v, vdot), torque, found.ok, said, memory)
         reached = zmp_of_wrenches(torque.left, left, torque.right, right)
         status, out = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), solution[self._own]
         write_motion(q, v, vdot, motion, self._joints, self._tick, torque.tau, reached, status, out)

@@ -26,11 +26,6 @@ class Deviation(NamedTuple):
     place: np.ndarray
     rate: np.ndarray
 
-    @classmethod
-    def of(cls, state: np.ndarray) -> Deviation:
-        """From both, one behind the other (36,)."""
-        return cls(state[:TASKS], state[TASKS:])
-
     @property
     def is_any(self) -> bool:
         """Whether there is a deviation."""

@@ -16,7 +16,7 @@ from pdhocbf_drake.whole_body.columns import Columns, along_tasks, columns
 from pdhocbf_drake.whole_body.config import WholeBodyConfig
 from pdhocbf_drake.whole_body.deviation import TASKS, Deviation
 from pdhocbf_drake.whole_body.joint_barriers import JointBarriers
-from pdhocbf_drake.whole_body.kernels import JOINTS, WRENCH, write_use
+from pdhocbf_drake.whole_body.kernels import ERROR, JOINTS, LAST, WRENCH, passes, write_use
 from pdhocbf_drake.whole_body.limits import OF_ROWS, SoleLimits
 from pdhocbf_drake.whole_body.programs import Bounded, Use, hard_program, soft_program
 from pdhocbf_drake.whole_body.reason import SOFTENED, Reason
@@ -38,7 +38,7 @@ class Moving(NamedTuple):
     Attributes:
         q, v, vdot: (19,), (18,), (18,). torque: that of inverse dynamics.
         share: of the load, on the left sole. swing: a foot in the air that may give way.
-        added, last: torque that the joints' PD is predicted to add, and the planned one of the last tick (12,) [N m].
+        memory: the layer's vector, see `BodyMemory`. tick: of the gait, whose entry of the memory holds.
     """
 
     q: np.ndarray
@@ -47,8 +47,13 @@ class Moving(NamedTuple):
     torque: Feedforward
     share: float
     swing: Side | None
-    added: np.ndarray
-    last: np.ndarray
+    memory: np.ndarray
+    tick: int
+
+    @property
+    def last(self) -> np.ndarray:
+        """Planned torques of the last tick (12,) [N m]."""
+        return self.memory[LAST:ERROR]
 
 
 class Kept(NamedTuple):
@@ -70,6 +75,9 @@ class Kept(NamedTuple):
 class WholeBody:
     """Keeps the limits of a robot's joints and soles.
 
+    Attributes:
+        barriers: on the joints. step: most that they move in a tick (12,) [rad].
+
     Args:
         task: the robot's task space, in which the motion at hand is set.
         tick: δ [s].
@@ -77,15 +85,19 @@ class WholeBody:
     """
 
     def __init__(self, biped: Biped, task: TaskSpace, config: WholeBodyConfig, tick: float, grip: Grip) -> None:
-        self.always, self._biped, self._task, self._tick = config.kind == "qp", biped, task, tick
-        self._effort, self._joints, self._angles = _USABLE * biped.effort_limits, biped.v_index, biped.q_index
+        self._always, self._biped, self._task, self._tick = config.kind == "qp", biped, task, tick
+        self._usable, self._joints = _USABLE * biped.effort_limits, biped.v_index
         self._change = np.inf if config.torque_rate is None else config.torque_rate * tick
         lower, upper = np.ascontiguousarray(biped.position_limits.T)
         self.barriers = JointBarriers.of(lower, upper, biped.velocity_limits, config.joint_gamma, tick)
+        self.step = tick * biped.velocity_limits
         room = np.full(TASKS, _FAR * biped.config.com_height)
         room[TORSO_TURN] = _TURNED
         self._room = JointBarriers.of(-room, room, np.full(TASKS, np.inf), config.joint_gamma, tick)
-        self._soles = SoleLimits.of(biped, grip.friction, grip.radius)
+        self._soles = soles = SoleLimits.of(biped, grip.friction, grip.radius)
+        self._limits = (
+            self._usable, self._change, biped.q_index, biped.v_index, *self.barriers, soles.rows, soles.low, soles.high
+        )  # fmt: skip
         self._price = np.full(TASKS, _DEARER * config.height)
         self._price[COM.start + 2] = config.height
         self._price[TORSO_TURN] = config.torso, config.torso, config.torso_yaw
@@ -93,11 +105,12 @@ class WholeBody:
         self._own = np.r_[COM.start + 2, TORSO_TURN]
         joints = np.repeat([Reason.TORQUE, 0], JOINTS)
         self._kinds = np.concatenate([joints, OF_ROWS, OF_ROWS])
+        self._into = np.empty(len(self._kinds)), np.empty(len(self._kinds)), np.empty(len(self._kinds))
 
     def __call__(self, moving: Moving, deviation: Deviation) -> Kept:
         """The motion within the limits; nothing here raises."""
         use = self._use(moving)
-        if use.worst <= EXCEEDED and not self.always:
+        if use.worst <= EXCEEDED and not self._always:
             return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), Reason.INSIDE)
         tasks, price = self._free(moving)
         directions = along_tasks(self._task, tasks)
@@ -144,22 +157,30 @@ class WholeBody:
         kept = self._changed(moving, use, change, found, np.zeros(0, dtype=int))
         return kept._replace(reason=Reason.JOINTS)
 
+    def passes(self, moving: Moving, last: np.ndarray, out: np.ndarray) -> bool:
+        """Whether a motion without deviation keeps all limits; if so, its memory a tick later is written into `out`.
+
+        Args:
+            last: q of the last tick (19,).
+        """
+        use, low, high = self._into
+        return not self._always and passes(
+            *moving.torque, last, moving.q, moving.v, moving.vdot, moving.memory, moving.tick, self._task.poses(),
+            moving.share, self._limits, self._biped.effort_limits, self.step, EXCEEDED, use, low, high, out,
+        )  # fmt: skip
+
     def _use(self, moving: Moving) -> Use:
         """What the motion uses of all limits."""
-        most = len(self._kinds)
-        use, low, high = np.empty(most), np.empty(most), np.empty(most)
-        joints, b = self._joints, self.barriers
-        wrenches = np.concatenate([moving.torque.left, moving.torque.right])
+        use, low, high = self._into
         count, worst = write_use(
-            moving.torque.tau, wrenches, moving.q[self._angles], moving.v[joints], moving.vdot[joints], moving.added,
-            moving.last, self._change, self._effort, b.coefficients, b.lower, b.upper, b.speed, self._task.poses(),
-            moving.share, self._soles.rows, self._soles.low, self._soles.high, use, low, high,
+            *moving.torque, moving.q, moving.v, moving.vdot, moving.memory, moving.tick, self._task.poses(),
+            moving.share, self._limits, use, low, high,
         )  # fmt: skip
         return Use(use[:count], low[:count], high[:count], self._kinds[:count], worst)
 
     def _rows(self, change: Columns, share: float) -> np.ndarray:
         """How the use changes with the decisions (m, n)."""
-        rows = [change.tau / self._effort[:, None], change.vdot[self._joints]]
+        rows = [change.tau / self._usable[:, None], change.vdot[self._joints]]
         poses = self._task.poses()[3:].reshape(3, 3, 4)[1:, :, :3]
         for sole, loaded in enumerate((share > 0.0, share < 1.0)):
             if loaded:

@@ -36,7 +36,7 @@ class Program(NamedTuple):
 
 
 def solve(program: Program) -> np.ndarray | None:
-    """The optimum y (n,), None where there is none: by DAQP, or where that has no answer, or is missing, by Clarabel."""
+    """The optimum y (n,), by DAQP, or by Clarabel where that is missing or gives up; None where there is none."""
     if daqp is None:
         return solve_with_clarabel(program)
     flag, y = _daqp(program)

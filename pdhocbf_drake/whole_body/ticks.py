@@ -14,7 +14,7 @@ from pdhocbf_drake.robot.posture import LEFT, RIGHT
 from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.whole_body.config import WholeBodyConfig
 from pdhocbf_drake.whole_body.deviation import TASKS, Deviation
-from pdhocbf_drake.whole_body.kernels import limit_step
+from pdhocbf_drake.whole_body.kernels import AWAY, learn, limit_step
 from pdhocbf_drake.whole_body.layer import EXCEEDED, Moving, WholeBody
 from pdhocbf_drake.whole_body.memory import BodyMemory
 from pdhocbf_drake.whole_body.reason import Reason
@@ -31,35 +31,20 @@ class Clock(NamedTuple):
     ticks_per_step: int
 
 
-class Begun(NamedTuple):
-    """A tick before its motion is solved.
+class Now(NamedTuple):
+    """What holds at a tick before its motion is solved.
 
     Attributes:
-        memory: of the last tick. deviation: of it what is left, that of feet that carry load is dropped.
-        angles: of torso, left and right sole [rad]. added: what the PD is predicted to add (12,) [N m].
-        share: of the load, on the left sole. yields: the foot that may give way.
+        memory: the layer's vector, see `BodyMemory`. tick: of the gait.
+        share: of the load, on the left sole. aloft: a foot that carries none.
+        left: time to the end of the step over the part of it in which a foot lands [1].
     """
 
-    memory: BodyMemory
-    deviation: Deviation
-    angles: tuple[float, ...]
-    added: np.ndarray
-    share: float
-    yields: Side | None
-
-
-class Ended(NamedTuple):
-    """A tick's motion within the limits.
-
-    Attributes:
-        said: the signal `whole_body` (5). q, vdot, torque: as in `Moving`. memory: its vector a tick later.
-    """
-
-    said: tuple[float, ...]
-    q: np.ndarray
-    vdot: np.ndarray
-    torque: Feedforward
     memory: np.ndarray
+    tick: int
+    share: float
+    aloft: Side | None
+    left: float
 
 
 class BodyTicks:
@@ -76,62 +61,74 @@ class BodyTicks:
         self, biped: Biped, task: TaskSpace, config: WholeBodyConfig, grip: Grip, clock: Clock, q: np.ndarray
     ) -> None:
         self._keep, self._clock = WholeBody(biped, task, config, clock.tick, grip), clock
-        self._joints, self._step = biped.q_index, clock.tick * biped.velocity_limits
-        rest = np.zeros(TASKS)
+        self._joints, rest = biped.q_index, np.zeros(TASKS)
         torque = InverseDynamics(biped, task)(q, rest, rest, 0.5).tau
         self.start = BodyMemory.start(torque, 2 * clock.ticks_per_step)
 
-    def tick_of_gait(self, gait_phase: np.ndarray | None) -> int:
+    def now(self, memory: np.ndarray, gait_phase: np.ndarray | None, share: float, swing: Side | None) -> Now:
+        """The tick, from the clock and the foot that swings; without a clock the first one of a gait."""
+        tick, period = self._tick_of_gait(gait_phase), self._clock.ticks_per_step
+        aloft = swing if swing is not None and (share if swing == "left" else 1.0 - share) == 0.0 else None
+        return Now(memory, tick, share, aloft, (period - 1 - tick % period) / (_LANDING * period))
+
+    def add_to(self, now: Now, wanted: np.ndarray, angles: tuple[float, ...]) -> tuple[float, ...]:
+        """Adds the deviation to the tasks' motion, wanted (3, 18), in place; the angles of torso and soles with it.
+
+        That of the swing foot fades out over the last part of the step.
+        """
+        if not now.memory[AWAY]:
+            return angles
+        deviation = self._deviation(now)
+        if now.aloft is not None:
+            deviation = deviation.times(_FEET[now.aloft], min(now.left, 1.0))
+        return deviation.add_to(wanted, angles, self._clock.tick)
+
+    def end(
+        self, now: Now, last: np.ndarray, q: np.ndarray, moving: tuple[np.ndarray, np.ndarray], torque: Feedforward,
+        met: bool, said: np.ndarray, memory: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, Feedforward]:  # fmt: skip
+        """q, v̇ and torques within the limits, from those of the closed form.
+
+        Args:
+            last: q of the last tick (19,). q, moving, torque: the closed form, with v and v̇.
+            met: whether inverse kinematics has met its target.
+            said: written, the signal `whole_body` (5,). memory: written, the vector a tick later.
+        """
+        (v, vdot), yields, tick = moving, now.aloft if now.left >= 1.0 else None, self._clock.tick
+        motion = Moving(q, v, vdot, torque, now.share, yields, now.memory, now.tick)
+        if met and not now.memory[AWAY] and self._keep.passes(motion, last, memory):
+            said[:] = 0.0
+            return q, vdot, torque
+        deviation = self._deviation(now)
+        kept = self._keep(motion, deviation) if met else self._keep.unreached(motion)
+        if deviation.is_any or kept.given.any():
+            deviation = deviation.after(deviation.returning(tick) + kept.given, tick)
+        reason, miss, limited = kept.reason, kept.miss, q.copy()
+        beyond = limit_step(last, self._keep.step, self._joints, limited)
+        if beyond > EXCEEDED and reason <= Reason.KEPT:
+            reason, miss = Reason.RATE, beyond
+        BodyMemory.of(now.memory).after(deviation, kept.torque.tau, memory)
+        said[:] = reason, miss, *deviation.sizes
+        # Where CoM and soles give way, the posture goes on from their references all the same.
+        return limited, kept.vdot if reason < Reason.JOINTS else vdot, kept.torque
+
+    def learn(
+        self, memory: np.ndarray, gait_phase: np.ndarray | None, applied: np.ndarray, feedforward: np.ndarray
+    ) -> None:
+        """Writes what the PD added at a tick into the memory's vector: applied less feedforward torques (12,) [N m]."""
+        learn(memory, self._tick_of_gait(gait_phase), applied, feedforward)
+
+    def _deviation(self, now: Now) -> Deviation:
+        """That of the last tick, but for feet that carry load."""
+        deviation = BodyMemory.of(now.memory).deviation
+        for side, part in _FEET.items():
+            if side != now.aloft:
+                deviation = deviation.times(part, 0.0)
+        return deviation
+
+    def _tick_of_gait(self, gait_phase: np.ndarray | None) -> int:
         """The tick within two steps; 0 without a clock."""
         if gait_phase is None:
             return 0
         phase, step, _ = gait_phase.tolist()
         return int(phase + self._clock.ticks_per_step * (step % 2.0)) % (2 * self._clock.ticks_per_step)
-
-    def begin(
-        self, state: np.ndarray, gait_phase: np.ndarray | None, share: float, swing: Side | None, wanted: np.ndarray,
-        angles: tuple[float, ...],
-    ) -> Begun:  # fmt: skip
-        """Adds the deviation to the tasks' motion, wanted (3, 18), in place.
-
-        That of the swing foot fades out over the last part of the step.
-        """
-        memory, now = BodyMemory.of(state), self.tick_of_gait(gait_phase)
-        period, deviation = self._clock.ticks_per_step, memory.deviation
-        left = (period - 1 - now % period) / (_LANDING * period)  # 1 where the landing begins
-        aloft = swing if swing is not None and (share if swing == "left" else 1.0 - share) == 0.0 else None
-        if deviation.is_any:
-            for side, part in _FEET.items():
-                if side != aloft:
-                    deviation = deviation.times(part, 0.0)
-            fading = deviation if aloft is None else deviation.times(_FEET[aloft], min(left, 1.0))
-            angles = fading.add_to(wanted, angles, self._clock.tick)
-        return Begun(memory, deviation, angles, memory.added(now), share, aloft if left >= 1.0 else None)
-
-    def end(
-        self, begun: Begun, last: np.ndarray, q: np.ndarray, v: np.ndarray, vdot: np.ndarray, torque: Feedforward,
-        met: bool,
-    ) -> Ended:  # fmt: skip
-        """The motion within the limits, from that of the closed form.
-
-        Args:
-            last: q of the last tick (19,). q, v, vdot, torque: the closed form, see `Moving`.
-            met: whether inverse kinematics has met its target.
-        """
-        memory, deviation, tick = begun.memory, begun.deviation, self._clock.tick
-        moving = Moving(q, v, vdot, torque, begun.share, begun.yields, begun.added, memory.last)
-        kept = self._keep(moving, deviation) if met else self._keep.unreached(moving)
-        if deviation.is_any or kept.given.any():
-            deviation = deviation.after(deviation.returning(tick) + kept.given, tick)
-        reason, miss, limited = kept.reason, kept.miss, q.copy()
-        beyond = limit_step(last, self._step, self._joints, limited)
-        if beyond > EXCEEDED and reason <= Reason.KEPT:
-            reason, miss = Reason.RATE, beyond
-        # Where CoM and soles give way, the posture goes on from their references all the same.
-        vdot = kept.vdot if reason < Reason.JOINTS else vdot
-        said = float(reason), miss, *deviation.sizes
-        return Ended(said, limited, vdot, kept.torque, memory.after(deviation, kept.torque.tau))
-
-    def learned(self, state: np.ndarray, gait_phase: np.ndarray | None, added: np.ndarray) -> np.ndarray:
-        """The memory's vector with what the PD added at a tick (12,) [N m], unless that is not finite."""
-        return BodyMemory.of(state).learned(self.tick_of_gait(gait_phase), added)
