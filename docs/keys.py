@@ -10,6 +10,7 @@ from pathlib import Path
 from pydantic import BaseModel
 
 from pdhocbf_drake.estimation.config import EncoderConfig, EstimatorConfig, ForceTorqueConfig, ImuConfig, SensorFault
+from pdhocbf_drake.ground.config import Blocks, Boards, Patch, Rough, Slope, Stairs
 from pdhocbf_drake.mpc.config import DisturbanceConfig, FilterConfig, MpcConfig, RecoveryConfig, RobustConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.scenario import (
@@ -34,6 +35,12 @@ CONFIGS: dict[str, type[BaseModel]] = {
     "mpc.robust.": RobustConfig,
     "mpc.filter.": FilterConfig,
     "mpc.disturbance.": DisturbanceConfig,
+    "ground.0.": Stairs,
+    "ground.1.": Slope,
+    "ground.2.": Blocks,
+    "ground.3.": Boards,
+    "ground.4.": Rough,
+    "ground.5.": Patch,
     "pushes.0.": Push,
     "measurement.": MeasurementConfig,
     "measurement.noise.": MeasurementNoise,
@@ -57,8 +64,9 @@ def keys_table() -> str:
         for name, field in model.model_fields.items():
             if f"{prefix}{name}." in CONFIGS or any(p.startswith(f"{prefix}{name}.") for p in CONFIGS):
                 continue
+            key = field.alias or name
             default = "" if field.is_required() else _shown(field.get_default(call_default_factory=True))
-            rows.append(f"| `{prefix}{name}` | {default} | {said[name]} |")
+            rows.append(f"| `{prefix}{key}` | {default} | {said[key]} |")
     return "\n".join(rows)
 
 

@@ -36,7 +36,7 @@ def sentences(kind: type[BaseModel], items: list[Any], where: str) -> Iterator[s
         elif item["type"] == "too_short" and any(len(p) > len(place) and p[: len(place)] == place for p in places):
             continue  # pydantic counts the valid entries; the others have items of their own
         elif item["type"] == "extra_forbidden":
-            keys = ", ".join(_keys_beside(kind, place))
+            keys = ", ".join(item.get("keys") or _keys_beside(kind, place))
             yield _sentence(where, place, f"unknown key; allowed here: {keys}" if keys else "unknown key")
         elif item["type"] == "missing":
             yield _sentence(where, place, "is needed, but missing")
@@ -69,6 +69,10 @@ def _in_plain_words(item: Any) -> str:
         "less_than_equal": f"must be at most {limits.get('le', 0):g}",
         "too_short": f"must have at least {_entries(limits.get('min_length'))}",
         "too_long": f"must have at most {_entries(limits.get('max_length'))}",
+        "union_tag_invalid": (
+            f"{limits.get('discriminator')} must be one of {limits.get('expected_tags')}, not {limits.get('tag')!r}"
+        ),
+        "union_tag_not_found": f"{limits.get('discriminator')} is needed, but missing",
     }
     if item["type"] in words:
         return words[item["type"]]
@@ -115,6 +119,9 @@ def _of_union(union: Any, items: list[Any], tag: int) -> list[Any]:
     of_one = [
         {**item, "loc": (*item["loc"][:tag], *item["loc"][tag + 1 :])} for item in items if item["loc"][tag] == meant
     ]
+    if isinstance(option, type) and issubclass(option, BaseModel):
+        keys = _keys_of(option)
+        of_one = [{**item, "keys": keys} if len(item["loc"]) == tag + 1 else item for item in of_one]
     return _settled(option, of_one, tag)
 
 
@@ -151,6 +158,8 @@ def _inside(kind: Any, part: Any) -> Any:
 
 def _named(kind: Any, tag: str) -> bool:
     """Whether pydantic's tag, such as Gait, tuple[float, ...] or float, is that of a type."""
+    if isinstance(kind, type) and issubclass(kind, BaseModel) and "kind" in kind.model_fields:
+        return tag in get_args(kind.model_fields["kind"].annotation)
     name = getattr(get_origin(kind) or kind, "__name__", "")
     return bool(name) and tag.startswith(name)
 
@@ -160,4 +169,9 @@ def _keys_beside(kind: Any, location: tuple[Any, ...]) -> list[str]:
     for part in location[:-1]:
         kind = next((found for each in _options(kind) if (found := _inside(each, part)) is not None), None)
     configs = (each for each in _options(kind) if isinstance(each, type) and issubclass(each, BaseModel))
-    return sorted(key for each in configs for key in each.model_fields)
+    return sorted({key for each in configs for key in _keys_of(each)})
+
+
+def _keys_of(kind: type[BaseModel]) -> list[str]:
+    """The keys that a config takes."""
+    return sorted(field.alias or name for name, field in kind.model_fields.items())

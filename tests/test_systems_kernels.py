@@ -31,10 +31,11 @@ def write_estimate(random: np.random.Generator) -> tuple[Values, Values]:
     origin, base = random.permutation(19)[:3], random.permutation(18)[:6]
     held = random.choice([np.nan, 0.3]) + np.array([0.0, 0.1])
     force[base[5]] = random.choice([-5.0, 0.5, 300.0])
-    kernels.write_estimate(np.concatenate([com, *frames]), velocity, q, origin, force, base, 1.0, held, out)
+    ground = random.choice([0.0, 0.3])
+    kernels.write_estimate(np.concatenate([com, *frames]), velocity, q, origin, force, base, ground, 1.0, held, out)
     zmp = com[:2] if np.isnan(held).any() else held
-    if force[base[5]] > 1.0:  # the moment about the ZMP (x, y, 0) has no horizontal part
-        moment = force[base[:3]] + np.cross(q[origin], force[base[3:]])
+    if force[base[5]] > 1.0:  # the moment about the ZMP (x, y, ground) has no horizontal part
+        moment = force[base[:3]] + np.cross(q[origin] - [0.0, 0.0, ground], force[base[3:]])
         zmp = np.array([-moment[1], moment[0]]) / force[base[5]]
     lip = [com[0], velocity[0], zmp[0], com[1], velocity[1], zmp[1]]
     feet = np.column_stack([origins, angles])[1:].ravel()

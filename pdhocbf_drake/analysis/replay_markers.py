@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,9 +10,11 @@ from pydrake.geometry import Box, Cylinder, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
 from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, h_along
 from pdhocbf_drake.analysis.heading import box_frame
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.analysis.replay_view import view_of
+from pdhocbf_drake.ground.terrain import Terrain
 from pdhocbf_drake.simulation.run_folder import Run
 
 # Heights above the ground that keep flat things from flickering through each other [m].
@@ -56,10 +59,11 @@ class Markers:
 
     Args:
         half: half size of the planned footholds (2,) [m].
+        terrain: the ground.
     """
 
-    def __init__(self, stage: Stage, half: np.ndarray) -> None:
-        self._stage = stage
+    def __init__(self, stage: Stage, half: np.ndarray, terrain: Terrain) -> None:
+        self._stage, self._terrain = stage, terrain
         stage.add("CoM measured", Sphere(0.035), palette.MEASURED_COM)
         stage.add("CoM planned", Sphere(0.05), palette.PLANNED_COM, 0.35)
         stage.add("CoM plumb line", Cylinder(0.003, 1.0), palette.LIMIT, 0.6)
@@ -78,21 +82,27 @@ class Markers:
         stage, z = self._stage, frame.com_z
         x, _, x_zmp, y, _, y_zmp = frame.lip_state
         stage.move("CoM measured", [x, y, z])
-        stage.move("CoM plumb line", [x, y, z / 2])
-        stage.scale("CoM plumb line", [1.0, 1.0, z])
+        below = self._terrain.height(x, y, known=False)
+        stage.move("CoM plumb line", [x, y, (z + below) / 2])
+        stage.scale("CoM plumb line", [1.0, 1.0, z - below])
         stage.move("CoM planned", [*frame.com_reference[[0, 3]], frame.com_height])
-        stage.move("ZMP measured", [x_zmp, y_zmp, _MEASURED])
-        stage.move("ZMP planned", [*frame.zmp_reference[[0, 2]], _PLANNED])
+        stage.move("ZMP measured", self._on_ground((x_zmp, y_zmp), _MEASURED))
+        stage.move("ZMP planned", self._on_ground(frame.zmp_reference[[0, 2]], _PLANNED))
         x_min, x_max, y_min, y_max = frame.zmp_box
         box, coming, after = frame.headings
         c, s, ahead, aside = np.cos(box), np.sin(box), (x_min + x_max) / 2, (y_min + y_max) / 2
-        stage.place("ZMP box", _lying([c * ahead - s * aside, s * ahead + c * aside, _BOX], box))
+        stage.place("ZMP box", _lying(self._on_ground((c * ahead - s * aside, s * ahead + c * aside), _BOX), box))
         stage.scale("ZMP box", [round(x_max - x_min, 4), round(y_max - y_min, 4), 1.0])
         plan = frame.stance_plan.reshape(4, 2)
-        stage.place("footholds planned/next", _lying([*plan[2], _OUTLINE], coming))
-        stage.place("footholds planned/after", _lying([*plan[3], _OUTLINE], after))
+        stage.place("footholds planned/next", _lying(self._on_ground(plan[2], _OUTLINE), coming))
+        stage.place("footholds planned/after", _lying(self._on_ground(plan[3], _OUTLINE), after))
         colour_by_safety(stage, "CoM measured", frame.safety)
         stage.follow([*frame.view[:2], 0.0], frame.view[2])
+
+    def _on_ground(self, place: Sequence[float] | np.ndarray, over: float) -> list[float]:
+        """A place so far over the ground [m]."""
+        x, y = place
+        return [x, y, self._terrain.height(x, y, known=False) + over]
 
 
 class RecordedMarkers:
@@ -105,18 +115,19 @@ class RecordedMarkers:
 
     def __init__(self, stage: Stage, run: Run, com_z: np.ndarray, taken: list[Foothold]) -> None:
         self._stage, self._com_z = stage, com_z
-        self._markers = Markers(stage, taken[0].half if taken else np.array([0.05, 0.05]))
+        terrain = run.scenario.terrain
+        self._markers = Markers(stage, taken[0].half if taken else np.array([0.05, 0.05]), terrain)
         self._log = {name: run.log[name] for name in _DRAWN}
         self._com_height = run.log.element("com_height", "z")
         self._safety, self._headings, self._view = safety_along(run), _headings(run), view_of(run)
         for number, foothold in enumerate(taken):
-            add_foothold(stage, number, foothold)
+            add_foothold(stage, number, foothold, terrain)
         # Those that are not taken yet, the next one last.
         self._hidden = sorted(((foothold.row, number) for number, foothold in enumerate(taken)), reverse=True)
         self._drawn = False
         x, y = run.log.element("lip_state", "x"), run.log.element("lip_state", "y")
         aside = (float(y.min()), float(y.max())) if "path" in run.log else (0.0, 0.0)
-        stage.ground(float(x.min()), float(x.max()), *aside)
+        stage.ground(float(x.min()), float(x.max()), *aside, terrain)
 
     def draw(self, row: int) -> None:
         """Places the markers as at that row of the log; rows must not decrease from call to call."""
@@ -138,12 +149,13 @@ class RecordedMarkers:
 _DRAWN = ("lip_state", "com_reference", "zmp_reference", "zmp_box", "stance_plan")
 
 
-def add_foothold(stage: Stage, number: int, foothold: Foothold) -> None:
+def add_foothold(stage: Stage, number: int, foothold: Foothold, terrain: Terrain) -> None:
     """Lays a foothold that has been taken onto the ground."""
     colours = {"left": palette.LEFT, "right": palette.RIGHT}
     path = _taken_path(number)
     stage.add(path, Box(2 * foothold.half[0], 2 * foothold.half[1], 0.001), colours[foothold.side], 0.35)
-    stage.place(path, _lying([*foothold.centre, _FOOTHOLD], foothold.yaw))
+    height = terrain.height(foothold.centre[0], foothold.centre[1], known=False)
+    stage.place(path, _lying([*foothold.centre, height + _FOOTHOLD], foothold.yaw))
 
 
 def _lying(place: list[float], yaw: float) -> RigidTransform:
@@ -174,9 +186,16 @@ def safety_along(run: Run) -> np.ndarray | None:
     """
     if "h" not in run.log:
         return None
-    h, first = run.log["h"], round(run.scenario.from_time / run.scenario.tick)
-    usual = np.maximum(np.median(h[first:] if len(h) > first else h, axis=0), 1e-6)
-    return np.nan_to_num(np.clip((h / usual).min(axis=1), 0.0, 1.0))
+    first, uses = round(run.scenario.from_time / run.scenario.tick), barriers_of(run.scenario).values()
+    usual = [_usual(h_along(run.log, run.scenario, use), first) for use in uses]
+    return np.nan_to_num(np.clip((run.log["h"] / usual).min(axis=1), 0.0, 1.0))
+
+
+def _usual(h: np.ndarray, first: int) -> float:
+    """The median of h from a row on, of the rows in which the barrier is kept."""
+    settled = h[first:] if len(h) > first else h
+    kept = settled[~np.isnan(settled)]
+    return max(float(np.median(kept)), 1e-6) if len(kept) else 1.0
 
 
 def _taken_path(number: int) -> str:

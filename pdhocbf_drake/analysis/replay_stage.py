@@ -11,12 +11,13 @@ from pydrake.geometry import Meshcat, MeshcatParams, Rgba, Shape
 from pydrake.math import RigidTransform, RotationMatrix
 
 from pdhocbf_drake.analysis.palette import Rgb, rgb
+from pdhocbf_drake.analysis.replay_ground import TILE, tops
+from pdhocbf_drake.ground.terrain import Terrain
 
 FRAMES_PER_SECOND = 30
 
-_TILE = 0.25  # [m]
 _HALF_WIDTH = 2.5  # [m]
-_LIGHT, _DARK = Rgba(0.93, 0.94, 0.95), Rgba(0.84, 0.86, 0.88)
+_GROUND = {"light": Rgba(0.93, 0.94, 0.95), "dark": Rgba(0.84, 0.86, 0.88), "walls": Rgba(0.70, 0.73, 0.76)}
 
 
 class Stage:
@@ -103,18 +104,17 @@ class Stage:
         pose = RigidTransform(RotationMatrix.MakeZRotation(yaw), np.asarray(position, dtype=float))
         self.meshcat.SetTransform(self.world, pose.inverse(), self._time)
 
-    def ground(self, start: float, end: float, right: float = 0.0, left: float = 0.0) -> None:
-        """Lays a tiled floor under the walk from x = start to end, y = right to left [m], its top just below z = 0."""
-        columns = np.arange(np.floor((start - _HALF_WIDTH) / _TILE), np.ceil((end + _HALF_WIDTH) / _TILE))
-        rows = np.arange(np.floor((right - _HALF_WIDTH) / _TILE), np.ceil((left + _HALF_WIDTH) / _TILE))
-        for name, remainder, colour in (("light", 0, _LIGHT), ("dark", 1, _DARK)):
-            tiles = [(x, y) for x in columns for y in rows if (x + y) % 2 == remainder]
-            corners = np.array([[x + i, y + j] for x, y in tiles for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]) * _TILE
-            vertices = np.column_stack([corners, np.full(len(corners), -0.002)]).T
-            first = 4 * np.arange(len(tiles))
-            faces = np.concatenate([[first, first + 1, first + 2], [first, first + 2, first + 3]], axis=1)
-            path = self._in_world(f"ground/{name}")
-            self.meshcat.SetTriangleMesh(path, np.asfortranarray(vertices), np.asfortranarray(faces, np.int32), colour)
+    def ground(
+        self, start: float, end: float, right: float = 0.0, left: float = 0.0, terrain: Terrain | None = None
+    ) -> None:
+        """Lays tiled ground, else flat, under the walk from x = start to end, y = right to left [m], or just below."""
+        x, y = (
+            (np.floor((low - _HALF_WIDTH) / TILE) * TILE, np.ceil((high + _HALF_WIDTH) / TILE) * TILE)
+            for low, high in ((start, end), (right, left))
+        )
+        for name, quads in tops(terrain or Terrain(), x, y).items():
+            if (mesh := quads.mesh()) is not None:
+                self.meshcat.SetTriangleMesh(self._in_world(f"ground/{name}"), *mesh, _GROUND[name])
 
     def html(self) -> str:
         """The page with the recording, playing over and over."""

@@ -56,8 +56,9 @@ class LiveScene:
         for name, usual in zip(self._names, self._usual.tolist(), strict=True):
             stage.meshcat.AddSlider(name, -2.0 * usual, 6.0 * usual, 1e-5, 0.0)
         stage.meshcat.AddSlider(_LATE, 0.0, 100.0, 0.1, 0.0)
-        self._half, self._markers = half, Markers(stage, half)
-        stage.ground(-_GROUND, _GROUND, -_GROUND, _GROUND)
+        self._half, self._terrain = half, scenario.terrain
+        self._markers = Markers(stage, half, self._terrain)
+        stage.ground(-_GROUND, _GROUND, -_GROUND, _GROUND, self._terrain)
         self._view: np.ndarray | None = None
         self._step, self._taken = -1, 0
 
@@ -72,7 +73,8 @@ class LiveScene:
             self._view = None
         if step != self._step and support:
             side, here = "left" if support > 0 else "right", signals["stance_plan"][list(_NOW)]
-            add_foothold(self._stage, self._taken % _FOOTHOLDS, Foothold(0, side, here, self._half, yaw))
+            foothold = Foothold(0, side, here, self._half, yaw)
+            add_foothold(self._stage, self._taken % _FOOTHOLDS, foothold, self._terrain)
             self._taken += 1
         self._step = round(step)
         self._pose(signals)

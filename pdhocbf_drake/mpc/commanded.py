@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
@@ -12,6 +13,8 @@ from pdhocbf_drake.mpc.config import PlanLimits
 from pdhocbf_drake.walking import Footstep, Gait
 from pdhocbf_drake.walking.frame import inner_share, rotation
 from pdhocbf_drake.walking.sides import BOTH
+
+_ACROSS = 0.1  # cosine between the axis ahead and x, below which windows along x are no limit ahead
 
 
 class Commanded(NamedTuple):
@@ -30,6 +33,9 @@ class Commanded(NamedTuple):
         turn: heading of step j + n_f less that of step j [rad].
         sole: as `Footsteps.sole`.
         flipped: as `Gait.flipped`.
+        windows: from and to where the foot of each coming step may land along the axis ahead, from the world's origin,
+            shape (n_f, 2) [m]; None on level ground.
+        early: how long before its touchdown the swing foot of step j is where it lands [ticks].
     """
 
     steps: tuple[Footstep, ...]
@@ -42,6 +48,8 @@ class Commanded(NamedTuple):
     turn: float = 0.0
     sole: tuple[float, float] | None = None
     flipped: bool = False
+    windows: np.ndarray | None = None
+    early: int = 0
 
     @property
     def ways(self) -> np.ndarray:
@@ -77,7 +85,12 @@ class CommandedSteps:
         x, y = centres[:, 0].tolist()
         repeats = BOTH not in (ahead[0].side, ahead[-1].side) and seen.settled(step)
         flipped, moves = self._gait.flipped(step), np.diff(centres, axis=1)
-        return Commanded(tuple(ahead), moves, half, shift, (x, y), repeats, yaw, turn, seen.sole, flipped)
+        windows, early = None, 0
+        if self._gait.uneven:
+            windows, early = _windows(ahead[1:], centres[0, 1:], yaw), self._gait.profiles(step)[0].early
+        return Commanded(
+            tuple(ahead), moves, half, shift, (x, y), repeats, yaw, turn, seen.sole, flipped, windows, early
+        )
 
     def _cut(self, half: np.ndarray, steps: Sequence[Footstep], yaw: float) -> tuple[np.ndarray, np.ndarray | None]:
         """Half sides (2, n) of the boxes, cut by what the ankles can carry, and how far their middles move for that."""
@@ -97,3 +110,16 @@ class CommandedSteps:
         middles = zip(steps, 0.5 * (low + high).T, strict=True)
         shift = np.column_stack([rotation(step.yaw - yaw) @ middle for step, middle in middles])
         return 0.5 * (high - low), shift
+
+
+def _windows(steps: Sequence[Footstep], places: np.ndarray, yaw: float) -> np.ndarray:
+    """`Commanded.windows` of steps at these places along the axis ahead, which has a heading [m, rad].
+
+    Windows are along the world's x. What a foot may move ahead is what it may move along x, over the cosine between
+    them, as long as it keeps its place aside.
+    """
+    along = math.cos(yaw)
+    if abs(along) < _ACROSS:  # along edges, which no move ahead comes to
+        return np.full((len(steps), 2), [-np.inf, np.inf])
+    room = np.array([[limit - step.x for limit in step.window] for step in steps]) / along
+    return places[:, None] + np.sort(room, axis=1)

@@ -28,7 +28,8 @@ from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
 from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.commanded_bound import bound_samples
+from pdhocbf_drake.walking.barrier_changes import BarrierSettings
+from pdhocbf_drake.walking.bound_samples import bound_samples
 from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.footsteps import Resumed
@@ -54,6 +55,9 @@ class PeriodicMpc:
         rungs: what is solved where these have no solution, see `mpc.programs`.
         constraints: what a plan may miss on each axis, with its unit, in the order of `Plan.unmet`.
         recovery: the same for a disturbed walk, if the scenario has one.
+        changing: the problem of each tick, of a walk whose barriers' γ is changed as it goes on; None elsewhere.
+        settings: of such a walk's barriers.
+        of_rises: the same problem of a walk that climbs evenly, by the rise of a step [m]; see `on`.
 
     Raises:
         InputError: the horizon is not a multiple of the gait (Lemma 2), or a barrier is of another kind.
@@ -117,8 +121,11 @@ class PeriodicMpc:
             self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, True, turn, kinds)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
+        self.changing: Callable[[int], PeriodicMpc] | None = None
+        self.settings: BarrierSettings | None = None
         self._kept: dict[Hashable, PeriodicMpc] = {}
         self._courses = Kept[PeriodicMpc](_COURSES)
+        self.of_rises: Mapping[float, PeriodicMpc] = {}
 
     def _read(self, gait: Gait) -> None:
         """Reads commanded steps from a gait, as the problems of both axes do."""
@@ -150,6 +157,20 @@ class PeriodicMpc:
     def bounds(self, tick: int) -> dict[str, np.ndarray]:
         """V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,) [unit of h]."""
         return {name: samples(tick) for name, samples in self._bounds.items()}
+
+    def in_force(self, tick: int) -> PeriodicMpc:
+        """The problem of tick k: this one, unless it is `changing`."""
+        return self if self.changing is None else self.changing(tick)
+
+    def on(self, tick: int) -> PeriodicMpc:
+        """This problem with the eta of the rise of the step of tick k, see `Gait.rise`.
+
+        Over the whole horizon the rise is taken to go on: near the end of a staircase, and where there is none of that
+        rise, eta is that of another ground.
+        """
+        if not self.of_rises:
+            return self
+        return self.of_rises.get(self.gait.rise(tick // self.gait.period), self)
 
     def following(self, course: Course | None) -> PeriodicMpc:
         """This problem for the walk as it goes on after the course of its present step, see `Gait.following`."""

@@ -60,7 +60,8 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
         The memory for the next tick, and the plan; its reason says also what was wrong with the measurement.
     """
     memory, tick = memory.copy(), measurement.tick
-    own, mpc = mpc, memory.problem(mpc)
+    own = mpc.in_force(tick).on(tick)
+    mpc = memory.problem(own)
     late = measurement.command is not None and not np.all(np.isfinite(measurement.command))
     if measurement.command is not None and not late:
         memory.command = tuple(measurement.command.tolist())

@@ -28,7 +28,7 @@ def stand_on_spheres(plant: MultibodyPlant, scene_graph: SceneGraph, sole: Frame
     ignored = list(_ignored(scene_graph, old))
     for geometry in old:
         scene_graph.RemoveRole(plant.get_source_id(), geometry, Role.kProximity)
-    radius, new = _RADIUS * min(half_size), []
+    radius, new = beyond_sole(half_size), []
     for x, end in ((-1, "heel"), (1, "toe")):
         for y, edge in ((-1, "right"), (1, "left")):
             centre = sole.GetFixedPoseInBodyFrame() @ RigidTransform([x * half_size[0], y * half_size[1], radius])
@@ -37,6 +37,11 @@ def stand_on_spheres(plant: MultibodyPlant, scene_graph: SceneGraph, sole: Frame
     if ignored:
         declaration = CollisionFilterDeclaration().ExcludeBetween(GeometrySet(new), GeometrySet(ignored))
         scene_graph.collision_filter_manager().Apply(declaration)
+
+
+def beyond_sole(half_size: Sequence[float]) -> float:
+    """How far the spheres reach beyond the edges of a sole: their radius [m]."""
+    return _RADIUS * min(half_size)
 
 
 def _ignored(scene_graph: SceneGraph, geometries: Sequence[GeometryId]) -> Iterator[GeometryId]:

@@ -1,10 +1,10 @@
-"""Diagram of the controller on the multibody robot on flat ground."""
+"""Diagram of the controller on the multibody robot on the ground."""
 
 from __future__ import annotations
 
 import numpy as np
 from pydrake.common.eigen_geometry import Quaternion
-from pydrake.geometry import Box, Meshcat, ProximityProperties, Role, RoleAssign, SceneGraph
+from pydrake.geometry import Meshcat, ProximityProperties, Role, RoleAssign, SceneGraph
 from pydrake.math import RigidTransform, RollPitchYaw
 from pydrake.multibody.plant import AddMultibodyPlant, CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import ModelInstanceIndex, PdControllerGains
@@ -12,6 +12,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import MatrixGain
 
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview
+from pdhocbf_drake.ground.bodies import add_ground
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.build import Walk
@@ -23,12 +24,14 @@ from pdhocbf_drake.simulation.diagram import (
 )
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, tilted_gravity, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
+from pdhocbf_drake.simulation.drives import connect_sampled_drives
 from pdhocbf_drake.simulation.granted import grip_of
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.fused_controller import BodyBlocks
+from pdhocbf_drake.systems.ground_reference import GroundReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
@@ -37,8 +40,6 @@ from pdhocbf_drake.systems.turn_reference import TurnReference
 from pdhocbf_drake.systems.turning_zmp_offset import TurningZmpOffset
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
-
-_GROUND = (2e4, 2e4, 2.0)  # box [m]; Drake warns of a half space at every start
 
 
 def biped_diagram(
@@ -58,7 +59,8 @@ def biped_diagram(
     config = walk.gait.config
     wiring = Wiring(config.tick)
     posture = initial_posture(walk, biped)
-    plant = add_robot(wiring.builder, scenario, biped, posture)
+    sampled = scenario.measurement.drives == "sampled"
+    plant = add_robot(wiring.builder, scenario, biped, posture, pd=not sampled)
     robot = model_instance(plant, biped)
     if meshcat is not None:
         # This loads matplotlib, which a run that is not shown does not need.
@@ -69,7 +71,7 @@ def biped_diagram(
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
     add_model_error(wiring, scenario.model_error, plant, real or biped)
 
-    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick)))
+    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick, walk.gait.uneven)))
     wiring.connect(estimator, "robot_state", "contact_forces")
     add_joint_sensors(wiring, plant, biped)
     sensed = scenario.measurement.source == "sensors"
@@ -83,23 +85,31 @@ def biped_diagram(
         add_estimator(wiring, scenario.measurement, biped, walk.gait.step(-1))
     soles = np.zeros((2, 6))
     soles[:, :2], soles[:, 5] = walk.gait.feet_at_start, walk.gait.step(-1).yaw
+    soles[:, 2] = walk.gait.step(-1).height
     starts = {"lip_state": walk.at_rest.ravel(), "foot_state": soles.ravel()}
     add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
 
     add_walking = _add_fused if form == "fused" else _add_blocks
     add_walking(wiring, walk, _body_blocks(scenario, walk, biped, posture), LATENCY * plant.time_step())
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
-    detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick))
+    terrain = None if scenario.terrain.flat else scenario.terrain
+    detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick, terrain))
 
     if walk.gait.turns:
         wiring.log("turn_reference")
     if scenario.whole_body.kind != "closed_form":
         wiring.log("whole_body")
+    if walk.gait.uneven:
+        wiring.connect(estimator, "ground_reference")
+        wiring.log("ground_reference")
     if sensed:
         connect_estimator(wiring)
-    wiring.connect(detector, "com_z")
+    wiring.connect(detector, "com_z", *["lip_state"] * (terrain is not None))
     wiring.connect(targets, "desired_state", "feedforward")
-    connect_joints(wiring.builder, plant, biped, targets)
+    if sampled:
+        connect_sampled_drives(wiring, plant, biped, targets, posture, scenario.measurement.encoders.cutoff)
+    else:
+        connect_joints(wiring.builder, plant, biped, targets)
     if scenario.pushes or any(scenario.wind):
         push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
         applied = plant.get_applied_spatial_force_input_port()
@@ -119,9 +129,10 @@ def _body_blocks(scenario: Scenario, walk: Walk, biped: Biped, posture: np.ndarr
     zmp_offset = ZmpOffset if mirrored and not gait.turns else TurningZmpOffset
     return BodyBlocks(
         FootReference(gait),
-        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, layer, gait.period),
+        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, gait.uneven, layer, gait.period),
         zmp_offset(gait, walk.mpc.config.horizon, lever),
         TurnReference(gait) if gait.turns else None,
+        GroundReference(gait) if gait.uneven else None,
     )
 
 
@@ -144,6 +155,10 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
         turn_reference = wiring.add("turn_reference", body.turn)
         wiring.connect(turn_reference, "gait_phase", *changes)
         wiring.connect(kinematics, "turn_reference")
+    if body.ground is not None:
+        ground_reference = wiring.add("ground_reference", body.ground)
+        wiring.connect(ground_reference, "gait_phase", "com_reference", "zmp_reference", *changes)
+        wiring.connect(kinematics, "ground_reference")
 
 
 def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> None:
@@ -157,8 +172,8 @@ def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:
     """q (19,) at tick 0: `standing_posture`, moved to where the walk starts."""
     q, start = standing_posture(walk, biped), walk.gait.step(-1)
-    if start.x or start.y or start.yaw:
-        there = RigidTransform(RollPitchYaw(0.0, 0.0, start.yaw), [start.x, start.y, 0.0])
+    if start.x or start.y or start.yaw or start.height:
+        there = RigidTransform(RollPitchYaw(0.0, 0.0, start.yaw), [start.x, start.y, start.height])
         quaternion, place = biped.base_q_index[:4], biped.base_q_index[4:]
         base = there @ RigidTransform(Quaternion(q[quaternion] / np.linalg.norm(q[quaternion])), q[place])
         q[quaternion], q[place] = base.rotation().ToQuaternion().wxyz(), base.translation()
@@ -172,18 +187,18 @@ def standing_posture(walk: Walk, biped: Biped) -> np.ndarray:
     return upright_posture(biped, np.array([0.0, 0.0, walk.gait.height(0)[0]]), left, right)
 
 
-def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray) -> MultibodyPlant:
-    """The robot on flat ground, standing in `posture` (19,) by default."""
+def add_robot(
+    builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray, pd: bool = True
+) -> MultibodyPlant:
+    """The robot on the scenario's ground, standing in `posture` (19,) by default, with or without the plant's PD."""
     plant, scene_graph = AddMultibodyPlant(plant_config(scenario.plant), builder)
     plant.set_name("plant")
     scene_graph.set_name("scene_graph")
     biped.add_to(plant)
-    friction = CoulombFriction(scenario.friction, scenario.friction)
-    ground = Box(*_GROUND)
-    below = RigidTransform([0.0, 0.0, -_GROUND[2] / 2.0])
-    plant.RegisterCollisionGeometry(plant.world_body(), below, ground, "ground", friction)
-    _set_friction(plant, scene_graph, friction)
-    _set_gains(plant, biped)
+    _set_friction(plant, scene_graph, CoulombFriction(scenario.friction, scenario.friction))
+    add_ground(plant, scenario.terrain, scenario.friction)
+    if pd:
+        _set_gains(plant, biped)
     if any(scenario.model_error.gravity_tilt_deg):
         gravity = plant.mutable_gravity_field()
         gravity.set_gravity_vector(tilted_gravity(scenario.model_error, gravity.gravity_vector()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,7 @@ from pdhocbf_drake.barriers import (
     constant,
     make_bound,
 )
+from pdhocbf_drake.barriers.config import Side
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
@@ -26,6 +27,7 @@ from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
+from pdhocbf_drake.simulation.barrier_changes import add_changes, changing, changing_problem
 from pdhocbf_drake.simulation.command_orbits import ConstantWalks, constant_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
@@ -88,18 +90,19 @@ class WalkParts:
         self.programs = ProgramCache(most=most) if programs is None else programs
         self._nominal = Kept[np.ndarray](most)
 
-    def nominal_walk(self, scenario: Scenario, stride: float) -> np.ndarray:
+    def nominal_walk(self, scenario: Scenario, stride: float, rise: float = 0.0) -> np.ndarray:
         """As `nominal_walk_of`, in an array that is not to be written into."""
         gait = gait_of(scenario, stride)
-        key = gait.config.model_dump_json(), scenario.mpc.model_dump_json(exclude={"recovery", *SENSING})
-        return self._nominal.get(key, lambda: nominal_walk_of(scenario, stride, self.programs))
+        key = gait.config.model_dump_json(), scenario.mpc.model_dump_json(exclude={"recovery", *SENSING}), rise
+        return self._nominal.get(key, lambda: nominal_walk_of(scenario, stride, self.programs, rise))
 
 
 class _OfOneWalk(WalkParts):
     """The parts of a walk that has a file of its own on disk, with its nominal walks by their strides."""
 
-    def nominal_walk(self, scenario: Scenario, stride: float) -> np.ndarray:
-        return self.programs.array(f"orbit {stride!r}", lambda: nominal_walk_of(scenario, stride, self.programs))
+    def nominal_walk(self, scenario: Scenario, stride: float, rise: float = 0.0) -> np.ndarray:
+        name = f"orbit {stride!r}" + (f" {rise!r}" if rise else "")
+        return self.programs.array(name, lambda: nominal_walk_of(scenario, stride, self.programs, rise))
 
 
 def build_walk(scenario: Scenario, parts: WalkParts | None = None) -> Walk:
@@ -132,28 +135,56 @@ def complete_programs(scenario: Scenario) -> None:
 
 def _built(scenario: Scenario, parts: WalkParts) -> Walk:
     gait, cache = commanded_gait(scenario), parts.programs
-    vhip = Vhip(gait.height.eta(), gait.config.tick)
-    barriers, walks = [], _constant_walks(scenario, gait, cache)
-    for name, config in scenario.barriers.items():
-        nominal, orbits = None, None
+    vhip = Vhip(gait.eta(), gait.config.tick)
+    walks = _constant_walks(scenario, gait, cache)
+
+    def barrier(name: str, config: WalkBarrierConfig) -> WalkBarrier:
+        nominal, orbits = list[tuple[float, np.ndarray]](), None
         if walks is not None:
             orbits = _command_orbits(config, walks)
         if config.bound.follows_orbit and (orbits is None or orbits.margin is None):
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
             with _naming(name):
                 gait_of(scenario, stride)
-            nominal = parts.nominal_walk(scenario, stride)
-        barriers.append(_barrier(name, config, gait, vhip, nominal, orbits))
+            nominal.append((0.0, parts.nominal_walk(scenario, stride)))
+            climbs = even_climbs(gait) if config.bound.stride is None else []
+            nominal += [(rise, parts.nominal_walk(scenario, length, rise)) for length, rise in climbs]
+        return _barrier(name, config, gait, vhip, nominal, orbits)
+
+    barriers = [barrier(name, config) for name, config in scenario.barriers.items()]
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)
     quantities = tuple(config.bounded for config in scenario.barriers.values())
-    groups = tuple([b for q, b in zip(quantities, barriers, strict=True) if q.axis == axis] for axis in (0, 1))
     terminal = None
     if scenario.mpc.terminal_set is not None:
         limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
         terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits)
-    mpc = PeriodicMpc(gait, vhip, sensed(scenario), (groups[0], groups[1]), terminal, cache)
+
+    def problem(own: Sequence[WalkBarrier]) -> PeriodicMpc:
+        x, y = ([b for b in own if b.quantity.axis == axis] for axis in (0, 1))
+
+        def on(rise: float) -> PeriodicMpc:
+            template = vhip if not rise else Vhip(gait.eta(rise), gait.config.tick)
+            return PeriodicMpc(gait, template, sensed(scenario), (x, y), terminal, cache)
+
+        mpc = on(0.0)
+        mpc.of_rises = {rise: on(rise) for rise in sorted(gait.rises)}
+        return mpc
+
+    if not scenario.barrier_changes:
+        return Walk(gait, vhip, problem(barriers), quantities, tuple(barriers))
+    settings = changing(scenario, barriers, barrier)
+    mpc = changing_problem(problem, barriers, settings)
+    add_changes(scenario, settings)
     return Walk(gait, vhip, mpc, quantities, tuple(barriers))
+
+
+def even_climbs(gait: Gait) -> list[tuple[float, float]]:
+    """Length and rise of the steps of each even staircase [m]."""
+    if not gait.rises:
+        return []
+    steps = [(gait.step(j + 1).x - gait.step(j).x, gait.rise(j)) for j in range(len(gait.footsteps.listed))]
+    return sorted({(round(length, 4), rise) for length, rise in steps if rise})
 
 
 def _constant_walks(scenario: Scenario, gait: Gait, cache: ProgramCache) -> ConstantWalks | None:
@@ -180,13 +211,14 @@ def _command_orbits(config: WalkBarrierConfig, walks: ConstantWalks) -> CommandO
 
 
 def _barrier(
-    name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nominal: np.ndarray | None,
+    name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nominal: Sequence[tuple[float, np.ndarray]],
     orbits: CommandOrbits | None,
 ) -> WalkBarrier:  # fmt: skip
     """One barrier.
 
     Args:
-        nominal: the nominal walk (2, 2N, 3) that its bound follows; None for other bounds.
+        nominal: the nominal walks (2, 2N, 3) that its bound follows, each with the rise of its steps [m]: the outer
+            envelope of their orbits; none for other bounds.
         orbits: those of a walk that follows commands. Where the bound follows them, the barrier's own one is that of
             a speed in a stand.
     """
@@ -195,7 +227,7 @@ def _barrier(
         bound = constant(orbits.margin if config.side == "upper" else -orbits.margin)
         return make_walk_barrier(name, config, vhip, gait, bound, True, orbits)
     with _naming(name):
-        orbit = None if nominal is None else quantity.orbit(nominal, vhip, gait.config, config.side)
+        orbit = _envelope(quantity, config.side, gait, nominal)
         bound = _bound(config, quantity.period(vhip.period), gait.config.ticks_per_gait, orbit)
         farthest = max(bound.values, key=abs)
         if abs(farthest) > quantity.largest:
@@ -209,6 +241,17 @@ def _barrier(
         except InputError as error:
             raise InputError(f"{error}{_rest_hint(config.side, bound)}") from None
     return barrier
+
+
+def _envelope(
+    quantity: Quantity, side: Side, gait: Gait, nominal: Sequence[tuple[float, np.ndarray]]
+) -> np.ndarray | None:
+    """The outer one of a quantity's values on several nominal walks, at each tick of its period."""
+    found = [quantity.orbit(w, Vhip(gait.eta(rise), gait.config.tick), gait.config, side) for rise, w in nominal]
+    orbits = [orbit for orbit in found if orbit is not None]
+    if not orbits:
+        return None
+    return np.asarray(np.max(orbits, axis=0) if side == "upper" else np.min(orbits, axis=0))
 
 
 def _bound(config: WalkBarrierConfig, period: int, gait: int, orbit: np.ndarray | None) -> Bound:
@@ -249,19 +292,24 @@ def gait_of(scenario: Scenario, stride: float) -> Gait:
     return Gait(parse_config(GaitConfig, scenario.gait.model_dump() | changes, "gait"))
 
 
-def nominal_walk_of(scenario: Scenario, stride: float, cache: ProgramCache | None = None) -> np.ndarray:
-    """[c, v, p] of the scenario's nominal walk at a stride, shape (2, 2N, 3); see `mpc.orbit.nominal_walk`."""
-    mpc = nominal_mpc(scenario, stride, cache)
+def nominal_walk_of(
+    scenario: Scenario, stride: float, cache: ProgramCache | None = None, rise: float = 0.0
+) -> np.ndarray:
+    """[c, v, p] of the scenario's nominal walk at a stride, shape (2, 2N, 3); see `mpc.orbit.nominal_walk`.
+
+    With a `rise` that of a walk that climbs by it at every step [m].
+    """
+    mpc = nominal_mpc(scenario, stride, cache, rise)
     return nominal_walk(mpc.gait, mpc)
 
 
-def nominal_mpc(scenario: Scenario, stride: float, cache: ProgramCache | None) -> PeriodicMpc:
+def nominal_mpc(scenario: Scenario, stride: float, cache: ProgramCache | None, rise: float = 0.0) -> PeriodicMpc:
     """The scenario's MPC for a walk that nothing disturbs, without barriers and without an end."""
-    return _undisturbed(scenario, gait_of(scenario, stride), cache)
+    return _undisturbed(scenario, gait_of(scenario, stride), cache, rise)
 
 
-def _undisturbed(scenario: Scenario, gait: Gait, cache: ProgramCache | None) -> PeriodicMpc:
-    vhip = Vhip(gait.height.eta(), gait.config.tick)
+def _undisturbed(scenario: Scenario, gait: Gait, cache: ProgramCache | None, rise: float = 0.0) -> PeriodicMpc:
+    vhip = Vhip(gait.eta(rise), gait.config.tick)
     config = scenario.mpc.model_copy(update={"recovery": None, **EXACT})
     return PeriodicMpc(gait, vhip, config, ([], []), None, cache)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -10,7 +11,9 @@ from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.command_limits import Limits
 from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
 from pdhocbf_drake.walking.commands import Command, Schedule
+from pdhocbf_drake.walking.known_ground import KnownGround
 from pdhocbf_drake.walking.sole_gap import Pose
+from pdhocbf_drake.walking.uneven_footsteps import uneven_footsteps
 from pdhocbf_drake.walking.waypoints import commands_along
 
 _LEAST = 1e-3  # [m]: a stride of which a command can still be a share
@@ -18,12 +21,56 @@ _SHARE = 0.5  # of the legs' longest stride, up to which a walk is commanded
 
 
 def commanded_gait(scenario: Scenario) -> Gait:
-    """The gait of the `gait`, `start` and `commands` keys; raises `InputError` as `Gait` does."""
+    """The gait of the `gait`, `start`, `commands` and `ground` keys.
+
+    Raises:
+        InputError: as `Gait` and `uneven_footsteps` do.
+    """
+    ground = known_ground(scenario)
+    if ground is None:
+        return _on_level_ground(scenario)
+    if _goes_ahead(scenario):
+        return _prepared(Gait(scenario.gait, uneven_footsteps(scenario.gait, ground)))
+    level = _on_level_ground(scenario)
+    return _prepared(Gait(scenario.gait, replace(level.footsteps, known_ground=ground)))
+
+
+def _goes_ahead(scenario: Scenario) -> bool:
+    """Whether it walks straight ahead along x from x = 0."""
+    start = Pose(*scenario.start.position, scenario.start.yaw)
+    return not scenario.path and not scenario.commands and start == Pose(0.0, 0.0, 0.0)
+
+
+def _prepared(gait: Gait) -> Gait:
+    """A gait on uneven ground whose swings are chosen."""
+    for step in range(len(gait.footsteps.listed)):
+        gait.profiles(step)
+    return gait
+
+
+def known_ground(scenario: Scenario) -> KnownGround | None:
+    """The ground that the scenario's walk is planned on; None where its map is level.
+
+    On the template the soles are as long as its ZMP box.
+    """
+    if not any(piece.known for piece in scenario.ground):
+        return None
+    half = scenario.gait.zmp_box[0] / 2.0
+    if scenario.system == "biped":
+        from pdhocbf_drake.robot import Biped  # here, since it loads Drake, which other walks need later
+        from pdhocbf_drake.robot.contact import beyond_sole
+
+        soles = [Biped.load(scenario.robot).soles[side].half_size for side in ("left", "right")]
+        half = max(float(size[0]) + beyond_sole(size.tolist()) for size in soles)
+    return KnownGround(scenario.terrain, half)
+
+
+def _on_level_ground(scenario: Scenario) -> Gait:
     config, start = scenario.gait, Pose(*scenario.start.position, scenario.start.yaw)
     if scenario.path:
         along = _along_path(scenario, start)
         return Gait(config, CommandedFootsteps.of(config, along, start, limits_of(scenario), keeps_path=True))
-    if not scenario.commands and start == Pose(0.0, 0.0, 0.0):
+    if _goes_ahead(scenario):
         return Gait(config)
     if not scenario.commands:
         forward = Command(config.stride / (config.ticks_per_step * config.tick))

@@ -25,7 +25,7 @@ from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.simulation.scenario import Scenario
 
 _PACKAGES: Final = ("drake", "daqp", "numba", "numpy")
-_SOURCES: Final = ("barriers", "mpc", "qp", "simulation", "walking")  # rooms that decide what a program is
+_SOURCES: Final = ("barriers", "ground", "mpc", "qp", "simulation", "walking")  # rooms that decide what a program is
 _THETA: Final = {"bound", "unit"}  # of a barrier: bounds are parameters of the programs
 
 
@@ -62,7 +62,9 @@ def walk_file(scenario: Scenario) -> Path | None:
     barriers = {name: barrier.model_dump(exclude=_THETA) for name, barrier in scenario.barriers.items()}
     try:
         terminal = scenario.mpc.terminal_set and Path(scenario.mpc.terminal_set).read_bytes().hex()
-        key = [scenario.gait.model_dump(), scenario.mpc.model_dump(exclude=set(SENSING)), barriers, terminal, made_by()]
+        ground = [piece.model_dump() for piece in scenario.ground if piece.known]
+        walk = [scenario.gait.model_dump(), scenario.mpc.model_dump(exclude=set(SENSING)), barriers, terminal, ground]
+        key = [walk, made_by()]
     except OSError:
         return None
     return folder / f"{hashlib.sha256(json.dumps(key).encode()).hexdigest()[:32]}{SUFFIX}"

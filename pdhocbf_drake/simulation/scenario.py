@@ -8,9 +8,12 @@ from pydantic import AfterValidator, Field, model_validator
 
 from pdhocbf_drake.config import Config, Name, parse_config, within
 from pdhocbf_drake.estimation.config import SensorsConfig
+from pdhocbf_drake.ground.config import Piece, in_order
+from pdhocbf_drake.ground.terrain import Terrain
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.drake_config import completed_plant, completed_simulator
+from pdhocbf_drake.walking.barrier_changes import BarrierChange
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commands import CommandConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
@@ -21,6 +24,7 @@ System = Literal["biped", "vhip", "van_der_pol"]
 _Place = Annotated[float, within(-150.0, 150.0, "m")]
 _Force = Annotated[float, within(-1e6, 1e6, "N")]
 _Shift = Annotated[float, within(-1.0, 1.0, "m")]
+_Ground = tuple[Piece, ...]
 _Tilt = Annotated[float, within(-30.0, 30.0, "deg")]
 
 
@@ -93,14 +97,16 @@ class MeasurementConfig(SensorsConfig):
     """What the controller is given, and with which errors.
 
     Attributes:
-        source: "true_state" is the robot's own state; "sensors" is what the estimator makes of the sensors. The joints'
-            drives read neither: they have encoders of their own, without error.
+        source: "true_state" is the robot's own state; "sensors" is what the estimator makes of the sensors.
+        drives: what the joints' PD reads: "own" are encoders of its own, without error, at every instant; "sampled" are
+            those that the estimator reads, once a tick, with gains that a torque held for a tick allows.
         seed: of the sensors' biases, offsets and noise; null takes the scenario's.
         noise: added to the CoM and ZMP.
         delay_ticks: delay of CoM, ZMP and soles, besides that of the sensors [ticks].
     """
 
     source: Literal["true_state", "sensors"] = "true_state"
+    drives: Literal["own", "sampled"] = "own"
     seed: int | None = Field(None, ge=0, lt=2**32)
     noise: MeasurementNoise = MeasurementNoise()
     delay_ticks: int = Field(0, ge=0, le=1000)
@@ -134,6 +140,12 @@ class StartConfig(Config):
     yaw: Annotated[float, within(-1e3, 1e3, "rad")] = 0.0
 
 
+def _apart(pieces: _Ground) -> _Ground:
+    """The pieces as they are; raises `ValueError` where two of them are at one place."""
+    in_order(pieces)
+    return pieces
+
+
 class Scenario(Config):
     """One run.
 
@@ -147,6 +159,7 @@ class Scenario(Config):
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
         biped: what is done with the robot before it walks.
+        ground: pieces of the ground that are not flat, each at its place along x; z = 0 where the walk starts.
         friction: Coulomb coefficient between soles and ground [1].
         friction_belief: that for which the walk is planned: where its motion asks more of the soles about the vertical,
             the torso's yaw gives way; null is `friction` [1].
@@ -154,6 +167,7 @@ class Scenario(Config):
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
+        barrier_changes: barriers that are kept in another way from a time on.
         start: where the walk starts, and its heading.
         commands: velocity and turn rate, or a stop, each from its time on, in place of `gait.stride`. What the legs,
             soles or programs can't do is granted in part. A barrier's bound follows the orbit of each command, see
@@ -176,12 +190,14 @@ class Scenario(Config):
     from_time: float = Field(2.0, ge=0)
     robot: str = DEFAULT_ROBOT
     biped: BipedConfig = BipedConfig()
+    ground: Annotated[_Ground, AfterValidator(_apart)] = ()
     friction: float = Field(0.8, gt=0, le=10)
     friction_belief: float | None = Field(None, gt=0, le=10)
     whole_body: WholeBodyConfig = WholeBodyConfig()
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
     barriers: dict[Name, WalkBarrierConfig] = Field({})
+    barrier_changes: tuple[BarrierChange, ...] = ()
     start: StartConfig = StartConfig()
     commands: tuple[CommandConfig, ...] = ()
     path: tuple[tuple[_Place, _Place], ...] = ()
@@ -199,6 +215,11 @@ class Scenario(Config):
     def believed_friction(self) -> float:
         """`friction_belief`, or without one `friction`."""
         return self.friction if self.friction_belief is None else self.friction_belief
+
+    @property
+    def terrain(self) -> Terrain:
+        """The ground under the walk."""
+        return Terrain(self.ground, self.start.position, self.friction)
 
     @property
     def tick(self) -> float:

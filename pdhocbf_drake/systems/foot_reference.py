@@ -18,7 +18,8 @@ class FootReference(Block):
 
     The plan may move the landing at every tick. The swing foot continues from its reference of the last tick, which is
     this block's discrete state, so that its position, velocity and acceleration along the ground stay continuous. Its
-    height is a function of the tick alone.
+    height above the ground is a function of the tick alone; on uneven ground that of the ground is added, see
+    `Swing.put_on_ground`.
 
     Input ports:
         gait_phase (3); foot_plan (8): start and end of each foot in this step [m].
@@ -50,6 +51,12 @@ class FootReference(Block):
         output.SetFromVector(self.reference(self._phase.Eval(context), self._plan.Eval(context), before, gait))
 
     def reference(self, gait_phase: np.ndarray, plan: np.ndarray, before: np.ndarray, gait: Gait) -> np.ndarray:
-        """foot_reference (18,) from that of the tick before; of the gait, its lift-off counts."""
+        """foot_reference (18,) from that of the tick before; of the gait, its lift-off and ground count."""
         tick, step, support = gait_phase.tolist()
-        return self._swing.feet(round(tick), support, plan, before, gait.lift_off(round(step)))
+        phase, step = round(tick), round(step)
+        if not gait.uneven:
+            return self._swing.feet(phase, support, plan, before, gait.lift_off(step))
+        profile = gait.profiles(step)[0]
+        feet = self._swing.feet(phase, support, plan, before, gait.lift_off(step), profile)
+        self._swing.put_on_ground(phase, support, gait.planes(step), feet, gait.lift_off(step), profile)
+        return feet

@@ -16,6 +16,7 @@ from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.foot_reference import FootReference
 from pdhocbf_drake.systems.gait_reference import GaitReference
+from pdhocbf_drake.systems.ground_reference import GroundReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.optional_input import OptionalInput
@@ -36,12 +37,13 @@ class ControllerBlocks(NamedTuple):
 
 
 class BodyBlocks(NamedTuple):
-    """The blocks that a robot has and the template has not; `turn` of a walk that turns."""
+    """The blocks that a robot has and the template has not; `turn` of a walk that turns, `ground` of an uneven one."""
 
     feet: FootReference
     kinematics: InverseKinematics
     offset: ZmpOffset
     turn: TurnReference | None
+    ground: GroundReference | None = None
 
 
 class _Known(NamedTuple):
@@ -65,9 +67,9 @@ class FusedController(Block):
         actuation (12): as of `InverseKinematics`, where that has a whole-body layer.
         true_state (6): lip_state without measurement errors, from which h is computed; where there are barriers.
     Output parts, see `unbundled`:
-        gait_phase, com_height, path, command_asked, barrier_bound, foot_reference, turn_reference, zmp_offset,
-        desired_state, feedforward, whole_body_zmp, ik_status, and those of `MpcController`, as far as the walk has
-        them.
+        gait_phase, com_height, path, command_asked, barrier_bound, foot_reference, turn_reference, ground_reference,
+        zmp_offset, desired_state, feedforward, whole_body_zmp, ik_status, and those of `MpcController`, as far as the
+        walk has them.
     Output ports:
         h (n_b): where there are barriers.
 
@@ -88,6 +90,7 @@ class FusedController(Block):
         if body is not None:
             self.parts |= {"foot_reference": size("foot_reference")}
             self.parts |= {"turn_reference": size("turn_reference")} if body.turn else {}
+            self.parts |= {"ground_reference": size("ground_reference")} if body.ground else {}
             self.parts |= {"zmp_offset": size("zmp_offset", horizon=self.mpc.config.horizon)}
             self.parts |= body.kinematics.parts
         self.parts |= controller.parts
@@ -175,10 +178,12 @@ class FusedController(Block):
             turn = None
             if body.turn is not None:
                 turn = body.turn.headings(tick % self._n, step, before["turn_reference"], gait)
+            ground = None if body.ground is None else body.ground.reference(phase, com, zmp, gait)
             offset = body.offset.expected(phase, feet, foot_plan, stances, before["table"], gait)
-            solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, feet, turn)
+            solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, feet, turn, ground)
             coming = body.kinematics.coming
-            front += [feet, *([] if turn is None else [turn]), offset, solution[: coming.start]]
+            own = [part for part in (turn, ground) if part is not None]
+            front += [feet, *own, offset, solution[: coming.start]]
             behind = [solution[coming], before["table"]]
         parts = self._controller.layout.parts(memory)
         return _Known(np.concatenate([*front, *parts, *behind], axis=None), tick, gait, memory)

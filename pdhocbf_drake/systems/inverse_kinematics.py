@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
@@ -14,12 +16,12 @@ from pdhocbf_drake.robot import (
 )
 from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.ik import LEVEL
-from pdhocbf_drake.robot.kernels import left_share, use_of_ground
-from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
+from pdhocbf_drake.robot.kernels import left_share, left_share_of_zmp, use_of_ground
+from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.optional_input import OptionalInput
-from pdhocbf_drake.systems.signals import places, size, sizes
+from pdhocbf_drake.systems.signals import places, size, sizes, stretch
 from pdhocbf_drake.systems.torso_yaw import TorsoYaw, add_to
 from pdhocbf_drake.whole_body.config import WholeBodyConfig
 from pdhocbf_drake.whole_body.ticks import BodyTicks, Clock
@@ -31,6 +33,9 @@ _TURNS = [turn.start + 2 for turn in (LEFT_TURN, RIGHT_TURN, TORSO_TURN)]  # abo
 _LARGEST_ERROR = 1e3  # in ik_status, where a refused target has an infinite one
 (_SUPPORT,) = places("gait_phase", "support")
 _ZMP = places("zmp_reference", "x_zmp", "y_zmp")
+(_Z_ZMP,) = places("ground_reference", "z_zmp")
+_ALOFT = stretch("ground_reference", "left_aloft", "right_aloft")
+_TILTS = [slice(start, start + 6) for start in places("ground_reference", "left_roll", "right_roll")]
 
 
 class InverseKinematics(Block):
@@ -45,6 +50,7 @@ class InverseKinematics(Block):
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18): as in `systems.signals`.
         turn_reference (9): as in `systems.signals`, of a walk that turns; in others all face ahead.
+        ground_reference (18): as in `systems.signals`, of a walk on uneven ground; in others it is level, at z = 0.
         gait_phase (3): its support determines the swing foot, which is the one to miss its target where the legs are
             too short; may be left unconnected.
         actuation (12): torques applied, which the whole-body layer learns from.
@@ -60,12 +66,13 @@ class InverseKinematics(Block):
         tick: δ [s].
         turns: whether the walk may turn.
         grip: of the soles; without one the torso always keeps to its reference.
+        uneven: whether the ground is not level.
         whole_body, ticks_per_step: config of the whole-body layer, which needs a grip, and N; None for no layer.
     """
 
     def __init__(
         self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False, grip: Grip | None = None,
-        whole_body: WholeBodyConfig | None = None, ticks_per_step: int = 1,
+        uneven: bool = False, whole_body: WholeBodyConfig | None = None, ticks_per_step: int = 1,
     ) -> None:  # fmt: skip
         super().__init__()
         self.parts = sizes(*_OUTPUTS)
@@ -80,7 +87,8 @@ class InverseKinematics(Block):
         phase, self._height, self._com, self._zmp, self._feet = ports
         self._phase = OptionalInput(phase)
         self._turn = self.DeclareVectorInputPort("turn_reference", size("turn_reference")) if turns else None
-        ports += [] if self._turn is None else [self._turn]
+        self._ground = self.DeclareVectorInputPort("ground_reference", size("ground_reference")) if uneven else None
+        ports += [port for port in (self._turn, self._ground) if port is not None]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
         self._q = slice(positions)
         self._motion = slice(positions + 3 * self._velocities)  # in the state, in front of the torso's yaw
@@ -123,20 +131,20 @@ class InverseKinematics(Block):
         return state
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        state, turn = context.get_discrete_state_vector().value(), None
-        if self._turn is not None:
-            turn = self._turn.Eval(context)
+        state = context.get_discrete_state_vector().value()
+        turn, ground = (None if port is None else port.Eval(context) for port in (self._turn, self._ground))
         height, com = self._height.Eval(context), self._com.Eval(context)
         zmp, feet = self._zmp.Eval(context), self._feet.Eval(context)
-        output.SetFromVector(self.solution(state, self._phase(context), height, com, zmp, feet, turn))
+        output.SetFromVector(self.solution(state, self._phase(context), height, com, zmp, feet, turn, ground))
 
     def solution(
         self, state: np.ndarray, gait_phase: np.ndarray | None, height: np.ndarray, com: np.ndarray, zmp: np.ndarray,
-        feet: np.ndarray, turn: np.ndarray | None,
+        feet: np.ndarray, turn: np.ndarray | None, ground: np.ndarray | None = None,
     ) -> np.ndarray:  # fmt: skip
         """The parts and the state to come, from the state and com_height, com_reference, zmp_reference and so on.
 
-        `gait_phase` determines the swing foot, the one to miss its target; None where both feet stand.
+        `gait_phase` determines the swing foot, the one to miss its target; None where both feet stand. `turn` and
+        `ground` are turn_reference and ground_reference, None on a walk without them.
         """
         swing = None if gait_phase is None else _SWING_FOOT.get(gait_phase[_SUPPORT])
         motion, yaw = state[self._motion], TorsoYaw(*state[self._yaw].tolist())
@@ -150,13 +158,20 @@ class InverseKinematics(Block):
             wanted[1:, _TURNS] = ways[:, 1:].T
             left_yaw, right_yaw, torso_yaw = ways[:, 0].tolist()
             angles = (0.0, 0.0, torso_yaw, 0.0, 0.0, left_yaw, 0.0, 0.0, right_yaw)
+        if ground is not None:
+            angles = _put_on_ground(wanted, ground, angles)
         turning = yaw.returning
         if yaw.angle or yaw.rate:
             angles = (0.0, 0.0, angles[2] + yaw.angle, *angles[3:])
             add_to(wanted, _TURNS[2], yaw, turning)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
-        share, now = left_share(left, right, zmp[_ZMP]), None
+        if ground is not None:
+            left, right = _over_zmp(left, ground), _over_zmp(right, ground)
+            share = _share(left, right, zmp[_ZMP], ground)
+        else:
+            share = left_share(left, right, zmp[_ZMP])
+        now = None
         if self._layer is not None:
             now = self._layer.now(state[self._yaw.stop :], gait_phase, share, swing)
             angles = self._layer.add_to(now, wanted, angles)
@@ -179,3 +194,27 @@ class InverseKinematics(Block):
         start = self.coming.start
         solution[start + self._yaw.start : start + self._yaw.stop] = yaw.after(turning, self._tick)
         return solution
+
+
+def _put_on_ground(wanted: np.ndarray, ground: np.ndarray, angles: tuple[float, ...]) -> tuple[float, ...]:
+    """Adds the line under the CoM and the rates of the soles' tilt to `wanted`; returns the angles with that tilt."""
+    wanted[:, COM.start + 2] += ground[:3]
+    found = list(angles)
+    for index, (place, turn) in enumerate(zip(_TILTS, (LEFT_TURN, RIGHT_TURN), strict=True)):
+        roll, pitch = ground[place].reshape(2, 3)
+        found[3 + 3 * index : 5 + 3 * index] = float(roll[0]), float(pitch[0])
+        c, s = math.cos(angles[5 + 3 * index]), math.sin(angles[5 + 3 * index])
+        wanted[1:, turn.start] += c * roll[1:] - s * pitch[1:]
+        wanted[1:, turn.start + 1] += s * roll[1:] + c * pitch[1:]
+    return tuple(found)
+
+
+def _over_zmp(sole: np.ndarray, ground: np.ndarray) -> np.ndarray:
+    """A sole's centre (3,), its height counted from that of the ZMP [m]."""
+    return np.array([sole[0], sole[1], sole[2] - ground[_Z_ZMP]])
+
+
+def _share(left: np.ndarray, right: np.ndarray, zmp: np.ndarray, ground: np.ndarray) -> float:
+    """As `kernels.left_share`, by which of the soles is in the air."""
+    in_air = ground[_ALOFT].tolist()
+    return 0.0 if in_air[0] else 1.0 if in_air[1] else left_share_of_zmp(zmp, left, right)

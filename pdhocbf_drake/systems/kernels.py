@@ -48,7 +48,7 @@ def write_h(
 @compiled
 def write_estimate(
     poses: np.ndarray, velocity: np.ndarray, q: np.ndarray, origin: np.ndarray, force: np.ndarray, base: np.ndarray,
-    least: float, held: np.ndarray, out: np.ndarray,
+    ground: float, least: float, held: np.ndarray, out: np.ndarray,
 ) -> None:  # fmt: skip
     """The state estimate, see `StateEstimator`: lip_state, com_z, foot_state and ground_load.
 
@@ -59,12 +59,13 @@ def write_estimate(
         velocity: of the CoM (3,) [m/s].
         q: positions. origin: places of the base's origin in q (3,).
         force: generalized contact forces (18,). base: places of the base's moment and force among them (6,).
+        ground: height of the ZMP [m].
         least: vertical force above which there is a ZMP [N].
         held: the last ZMP (2,) [m]; NaN where there has been none.
     """
     mx, my = force[base[0]], force[base[1]]
     fx, fy, fz = force[base[3]], force[base[4]], force[base[5]]
-    x, y, z = q[origin[0]], q[origin[1]], q[origin[2]]
+    x, y, z = q[origin[0]], q[origin[1]], q[origin[2]] - ground
     zmp_x, zmp_y = held[0], held[1]
     if fz > least:
         zmp_x, zmp_y = x - (my + z * fx) / fz, y + (mx - z * fy) / fz

@@ -40,6 +40,7 @@ JOINTS: Final = tuple(f"{side}_{role}" for side in SIDES for role in ROLES)
 """The order of all vectors with one element for each joint."""
 
 _STATE = tuple(f"{joint}_{kind}" for kind in "qv" for joint in JOINTS)
+_TILT = tuple(derivative + angle for angle in ("roll", "pitch") for derivative in ("", "v", "a"))
 _FORMULAS: Final[dict[str, Callable[[int, int, int], int]]] = {
     "n_b": lambda barriers, horizon, constraints: barriers,
     "n_b*(H+1)": lambda barriers, horizon, constraints: barriers * (horizon + 1),
@@ -116,6 +117,11 @@ SIGNALS: Final[tuple[Signal, ...]] = (
     _signal("foot_reference", "foot_reference",
             tuple(f"{s}_{d}{a}" for s in SIDES for d in ("", "v", "a") for a in "xyz"), "m, m/s, m/s²",
             "left, then right sole: position, velocity, acceleration"),
+    _signal("ground_reference", "ground_reference",
+            ("z", "vz", "az", "z_zmp", *(f"{s}_{e}" for s in SIDES for e in ("aloft", *_TILT))),
+            "m, m/s, m/s², m, 1, rad, rad/s, rad/s²",
+            "of a walk on uneven ground: height of the ground's line under the CoM and its derivatives, height of the "
+            "ZMP; of the left, then the right sole: 1 while it is in the air, roll and pitch with their derivatives"),
     _signal("turn_reference", "turn_reference",
             tuple(f"{part}_{d}yaw" for part in (*SIDES, "torso") for d in ("", "v", "a")), "rad, rad/s, rad/s²",
             "of a walk that turns: left sole, right sole, torso: heading, its rate and acceleration"),

@@ -9,8 +9,9 @@ from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.robot.tree_task_space import task_space_of
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.kernels import LEAST_LOAD, write_estimate
-from pdhocbf_drake.systems.signals import size, sizes, stretch
+from pdhocbf_drake.systems.signals import places, size, sizes, stretch
 
+(_Z_ZMP,) = places("ground_reference", "z_zmp")
 _ZMP = stretch("lip_state", "x_zmp", "y_zmp")
 
 
@@ -18,33 +19,38 @@ class StateEstimator(Block):
     """CoM by kinematics, ZMP by the ground's wrench on the robot (Remark 8), here from the true state.
 
     The ground's generalized force on the floating base is the net contact wrench about the base's origin b:
-    moment M, force F. The ZMP is the point of the ground where its horizontal moment vanishes:
-    x = b_x − (M_y + b_z F_x)/F_z,  y = b_y + (M_x − b_z F_y)/F_z. Where F_z is gone, as for a step of the plant when a
-    foot lands, there is no such point, and it stays where it was at the tick before, which is this block's discrete
-    state; before the first load it is below the CoM.
+    moment M, force F. The ZMP is the point of the ground, at height z, where its horizontal moment vanishes:
+    x = b_x − (M_y + (b_z − z) F_x)/F_z,  y = b_y + (M_x − (b_z − z) F_y)/F_z. Where F_z is gone, as for a step of the
+    plant when a foot lands, there is no such point, and it stays where it was at the tick before, which is this
+    block's discrete state; before the first load it is below the CoM.
 
     Input ports:
         robot_state (37): q and v of the plant.
         contact_forces (18): generalized contact forces.
+        ground_reference (18): as in `systems.signals`, of a walk on uneven ground, of which the height of the ZMP is
+            read; in others it is 0.
     Output parts, see `unbundled`:
         lip_state (6), com_z (2), foot_state (12), ground_load (1): as in `systems.signals`.
 
     Args:
         tick: δ [s].
+        uneven: whether the ground is not level.
     """
 
-    def __init__(self, biped: Biped, tick: float = 0.01) -> None:
+    def __init__(self, biped: Biped, tick: float = 0.01, uneven: bool = False) -> None:
         super().__init__()
         self.parts = sizes("lip_state", "com_z", "foot_state", "ground_load")
         self._size = sum(self.parts.values())
         self._task_space, self._positions = task_space_of(biped), biped.plant.num_positions()
         self._state = self.DeclareVectorInputPort("robot_state", size("robot_state"))
         self._forces = self.DeclareVectorInputPort("contact_forces", size("contact_forces"))
+        self._ground = self.DeclareVectorInputPort("ground_reference", size("ground_reference")) if uneven else None
         self._least = LEAST_LOAD * biped.weight
         self._origin, self._base = biped.base_q_index[4:], biped.base_v_index
         self.DeclareDiscreteState(np.full(2, np.nan))  # the last ZMP
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self._state.ticket(), self._forces.ticket(), self.xd_ticket()}
+        prerequisites |= set() if self._ground is None else {self._ground.ticket()}
         self._estimate = self.DeclareVectorOutputPort("estimate", self._size, weakly(self._calc), prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
@@ -54,6 +60,8 @@ class StateEstimator(Block):
         task, state = self._task_space, self._state.Eval(context)
         poses, velocity = task.poses_and_velocity(state[: self._positions], state[self._positions :])
         held, estimate = context.get_discrete_state_vector().value(), np.empty(self._size)
-        forces = self._forces.Eval(context)
-        write_estimate(poses, velocity, state, self._origin, forces, self._base, self._least, held, estimate)
+        forces, ground = self._forces.Eval(context), 0.0
+        if self._ground is not None:
+            ground = float(self._ground.Eval(context)[_Z_ZMP])
+        write_estimate(poses, velocity, state, self._origin, forces, self._base, ground, self._least, held, estimate)
         output.SetFromVector(estimate)

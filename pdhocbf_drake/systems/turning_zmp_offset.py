@@ -59,7 +59,10 @@ class TurningZmpOffset(ZmpOffset):
             reference[..., :2] = reference[..., :2] @ seen.T
             turned, after = plan.reshape(2, 2, 2) @ seen.T, seen @ stances[STANCE_AFTER]
             most = self._most_of_swing
-            self._swing.add_accelerations(round(tick), side, reference, turned, after, self._lever, most, expected)
+            profiles = gait.profiles(round(step)) if gait.uneven else ()
+            self._swing.add_accelerations(
+                round(tick), side, reference, turned, after, self._lever, most, expected, profiles
+            )
         return np.asarray(back @ expected)
 
     def _turn_coming(self, expected: np.ndarray, yaws: list[float], tick: int) -> None:

@@ -111,7 +111,10 @@ class ZmpOffset(Block):
         if feet is not None and plan is not None and stances is not None:
             reference, plan, after = feet.reshape(2, 3, 3), plan.reshape(2, 2, 2), stances[STANCE_AFTER]
             most = self._most_of_swing
-            self._swing.add_accelerations(round(tick), side, reference, plan, after, self._lever, most, expected)
+            profiles = gait.profiles(round(step)) if gait.uneven else ()
+            self._swing.add_accelerations(
+                round(tick), side, reference, plan, after, self._lever, most, expected, profiles
+            )
         return expected
 
     def _sides_from(self, step: int, gait: Gait) -> np.ndarray:

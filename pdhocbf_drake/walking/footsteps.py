@@ -10,7 +10,11 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.course import Course
+from pdhocbf_drake.walking.known_ground import KnownGround
 from pdhocbf_drake.walking.sides import BOTH, LEFT, RIGHT
+
+LEVEL = 0.0, 0.0
+ANYWHERE = -math.inf, math.inf
 
 
 class Footstep(NamedTuple):
@@ -23,6 +27,8 @@ class Footstep(NamedTuple):
         height: height of the ground under the stance [m].
         start: first tick of the step.
         ticks: duration of the step [ticks].
+        slope: ∂z/∂x and ∂z/∂y of the ground there [1].
+        window: where along x the foot may land and stand on the same ground [m].
     """
 
     side: int
@@ -32,6 +38,12 @@ class Footstep(NamedTuple):
     height: float
     start: int
     ticks: int
+    slope: tuple[float, float] = LEVEL
+    window: tuple[float, float] = ANYWHERE
+
+    def ground(self, x: float, y: float) -> float:
+        """Height at a place of the plane that the foot stands on [m]."""
+        return self.height + self.slope[0] * (x - self.x) + self.slope[1] * (y - self.y)
 
 
 class Resumed(NamedTuple):
@@ -65,6 +77,7 @@ class Footsteps:
         width: lateral distance between the feet of a stand [m].
         last: the last single-support step; None for a walk without an end.
         resumed: the steps that take the place of a stand.
+        known_ground: the ground where it is not level; None for level ground.
     """
 
     listed: tuple[Footstep, ...]
@@ -72,8 +85,16 @@ class Footsteps:
     width: float
     last: int | None = None
     resumed: Resumed = AS_COMMANDED
+    known_ground: KnownGround | None = None
 
     def __getitem__(self, step: int) -> Footstep:
+        this = self._placed(step)
+        if self.known_ground is None:
+            return this
+        height, slope, window = self.known_ground.under(this.x, this.y)
+        return this._replace(height=height, slope=slope, window=window)
+
+    def _placed(self, step: int) -> Footstep:
         this = self._commanded(step)
         first = self.resumed.tick // this.ticks
         if this.side != BOTH or not (self.resumed.tick >= 0 and first <= step <= self.resumed.last):

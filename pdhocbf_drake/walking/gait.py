@@ -9,13 +9,14 @@ import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
-from pdhocbf_drake.walking.com_height import CosineHeight
+from pdhocbf_drake.walking.com_height import GRAVITY, CosineHeight
 from pdhocbf_drake.walking.config import GaitConfig
 from pdhocbf_drake.walking.course import Course
-from pdhocbf_drake.walking.footsteps import Footsteps, Resumed, commanded_footsteps
+from pdhocbf_drake.walking.footsteps import Footstep, Footsteps, Resumed, commanded_footsteps
 from pdhocbf_drake.walking.quantities import stance_sides
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.support import SupportRegion
+from pdhocbf_drake.walking.swing_profile import SwingProfile, Timing
 
 _SEEN = 3  # steps from a stand on, in which a swing is looked for
 
@@ -39,6 +40,8 @@ class Gait:
         period: N [ticks].
         height: CoM height, eq. (24).
         region: the support region, eq. (27).
+        planes: what step j − 1, j and j + 1 stand on: height at the world's origin [m], ∂z/∂x and ∂z/∂y, (3, 3). Kept.
+        profiles: of the swings of step j and of the two that follow it. Kept; made when it is first asked for.
 
     Raises:
         InputError: double support takes half a step or more, the stride is not finite, `CosineHeight` refuses the CoM
@@ -66,6 +69,9 @@ class Gait:
         self.step = lru_cache(maxsize=64)(self.footsteps.__getitem__)
         self.seen = lru_cache(maxsize=4)(self.footsteps.seen)
         self.flipped = lru_cache(maxsize=8)(self._flipped)
+        self.planes = lru_cache(maxsize=4)(self._planes)
+        self.profiles = lru_cache(maxsize=4)(self._profiles)
+        self._rises = lru_cache(maxsize=4)(self._rise)
         self._endings: dict[int, Gait] = {}
         self._resumed: dict[Resumed, Gait] = {}
         self._following = Kept[Gait](4)
@@ -74,6 +80,62 @@ class Gait:
     def turns(self) -> bool:
         """Whether a foot may have another heading than straight ahead along x."""
         return self.footsteps.turns
+
+    @property
+    def uneven(self) -> bool:
+        """Whether the ground is not level."""
+        return self.footsteps.known_ground is not None
+
+    def rise(self, step: int) -> float:
+        """Height that the ground rises by before and after step j alike, in tenths of millimetres; else 0 [m].
+
+        0 in a stand and on a slope, where the CoM moves in parallel to the plane and eta is that of level ground.
+        """
+        return self._rises(step)
+
+    def _rise(self, step: int) -> float:
+        last, this, coming = self.step(step - 1), self.step(step), self.seen(step)[step + 1]
+        sloping = any(any(stance.slope) for stance in (last, this, coming))
+        before, after = round(this.height - last.height, 4), round(coming.height - this.height, 4)
+        return before if before == after and not sloping and this.side != BOTH else 0.0
+
+    @property
+    def rises(self) -> set[float]:
+        """The even rises of the walk's footsteps [m]."""
+        if not self.uneven:
+            return set()
+        return {self.rise(step) for step in range(len(self.footsteps.listed))} - {0.0}
+
+    def eta(self, rise: float = 0.0) -> np.ndarray:
+        """eta of a walk with an even rise over one step, shape (N,) [1/s²].
+
+        eta_k = (z̈ + g)/(z + r ((q − N/2)/N + 1 − w_q)): the ground's line under the CoM climbs by r in a step and meets
+        the stance foot at its middle, see `ComLine`; the ZMP climbs with its box in double support, see
+        `SupportRegion`.
+        """
+        if not rise:
+            return self.height.eta()
+        q, weight = np.arange(self.period), self.region.weight
+        z, _, acceleration = np.array([self.height(tick) for tick in range(self.period)]).T
+        return np.asarray((acceleration + GRAVITY) / (z + rise * (q / self.period - 0.5 + 1.0 - weight)))
+
+    def _planes(self, step: int) -> np.ndarray:
+        seen = self.seen(step)
+        stances = self.step(step - 1), self.step(step), seen[step + 1]
+        return np.array([[stance.ground(0.0, 0.0), *stance.slope] for stance in stances])
+
+    def _profiles(self, step: int) -> tuple[SwingProfile, ...]:
+        seen = self.seen(step)
+        steps = self.step(step - 1), *(seen[step + i] for i in range(4))
+        return tuple(self._profile(*three) for three in zip(steps, steps[1:], steps[2:], strict=False))
+
+    def _profile(self, last: Footstep, this: Footstep, coming: Footstep) -> SwingProfile:
+        """Of the swing from one stance over the next to the one after that."""
+        usual, ground = SwingProfile(apex=self.config.swing_height), self.footsteps.known_ground
+        if ground is None or this.side == BOTH:
+            return usual
+        timing = Timing(self.swing_ticks(), self.config.tick)
+        return ground.swing((last.x, last.y), (coming.x, coming.y), timing, usual.apex)
 
     def path(self, step: int) -> tuple[float, ...]:
         """Middle between the feet and heading of step j as commanded [m, rad], and its command as granted.

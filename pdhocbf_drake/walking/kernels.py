@@ -113,15 +113,16 @@ def onward(
 
 @compiled
 def write_feet(
-    swinging: int, aloft: int, plan: np.ndarray, before: np.ndarray, above: np.ndarray, remaining: float, tick: float,
-    feet: np.ndarray,
+    swinging: int, aloft: tuple[int, int, int], plan: np.ndarray, before: np.ndarray, above: np.ndarray,
+    remaining: tuple[float, float], tick: float, feet: np.ndarray,
 ) -> None:  # fmt: skip
     """Writes `Swing.feet`.
 
     Args:
-        swinging: the foot that swings, 0 left, 1 right, −1 none. aloft: ticks since lift-off.
+        swinging: the foot that swings, 0 left, 1 right, −1 none.
+        aloft: ticks since lift-off, in x and y since the foot left its place along that axis, too.
         above: the swing sole's height and its derivatives, (3,).
-        remaining: time left to swing at the tick before [s]. tick: δ [s].
+        remaining: time left to swing along x and y at the tick before [s]. tick: δ [s].
     """
     for i in range(18):
         feet[i] = 0.0
@@ -129,51 +130,58 @@ def write_feet(
         for axis in range(2):
             at = 9 * foot + axis
             feet[at] = plan[4 * foot + axis]
-            if foot == swinging and aloft > 0:
+            if foot == swinging and aloft[axis] > 0:
                 place, velocity, acceleration = feet[at], 0.0, 0.0
-                if aloft > 1:
+                if aloft[axis] > 1:
                     place, velocity, acceleration = before[at], before[at + 3], before[at + 6]
                 end = plan[4 * foot + 2 + axis]
-                feet[at], feet[at + 3], feet[at + 6] = onward(place, velocity, acceleration, end, remaining, tick)
-        if foot == swinging and aloft > 0:
+                feet[at], feet[at + 3], feet[at + 6] = onward(place, velocity, acceleration, end, remaining[axis], tick)
+        if foot == swinging and aloft[2] > 0:
             for derivative in range(3):
                 feet[9 * foot + 3 * derivative + 2] = above[derivative]
 
 
 @compiled
 def add_accelerations(
-    timing: tuple[int, int, float, float], whole: np.ndarray, phase: int, support: np.ndarray, now: np.ndarray,
-    plan: np.ndarray, after: np.ndarray, factor: tuple[float, float], most: float, out: np.ndarray,
+    timing: tuple[int, float], begin: tuple[int, int], duration: tuple[float, float], whole: np.ndarray, phase: int,
+    support: np.ndarray, now: np.ndarray, plan: np.ndarray, after: np.ndarray, factor: tuple[float, float],
+    most: float, out: np.ndarray,
 ) -> None:  # fmt: skip
     """Adds what `Swing.add_accelerations` describes.
 
     Args:
-        timing: N and lift-off [ticks], duration of a swing and tick [s].
-        whole: acceleration of a swing by one metre at each tick of a step, (N,) [1/s²].
+        timing: N and tick [ticks, s].
+        begin, duration: of this step's swing, the tick at which the foot leaves its place along x and y, and how long
+            it moves along each [ticks, s].
+        whole: acceleration of a swing by one metre along x and y at each tick of this and of the coming steps, the last
+            of which goes on, (n, 2, N) [1/s²].
     """
-    period, lift_off, duration, tick = timing
+    period, tick = timing
     horizon = len(support)
     count = min(period - 1 - phase, horizon)  # ticks left of this step
-    left = duration - (phase - lift_off) * tick  # seconds left of its swing
     coming = count
     while coming < horizon and support[coming] == 0.0:
         coming += 1
     for axis in range(2):
+        left = duration[axis] - (phase - begin[axis]) * tick  # seconds left of this step's swing
         if count and support[0] != 0.0:
             foot = 1 if support[0] > 0.0 else 0
             start, end = plan[foot, 0, axis], plan[foot, 1, axis]
             place, velocity, acceleration = now[foot, 0, axis], now[foot, 1, axis], now[foot, 2, axis]
             _, _, a, third, fourth, fifth = least_jerk(place, velocity, acceleration, end, left)
             for i in range(count):
-                if phase <= lift_off:
-                    value = (end - start) * whole[phase + 1 + i]
-                else:
+                if phase <= begin[axis]:
+                    value = (end - start) * whole[0, axis, phase + 1 + i]
+                elif (i + 1) * tick < left:
                     s = (i + 1) * tick / left
                     value = (a + s * (6.0 * third + s * (12.0 * fourth + s * 20.0 * fifth))) / left**2
+                else:
+                    value = 0.0  # the foot has come to where it lands
                 out[axis, i] += min(max(factor[axis] * value, -most), most)
         if coming < horizon:
             foot = 1 if support[coming] > 0.0 else 0
             way = after[axis] - plan[foot, 1, axis]
             for i in range(count, horizon):
-                value = way * whole[(phase + 1 + i) % period] * abs(support[i])
+                step = min((phase + 1 + i) // period, len(whole) - 1)
+                value = way * whole[step, axis, (phase + 1 + i) % period] * abs(support[i])
                 out[axis, i] += min(max(factor[axis] * value, -most), most)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.barriers import AffineBarrier, Bound, ClassK
+from pdhocbf_drake.walking.barrier_changes import BarrierSettings, Setting
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.gait import Gait
@@ -38,6 +39,24 @@ class CommandOrbits(NamedTuple):
     peak: bool = False
 
 
+class BoundChanges(NamedTuple):
+    """How the bound of one barrier changes while the walk goes on.
+
+    Attributes:
+        settings: of all barriers of the walk.
+        place: of this one among them.
+        barrier: the barrier with the bound of a setting.
+    """
+
+    settings: BarrierSettings
+    place: int
+    barrier: Callable[[Setting], WalkBarrier]
+
+    def at(self, tick: int) -> Setting:
+        """The barrier's setting at tick k."""
+        return self.settings.at(tick)[self.place]
+
+
 class WalkBarrier(AffineBarrier):
     """h(k, s) = ±(V̄(k) − σ_j n_k·s) for s = [c, v, p] of one axis as the quantity sees it, see `Quantity`.
 
@@ -48,7 +67,10 @@ class WalkBarrier(AffineBarrier):
         quantity: the bounded quantity.
         at_rest: whether V̄ is widened to hold at rest while the walk starts and ends, see `BoundSamples`.
         orbits: of a walk that follows commands, see `CommandedBound`; None elsewhere.
+        changes: of its bound, see `ChangingBound`; None where it has none.
     """
+
+    changes: BoundChanges | None = None
 
     def __init__(
         self,

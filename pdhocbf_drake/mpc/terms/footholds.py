@@ -13,7 +13,7 @@ class Footholds(Term):
     """min ε Σ_j (f_j − f*_j)², the second sum of eq. (36), with ε = `mpc.foothold_weight` [1/s²].
 
     The targets f* are the commanded moves from where the stance foot is, and from there at most `mpc.path_correction`
-    towards the commanded path.
+    towards the commanded path; in x on uneven ground they lie inside the window of each footstep.
 
     Parameters: target (n_f,) [m].
     """
@@ -44,3 +44,5 @@ class Footholds(Term):
         targets = self.places["target"]
         for place in range(targets.start, targets.stop):  # a few numbers, faster one by one
             theta[place] += shift
+        if self.axis == 0 and tick.ahead.windows is not None:
+            theta[targets] = np.clip(theta[targets], *tick.ahead.windows.T)

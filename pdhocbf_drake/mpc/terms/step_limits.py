@@ -17,6 +17,7 @@ from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.walker import GAP
 
 _LEAST_GAP = 0.012  # between the soles of a disturbed walk that turns, which comes 2 mm closer [m]
+_ARRIVING = 4  # ticks before the swing foot comes to its place, at which that is held
 _FARTHEST_ASIDE = 0.25  # that a foot has to land for the other one to pass it [m]
 
 
@@ -28,7 +29,8 @@ class StepLimits(Term):
     follows commands so far that the soles stay apart. Within `step_reach` a foot may land anywhere for that, and so
     lands as far aside as it needs to anywhere, and as the other foot needs to pass it then; beyond
     `mpc.limits.step_reach` it lands nowhere. The next step is held where it is planned from `mpc.freeze_ticks` before
-    its touchdown on; before that, `mpc.swing_acceleration` limits how far it may still be moved.
+    its touchdown on, or from where the swing foot has come to it; before that, `mpc.swing_acceleration` limits how far
+    it may still be moved. On uneven ground each foot lands in the window of its footstep, as far as legs reach it.
 
     Parameters: step_lower, step_upper (n_f,) each [m].
     """
@@ -57,6 +59,8 @@ class StepLimits(Term):
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
         config, gait = self.setting.config, self.setting.gait
+        if self.axis == 0 and tick.ahead.windows is not None:
+            self._keep_in_windows(tick, tick.ahead.windows, theta)
         if tick.last is None or tick.last.tick // gait.period != tick.step:
             return
         low, high = self.places["step_lower"].start, self.places["step_upper"].start
@@ -66,7 +70,7 @@ class StepLimits(Term):
                 theta[low] = max(theta[low], least)
             else:
                 theta[high] = min(theta[high], -least)
-        left = gait.period - tick.phase - config.freeze_ticks
+        left = gait.period - tick.phase - max(config.freeze_ticks, tick.ahead.early + _ARRIVING)
         if left <= 0:
             theta[low] = theta[high] = tick.last.footholds[self.axis, 0] - tick.stance[self.axis, 1]
         elif config.swing_acceleration is not None and tick.phase > gait.config.double_support_ticks:
@@ -74,6 +78,14 @@ class StepLimits(Term):
             room = config.swing_acceleration / 10.0 * (left * gait.config.tick) ** 2
             theta[low] = min(max(theta[low], planned - room), theta[high])
             theta[high] = max(min(theta[high], planned + room), theta[low])
+
+    def _keep_in_windows(self, tick: Tick, windows: np.ndarray, theta: np.ndarray) -> None:
+        """Moves to each coming foothold that end in its window, from the present stance and then as commanded."""
+        lower, upper = (theta[self.places[name]] for name in self.rows)
+        commanded = tick.ahead.centre[0] + np.cumsum(tick.ahead.moves[0])
+        before = np.concatenate([[tick.here[0]], commanded[:-1]])
+        low, high = (np.clip(side - before, lower, upper) for side in windows.T)
+        lower[:], upper[:] = low, high
 
 
 def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.ndarray]:

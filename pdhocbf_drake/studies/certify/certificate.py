@@ -10,6 +10,7 @@ import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.barriers.recursion import linear_rates
+from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk
 from pdhocbf_drake.mpc.robust import enforced_barrier
@@ -17,7 +18,7 @@ from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.sets.disturbance import Largest
 from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases
 from pdhocbf_drake.sets.polytope import Polytope
-from pdhocbf_drake.simulation.build import Walk, build_walk
+from pdhocbf_drake.simulation.build import Walk, build_walk, even_climbs
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.certify.disturbed import Disturbance, Sets, largest, psi_set, walk_sets
 from pdhocbf_drake.studies.shared.stepping_template import (
@@ -26,7 +27,8 @@ from pdhocbf_drake.studies.shared.stepping_template import (
     is_input_limit,
     stepping_template,
 )
-from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking import Gait, GaitConfig
+from pdhocbf_drake.walking.vhip import Vhip
 
 """Stages of `certify_scenario`: the walk, then the sets along x and y."""
 
@@ -242,9 +244,10 @@ def certify_scenario(
     if scenario.system == "biped":
         mass = Biped.load(scenario.robot).mass
     reach = com_reach(scenario) if reach is None else reach
+    gait, mpc, rise = _even_ground(scenario, walk)
     axes, given = [], None if disturbance is None or not any(disturbance) else Disturbance(disturbance)
     for axis in (0, 1):
-        template = stepping_template(scenario.gait, scenario.mpc, axis, reach)
+        template = stepping_template(gait, mpc, axis, reach, rise)
         report(1 + axis, f"sets along {'xy'[axis]}")
         axes.append(
             certify_axis(
@@ -252,11 +255,24 @@ def certify_scenario(
                 lambda barrier: enforced_barrier(barrier, walk.vhip, scenario.mpc),
             )
         )  # fmt: skip
-    return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(scenario), (axes[0], axes[1]))
+    return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(gait, mpc, rise), (axes[0], axes[1]))
 
 
-def _free_orbit(scenario: Scenario) -> np.ndarray:
+def _even_ground(scenario: Scenario, walk: Walk) -> tuple[GaitConfig, MpcConfig, float]:
+    """The walk that is certified, and the rise of its steps: on known stairs the steepest ones, else level ground.
+
+    On stairs the feet stand in the middle of the treads, so that the sets hold wherever else on them a foot may land.
+    """
+    climbs = even_climbs(walk.gait)
+    if not climbs:
+        return scenario.gait, scenario.mpc, 0.0
+    stride, rise = max(climbs, key=lambda climb: abs(climb[1]))
+    tolerance = (0.0, scenario.mpc.step_tolerance[1])
+    gait = scenario.gait.model_copy(update={"stride": stride})
+    return gait, scenario.mpc.model_copy(update={"step_tolerance": tolerance}), rise
+
+
+def _free_orbit(config: GaitConfig, mpc: MpcConfig, rise: float) -> np.ndarray:
     """c, v, p of the nominal walk without barriers and without an end, shape (2, 2N, 3); see `nominal_walk`."""
-    gait = Gait(scenario.gait.model_copy(update={"walk_steps": None}))
-    walk = build_walk(scenario.model_copy(update={"barriers": {}}))
-    return nominal_walk(gait, PeriodicMpc(gait, walk.vhip, scenario.mpc, ([], [])))
+    gait = Gait(config.model_copy(update={"walk_steps": None}))
+    return nominal_walk(gait, PeriodicMpc(gait, Vhip(gait.eta(rise), config.tick), mpc, ([], [])))

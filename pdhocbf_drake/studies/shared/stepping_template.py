@@ -135,7 +135,9 @@ class SteppingTemplate:
         return np.array([com, velocity, held])[: self.system.n]
 
 
-def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach: float) -> SteppingTemplate:
+def stepping_template(
+    gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach: float, rise: float = 0.0
+) -> SteppingTemplate:
     """One axis of a walk's template.
 
     Args:
@@ -143,12 +145,13 @@ def stepping_template(gait_config: GaitConfig, mpc: MpcConfig, axis: int, reach:
         mpc: the range of footholds, the ZMP margin, and the ticks for which a foothold is frozen.
         axis: 0 (x) or 1 (y).
         reach: how far the CoM may be from the stance foot along this axis [m].
+        rise: of the ground in each step [m].
 
     Raises:
         InputError: a reach that the commanded step exceeds, or an empty range of footholds.
     """
     gait = Gait(gait_config.model_copy(update={"walk_steps": None}))
-    vhip = Vhip(gait.height.eta(), gait_config.tick)
+    vhip = Vhip(gait.eta(rise), gait_config.tick)
     n, delta = gait.period, gait_config.tick
     parities = SPEEDS[axis].steps
     period, commit = parities * n, min(mpc.freeze_ticks, n - 1 - gait_config.double_support_ticks)

@@ -1,0 +1,84 @@
+"""Footsteps of a straight walk over uneven ground: onto each tread, and evenly between them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.walking.config import GaitConfig
+from pdhocbf_drake.walking.footsteps import Footstep, Footsteps, commanded_footsteps
+from pdhocbf_drake.walking.known_ground import ROOM, KnownGround
+
+_FROM_EDGE = 0.015  # how far inside the window of a long surface the first and the last foot on it stand [m]
+_FAR = 1e3  # a surface that ends beyond goes on for ever [m]
+_MOST = 10_000  # steps
+
+
+def uneven_footsteps(config: GaitConfig, ground: KnownGround) -> Footsteps:
+    """The footsteps that the `gait` keys describe, over ground that is not level.
+
+    One foot stands in the middle of each surface that is too short for a stride, and on each stone. On a longer one the
+    steps are of equal length, `gait.stride` at most. After the last surface they are `gait.stride` long.
+
+    Raises:
+        InputError: the stride is not positive, a surface is shorter than the soles, or there is no end of them.
+    """
+    level = commanded_footsteps(config)
+    if config.stride <= 0.0:
+        raise InputError(
+            f"gait.stride: over uneven ground a walk goes ahead, with a positive stride (given: {config.stride})"
+        )
+    start = config.start_steps + 1
+    stand, first = level.listed[:start], level.listed[start]
+    listed, before = list(stand), first._replace(x=0.0)
+    for x, y in _places(config, ground, first):
+        side = first.side * (-1) ** (len(listed) - start)
+        listed.append(Footstep(side, x, y, 0.0, 0.0, before.start + (len(listed) - start) * before.ticks, before.ticks))
+    return Footsteps(tuple(listed), (2.0 * config.stride, 0.0), config.stance_width, level.last, known_ground=ground)
+
+
+def _places(config: GaitConfig, ground: KnownGround, first: Footstep) -> Iterator[tuple[float, float]]:
+    """x and y of each stance from the first swing's on, until the ground is level for ever."""
+    half, side, x = config.stance_width / 2.0, first.side, 0.0
+    stones = list(ground.stones)
+    yield x, side * half
+    for _ in range(_MOST):
+        low, high = ground.under(x, side * half).window
+        goal = high - _FROM_EDGE if high - low > config.stride else x
+        if stones and stones[0][0] <= high + 2.0 * ground.half:
+            goal = stones[0][0] - config.stride
+        if high > _FAR and not stones:
+            for _ in range(2):
+                side, x = -side, x + config.stride
+                yield x, side * half
+            return
+        count = math.ceil(max(goal - x, 0.0) / config.stride - 1e-9)
+        if stones and (side * (-1) ** (count + 1)) * stones[0][1] < 0.0:
+            count += 1  # so that the foot of the first stone's side comes to it
+        step = (goal - x) / count if count else 0.0
+        for _ in range(count):
+            side, x = -side, x + step
+            yield x, side * half
+        if stones:
+            for x, y in stones:
+                side = -side
+                yield x, y
+            low, high = ground.next_surface(x, y)
+            stones = []
+        else:
+            low, high = ground.next_surface(x, side * half)
+        if low > high:
+            needed = 2.0 * (ground.half + ROOM)
+            raise InputError(
+                f"ground: the surface from x = {low - needed / 2.0:.3g} m on is {high - low + needed:.3g} m long, and "
+                f"soles need {needed:.3g} m"
+            )
+        side, x = -side, _onto(low, high, config.stride)
+        yield x, side * half
+    raise InputError(f"ground: a walk over it takes more than {_MOST} steps")
+
+
+def _onto(low: float, high: float, stride: float) -> float:
+    """Where the first foot on a surface stands, by the window on it [m]."""
+    return 0.5 * (low + high) if high - low <= stride else low + _FROM_EDGE

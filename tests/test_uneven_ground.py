@@ -1,0 +1,215 @@
+"""A walk over known ground: footsteps on treads, the line under the CoM, swings that clear edges, and the robot."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from logs import differences
+
+from pdhocbf_drake import InputError, simulate
+from pdhocbf_drake.ground.config import Slope, Stairs
+from pdhocbf_drake.ground.terrain import Terrain
+from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.walking import Gait, GaitConfig
+from pdhocbf_drake.walking.com_line import ComLine
+from pdhocbf_drake.walking.edges import Edges
+from pdhocbf_drake.walking.known_ground import CLEARANCE, KnownGround
+from pdhocbf_drake.walking.swing import Swing
+from pdhocbf_drake.walking.swing_profile import SwingProfile, Timing, change_of_ground
+from pdhocbf_drake.walking.uneven_footsteps import uneven_footsteps
+
+HALF = 0.108
+PERIOD, TICK = 40, 0.01
+
+
+def gait_over(*pieces: Stairs | Slope, **keys: float) -> Gait:
+    config = GaitConfig.model_validate({"stride": 0.15, **keys})
+    return Gait(config, uneven_footsteps(config, KnownGround(Terrain(pieces), HALF)))
+
+
+STAIRS = Stairs(at=1.0, rise=0.05, tread=0.25, count=4)
+
+
+# Footsteps.
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.floats(0.5, 2.0), st.floats(-0.1, 0.1).filter(lambda r: abs(r) > 0.01), st.floats(0.23, 0.35), st.integers(1, 9)
+)
+def test_one_foot_stands_in_the_middle_of_each_tread_and_none_on_an_edge(
+    at: float, rise: float, tread: float, count: int
+) -> None:
+    gait = gait_over(Stairs(at=at, rise=rise, tread=tread, count=count), stride=0.2)
+    steps = [gait.step(j) for j in range(2, len(gait.footsteps.listed) - 1)]
+    edges = at + tread * np.arange(count)
+    for step in steps:
+        assert min(abs(edges - step.x)) >= HALF
+        assert step.height == pytest.approx(rise * sum(edges < step.x))
+        assert step.window[0] <= step.x <= step.window[1]
+    on_treads = [step.x for step in steps if at < step.x < edges[-1]]
+    np.testing.assert_allclose(on_treads, edges[:-1] + tread / 2.0)
+    assert [step.side for step in steps] == [steps[0].side * (-1) ** i for i in range(len(steps))]
+    assert max(np.diff([step.x for step in steps])) <= max(0.2, tread + 0.05)
+
+
+def test_treads_shorter_than_the_soles_are_refused() -> None:
+    with pytest.raises(
+        InputError,
+        match=r"^ground: the surface from x = 1 m on is 0\.2 m long, and soles need 0\.22 m$",
+    ):
+        gait_over(Stairs(at=1.0, rise=0.05, tread=0.2, count=3))
+
+
+# The line under the CoM.
+
+
+def test_over_a_constant_rise_the_line_is_straight_and_meets_each_stance_at_its_mid_step() -> None:
+    line, rise = ComLine(PERIOD, TICK), 0.07
+    planes = np.array([[h, 0.0, 0.0] for h in (-rise, 0.0, rise)])
+    found = np.array([line(q, planes, *np.zeros((3, 2))) for q in range(PERIOD)])
+    np.testing.assert_allclose(found[:, 0], rise * (np.arange(PERIOD) / PERIOD - 0.5), atol=1e-12)
+    np.testing.assert_allclose(found[:, 1], rise / (PERIOD * TICK), atol=1e-12)
+    np.testing.assert_allclose(found[:, 2], 0.0, atol=1e-9)
+
+
+@given(st.integers(0, PERIOD - 1), st.integers(0, 2**32 - 1))
+def test_on_a_plane_the_line_is_the_plane(phase: int, seed: int) -> None:
+    random = np.random.default_rng(seed)
+    height, slope, (com, velocity, acceleration) = random.normal(), random.normal(size=2), random.normal(size=(3, 2))
+    found = ComLine(PERIOD, TICK)(phase, np.tile([height, *slope], (3, 1)), com, velocity, acceleration)
+    np.testing.assert_allclose(found, [height + slope @ com, slope @ velocity, slope @ acceleration], atol=1e-9)
+
+
+def test_the_line_is_continuous_and_its_derivatives_are_those() -> None:
+    line, heights = ComLine(PERIOD, TICK), [0.0, 0.0, 0.05, 0.02, 0.02, -0.04, -0.04]
+    found = []
+    for step in range(1, len(heights) - 1):
+        planes = np.array([[h, 0.0, 0.0] for h in heights[step - 1 : step + 2]])
+        found += [line(q, planes, *np.zeros((3, 2))) for q in range(PERIOD)]
+    z, rate, _ = np.array(found).T
+    np.testing.assert_allclose(np.diff(z) / TICK, 0.5 * (rate[1:] + rate[:-1]), atol=2e-3)
+
+
+# Swings.
+
+
+@given(st.floats(0.2, 0.5), st.floats(0.01, 0.99))
+def test_a_clearance_with_ramps_is_smooth_starts_and_ends_at_rest_and_reaches_its_apex(ramp: float, s: float) -> None:
+    lift, step = SwingProfile(apex=0.06, ramp=ramp), 1e-5
+    (z0, *_), (_, v, a), (z1, *_) = (lift.clearance(s + d) for d in (-step, 0.0, step))
+    middle = lift.clearance(s)[0]
+    assert (z1 - z0) / (2 * step) == pytest.approx(v, abs=1e-4)
+    assert (z1 - 2 * middle + z0) / step**2 == pytest.approx(a, abs=0.1 + 2e-2 * abs(a))
+    assert lift.clearance(0.0) == lift.clearance(1.0) == (0.0, 0.0, 0.0)
+    assert lift.clearance(0.5)[0] == pytest.approx(0.06)
+
+
+@pytest.mark.parametrize("ticks", [40, 60])
+@pytest.mark.parametrize(("rise", "tread"), [(0.03, 0.25), (0.08, 0.25), (0.12, 0.26), (-0.05, 0.25), (-0.08, 0.30)])
+def test_the_swings_over_stairs_clear_every_edge(rise: float, tread: float, ticks: int) -> None:
+    gait = gait_over(Stairs(at=1.0, rise=rise, tread=tread, count=3), ticks_per_step=ticks)
+    ground = gait.footsteps.known_ground
+    assert ground is not None
+    timing, level = Timing(gait.swing_ticks(), TICK), gait.profiles(0)[0]
+    for j in range(2, 16):
+        start, end = ((gait.step(i).x, gait.step(i).y) for i in (j - 1, j + 1))
+        assert ground.clearance(gait.profiles(j)[0], timing, start, end) >= CLEARANCE
+    assert level == SwingProfile(apex=gait.config.swing_height) == gait.profiles(15)[0]
+
+
+def test_a_sole_is_as_far_from_an_edge_as_the_nearest_of_its_points() -> None:
+    up = Edges(np.array([1.0]), np.array([0.05]), np.array([1.0]))
+    places = [(0.8, 0.0, 0.1), (0.89, 0.05, 0.01), (0.95, 0.07, 0.02), (0.87, 0.09, 0.05), (0.95, 0.03, -0.02)]
+    for x, z, expected in places:
+        assert up.least_distance(np.array([x]), np.array([z]), 0.1) == pytest.approx(expected)
+    assert up.least_distance(np.array([1.11]), np.array([0.05]), 0.1) == math.inf  # it stands beyond the edge
+
+
+def test_the_forecast_of_a_swing_is_the_swing_of_the_reference() -> None:
+    """Both are that of the profile: what the foot then does is what the ZMP was expected to be shifted by."""
+    gait = gait_over(STAIRS)
+    swing, step = Swing(gait), 9
+    assert gait.profiles(step)[0].wait > 0
+    side, foot = gait.support(step), 1 if gait.support(step) > 0 else 0
+    plan = np.zeros((2, 2, 2))
+    for i, j in enumerate((step - 1, step + 1)):
+        plan[foot, i] = gait.foothold(j)
+    plan[1 - foot] = gait.foothold(step)
+    profiles, sides = gait.profiles(step), np.repeat([float(gait.support(step + i)) for i in range(3)], PERIOD)
+    expected, feet, moved = np.zeros((2, 2 * PERIOD)), np.zeros(18), []
+    now, after = np.zeros((2, 3, 3)), gait.foothold(step + 2)
+    swing.add_accelerations(0, sides[1 : 1 + 2 * PERIOD], now, plan, after, (1.0, 1.0), 1e9, expected, profiles)
+    for q in range(PERIOD):
+        feet = swing.feet(q, side, plan.ravel(), feet, gait.lift_off(step), profiles[0])
+        moved.append(feet.reshape(2, 3, 3)[foot, 2, :2].copy())
+    np.testing.assert_allclose(np.array(moved[1:]), expected[:, : PERIOD - 1].T, atol=1e-6)
+
+
+def test_soles_on_the_ground_have_the_derivatives_of_their_motion() -> None:
+    gait = gait_over(
+        Slope(at=0.4, length=0.6, angle_deg=6.0, roll_deg=3.0), Stairs(at=1.3, rise=-0.05, tread=0.26, count=1)
+    )
+    swing = Swing(gait)
+    for step in range(2, 12):
+        foot, side = (1 if gait.support(step) > 0 else 0), gait.support(step)
+        plan = np.zeros((2, 2, 2))
+        plan[foot], plan[1 - foot] = [gait.foothold(j) for j in (step - 1, step + 1)], gait.foothold(step)
+        feet, way, profile = np.zeros(18), [], gait.profiles(step)[0]
+        for q in range(PERIOD + 1):
+            feet = swing.feet(q, side, plan.ravel(), feet, gait.lift_off(step), profile)
+            on_ground = feet.copy()
+            swing.put_on_ground(q, side, gait.planes(step), on_ground, gait.lift_off(step), profile)
+            way.append(on_ground.reshape(2, 3, 3)[foot, :, 2])
+        z, rate, acceleration = np.array(way).T
+        assert z[0] == pytest.approx(gait.step(step - 1).height)
+        assert z[-1] == pytest.approx(gait.step(step + 1).height)
+        np.testing.assert_allclose(np.diff(z) / TICK, 0.5 * (rate[1:] + rate[:-1]), atol=0.05)
+        np.testing.assert_allclose(np.diff(rate) / TICK, 0.5 * (acceleration[1:] + acceleration[:-1]), atol=3.0)
+
+
+def test_the_change_of_ground_goes_from_one_foothold_to_the_next() -> None:
+    assert change_of_ground((0.2, 0.7), 0.36, 0.2 * 0.36) == (0.0, 0.0, 0.0)
+    assert change_of_ground((0.2, 0.7), 0.36, 0.7 * 0.36)[0] == pytest.approx(1.0)
+
+
+# The robot.
+
+OVER = (
+    "{duration: 5.6, gait: {com_height: 0.55}, plant: {time_step: 0.005}, ground: ["
+    "{kind: slope, at: 0.3, length: 0.5, angle_deg: 6, roll_deg: 3},"
+    "{kind: stairs, at: 1.1, rise: 0.05, tread: 0.25, count: 3}]}"
+)
+
+
+@pytest.fixture(scope="module")
+def walk():
+    return simulate(load_scenario("walking_nobarrier", OVER))
+
+
+def test_the_robot_walks_over_a_slope_and_up_stairs_without_a_recovery(walk) -> None:
+    assert walk.ending == "finished"
+    assert set(walk.element("solver_status", "reason")) == {float(Reason.SOLVED)}
+    assert walk.element("com_z", "z")[-1] - walk.element("com_z", "z")[0] > 0.15
+
+
+def test_the_soles_stand_where_the_ground_is_as_steep_as_the_ground_is(walk) -> None:
+    scenario = load_scenario("walking_nobarrier", OVER)
+    feet, gait_phase = walk["foot_state"].reshape(-1, 2, 6), walk["gait_phase"]
+    mid = (gait_phase[:, 0] == 20) & (gait_phase[:, 2] != 0.0)
+    for row, (_, _, support) in zip(feet[mid], gait_phase[mid], strict=True):
+        x, y, z, roll, pitch, _ = row[0 if support > 0 else 1]
+        normal = scenario.terrain.normal(x, y)
+        assert z == pytest.approx(scenario.terrain.height(x, y), abs=1e-3)
+        assert pitch == pytest.approx(math.atan2(normal[0], normal[2]), abs=3e-3)
+        assert roll == pytest.approx(-math.asin(normal[1]), abs=3e-3)
+
+
+def test_both_forms_of_the_controller_walk_alike_over_uneven_ground() -> None:
+    scenario = load_scenario("walking_nobarrier", OVER).model_copy(update={"duration": 2.4})
+    assert differences(simulate(scenario), simulate(scenario, form="blocks")) == []
