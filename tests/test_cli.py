@@ -56,6 +56,18 @@ def test_a_run_leaves_the_promised_folder(run_folder):
     assert [entry.name for entry in run_folder.parent.iterdir()] == ["vhip"]
 
 
+@pytest.mark.parametrize("words", [["list"], ["run", "nowhere.yaml"], ["walk"]])
+def test_the_package_run_as_a_module_is_the_same_command(words, elsewhere):
+    """Output, errors and exit code, of what works, of what is refused and of wrong usage."""
+    script = "import sys; from pdhocbf_drake.cli import main; sys.exit(main())"
+    ways = ["-m", "pdhocbf_drake"], ["-c", script]
+    module, command = (
+        subprocess.run([sys.executable, *way, *words], capture_output=True, text=True, check=False) for way in ways
+    )
+    assert module.returncode == {"list": 0, "run": 1, "walk": 2}[words[0]]
+    assert (module.returncode, module.stdout, module.stderr) == (command.returncode, command.stdout, command.stderr)
+
+
 def test_a_runs_own_scenario_runs_again_bit_for_bit(run_folder, tmp_path):
     place = tmp_path / "again"
     assert main(["run", str(run_folder / "scenario.yaml"), "--out", str(place), "--no-replay"]) == 0

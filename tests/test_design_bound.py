@@ -157,10 +157,11 @@ def test_margin_and_disturbance_that_belong_together_are_certified_and_written(e
     [
         (["--confidence", "1"], "--confidence must be above 0 and below 1, given 1"),
         (["--confidence", "0.9", "--from-time", "11"], "at least 3 steps"),
+        (["--confidence", "0.999"], "no margin withstands errors of "),
     ],
 )
-def test_errors_that_say_nothing_are_refused(elsewhere, capsys, options, message):
+def test_errors_that_give_no_margin_are_refused(elsewhere, capsys, options, message):
     (elsewhere / "run").mkdir()
-    surprised(0.0003).save(elsewhere / "run")
+    surprised(0.004 if "0.999" in options else 0.0003).save(elsewhere / "run")
     assert main(["design-bound", "run", *options]) == 1
     assert message in capsys.readouterr().err

@@ -9,10 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pydrake.geometry import Meshcat
 
 from pdhocbf_drake import Scenario, load_scenario, read_run, simulate
 from pdhocbf_drake.config import parse_config
-from pdhocbf_drake.driving.controls import SIDES, Asked, Pushed
+from pdhocbf_drake.driving.barrier_sliders import BarrierSliders
+from pdhocbf_drake.driving.controls import SIDES, Asked, Kept, Pushed
 from pdhocbf_drake.driving.script import Press, Script
 from pdhocbf_drake.driving.session import Session, drivable
 from pdhocbf_drake.errors import InputError
@@ -22,9 +24,12 @@ from pdhocbf_drake.walking.commands import Command
 PRESSES = [
     {"time": 0.25, "forward": 0.3},
     {"time": 1.63, "turn": 0.4},
+    {"time": 1.9, "barrier": "forward_speed", "kind": "constant", "margin": 0.02, "gamma": 0.3},
     {"time": 2.2, "push": "from the left", "impulse": 2.0},
     {"time": 2.25, "push": "from behind", "impulse": 1.0},
     {"time": 2.4, "turn": 0.2},  # where a step begins
+    {"time": 2.5, "barrier": "forward_speed", "kind": "none"},
+    {"time": 2.55, "barrier": "unheard-of", "kind": "none"},  # is left out
     {"time": 2.79, "turn": 0.3},
     {"time": 3.1, "turn": 0.0, "forward": 0.0},
 ]
@@ -51,7 +56,22 @@ def test_a_drive_simulates_again_to_the_same_bits(name: str, seconds: float) -> 
     assert driven.scenario.duration == pytest.approx(seconds)
     assert [push.time for push in driven.scenario.pushes] == [2.2, 2.25]
     assert [command.time for command in driven.scenario.commands][:4] == pytest.approx([0.0, 0.26, 1.64, 2.41])
+    changes = [(change.time, change.kind, change.gamma) for change in driven.scenario.barrier_changes]
+    assert changes == [(1.91, "constant", (0.3,)), (2.51, "none", None)]
     equal(driven.log, simulate(Scenario.from_dict(driven.scenario.to_dict(), "again")))
+
+
+def test_what_was_pressed_too_late_in_a_step_is_noted_when_it_was_read() -> None:
+    presses = [
+        {"time": 0.0, "forward": 0.2},
+        {"time": 0.5, "push": "from behind", "impulse": 0.1},
+        {"time": 1.18, "turn": 0.4},  # read in the step from 1.2 s on
+        {"time": 1.97, "turn": 0.2},  # never read
+        {"time": 1.99, "forward": 0.0, "turn": 0.0, "walks": False},
+    ]
+    driven = Session(load_scenario("vhip"), script(presses).at, pace=False).run(3.0)
+    assert [command.time for command in driven.scenario.commands] == pytest.approx([0.0, 0.01, 1.21, 2.0])
+    equal(driven.log, simulate(driven.scenario))
 
 
 def test_the_script_of_the_page_is_one(tmp_path: Path) -> None:
@@ -60,7 +80,8 @@ def test_the_script_of_the_page_is_one(tmp_path: Path) -> None:
     (tmp_path / "presses.yaml").write_text(text, encoding="utf-8")
     pressed = Script.read(tmp_path / "presses.yaml")
     assert pressed.at(2.5) == Asked(Command(0.3, 0.0, 0.4))
-    assert pressed.at(5.0) == Asked(Command(), (Pushed("from the left", 3.0),))
+    barrier = Kept("forward_speed", "constant", 0.02, 0.3)
+    assert pressed.at(5.0) == Asked(Command(), (Pushed("from the left", 3.0),), (barrier,))
 
 
 def test_a_push_comes_from_the_side_that_it_names() -> None:
@@ -100,6 +121,8 @@ def test_an_oscillator_is_refused() -> None:
         ("presses: [{time: 1.0, push: above}]", "from behind"),
         ("presses: [{time: 1.0, forward: .nan}]", "presses.0.forward"),
         ("nothing: 1", "presses"),
+        ("presses: [{time: 1.0, kind: none}]", "give barrier"),
+        ("presses: [{time: 1.0, barrier: forward_speed}]", "kind, margin or gamma"),
     ],
 )
 def test_a_wrong_script_is_named(tmp_path: Path, text: str, said: str) -> None:
@@ -107,6 +130,24 @@ def test_a_wrong_script_is_named(tmp_path: Path, text: str, said: str) -> None:
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=said):
         Script.read(path)
+
+
+def test_sliders_change_a_barrier_and_are_put_back() -> None:
+    config = load_scenario("vhip").barriers["forward_speed"]
+    meshcat = Meshcat()
+    sliders = BarrierSliders(meshcat, "forward_speed", config)
+    assert sliders.read() is None
+    kind, margin, gamma = (
+        next(name for name in meshcat.GetSliderNames() if word in name) for word in ("periodic", "margin", "gamma")
+    )
+    meshcat.SetSliderValue(kind, 0.0)
+    assert sliders.read() == Kept("forward_speed", "none")
+    meshcat.SetSliderValue(margin, 5.0 * config.bound.margin)
+    meshcat.SetSliderValue(gamma, 0.8)  # between two of them
+    assert sliders.read() == Kept("forward_speed", None, pytest.approx(5.0 * config.bound.margin, abs=1e-6), 0.9)
+    sliders.reset()
+    assert sliders.read() is None
+    assert meshcat.GetSliderValue(kind) == 2.0
 
 
 def test_it_is_driven_by_hand_in_a_browser(chromium: str, tmp_path: Path) -> None:

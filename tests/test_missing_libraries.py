@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib
 import platform
+import re
+from pathlib import Path
 
 import pytest
 
@@ -69,6 +71,17 @@ def test_every_verb_ends_so(verb, bare, capsys) -> None:
     assert main([verb]) == 1
     printed = capsys.readouterr()
     assert printed.out == "" and printed.err.startswith("pdhocbf: Drake cannot load libglib-2.0.so.0; ")
+
+
+def test_the_page_on_platforms_has_a_container_with_those_packages(bare, monkeypatch, capsys) -> None:
+    page = (Path(__file__).parents[1] / "docs" / "platforms.md").read_text(encoding="utf-8")
+    (lines,) = (block.strip().splitlines() for block in re.findall(r"```dockerfile\n(.*?)```", page, re.DOTALL))
+    assert len(lines) == 5
+    assert (lines[0], lines[-1]) == ("FROM debian:13-slim", "RUN make walk")  # `.ci/debian13` makes them without Docker
+    monkeypatch.setattr(platform, "freedesktop_os_release", lambda: {"ID": "debian", "VERSION_ID": "13"})
+    main(["run", "walking"])
+    named = capsys.readouterr().err.split("apt-get install ")[1].split()
+    assert lines[1].split("--no-install-recommends ")[1].split() == ["python3-venv", "make", *named]
 
 
 def test_without_a_description_of_the_system_the_libraries_are_named(bare, monkeypatch, capsys) -> None:

@@ -20,6 +20,7 @@ from pdhocbf_drake.walking.vhip import Vhip
 
 Array = NDArray[np.float64]
 
+_SAME = 1e-6  # [s]
 _ROUNDING = 1e-9  # share of a bound by which rounding may miss it
 
 
@@ -34,6 +35,7 @@ class BarrierUse(NamedTuple):
         period: period of its bound [ticks].
         quantity: the quantity of a walk that it bounds; None in other systems.
         seen_anew: whether h jumps where another foot becomes the stance, and the recursion starts again.
+        changed: times from which on the barrier is kept in another way [s].
     """
 
     column: int
@@ -44,6 +46,7 @@ class BarrierUse(NamedTuple):
     period: int
     quantity: Quantity | None = None
     seen_anew: bool = False
+    changed: tuple[float, ...] = ()
 
 
 def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
@@ -60,6 +63,7 @@ def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
         name: BarrierUse(
             column, config.make_class_k(), config.gamma, config.relative_degree or len(config.gamma), config.unit,
             config.bounded.period(scenario.gait.ticks_per_step), config.bounded, config.bounded.seen_anew,
+            tuple(change.time for change in scenario.barrier_changes if change.name == name),
         )
         for column, (name, config) in enumerate(scenario.barriers.items())
     }  # fmt: skip
@@ -107,9 +111,12 @@ def _values(run: Run, quantity: Quantity, states: Array) -> Array:
 
 
 def psi_along_log(log: RunLog, use: BarrierUse) -> Array:
-    """ψ_m of a barrier on the measured state, shape (T − m,); NaN where it would compare h on two stance feet."""
+    """ψ_m of a barrier on the measured state, shape (T − m,); NaN where it would compare two feet or two bounds."""
     order = len(use.class_k)
     psi = psi_along(log["h"][:, use.column], use.class_k)[-1]
+    for time in use.changed:
+        before, after = log.time[: len(psi)] < time - _SAME, log.time[order:] >= time - _SAME
+        psi[before & after] = np.nan
     if use.seen_anew and len(psi):
         steps = log.element("gait_phase", "step")
         psi[steps[: len(psi)] != steps[order:]] = np.nan
@@ -122,6 +129,15 @@ def violated(h: Array, magnitude: float) -> NDArray[np.bool_]:
 
 
 def bound_along(log: RunLog, scenario: Scenario, use: BarrierUse) -> Array:
-    """V̄(k) at each row, (T,) [unit of h]: the first of its samples over the horizon."""
+    """V̄(k) at each row, (T,) [unit of h]: the first of its samples over the horizon; NaN where there is none."""
     samples = log["barrier_bound"]
-    return np.asarray(samples[:, use.column * (samples.shape[1] // len(scenario.barriers))])
+    bound = np.asarray(samples[:, use.column * (samples.shape[1] // len(scenario.barriers))])
+    if not use.changed or use.quantity is None:
+        return bound
+    return np.where(np.abs(bound) < use.quantity.largest, bound, np.nan)
+
+
+def h_along(log: RunLog, scenario: Scenario, use: BarrierUse) -> Array:
+    """h at each row, (T,) [its unit]; NaN while a barrier that is changed as the walk goes on is not kept."""
+    h = np.asarray(log["h"][:, use.column])
+    return np.where(np.isnan(bound_along(log, scenario, use)), np.nan, h) if use.changed else h

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, quantities_of, units_of
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, h_along, measured, quantities_of, units_of
 from pdhocbf_drake.analysis.drawing import label, over_time, panels, styled
 from pdhocbf_drake.analysis.figures import Drawn
 from pdhocbf_drake.barriers.margin import margin_ratio, safety_margin
@@ -55,7 +55,7 @@ def compare(
                 ended = f"{run.log.time[-1]:.2f} s" if len(run.log) else "once"
                 period = f"a period of {use[name].period * run.scenario.tick:g} s"
                 raise InputError(f"{place} has less than {period} from {from_time:g} s on: it ended at {ended}")
-            h = rows["h"][:, use[name].column]
+            h = h_along(rows, run.scenario, use[name])
             if not np.isfinite(h).all():
                 raise InputError(f"{place} can't be compared: h of its barrier {name} is no number at some ticks")
             records.append(h)
@@ -97,7 +97,7 @@ def _margins(runs: Sequence[Run]) -> Figure:
     for run, colour in zip(runs, cycle(palette.RUNS), strict=False):
         uses = barriers_of(run.scenario).items()
         for (barrier, use), style in zip(uses, cycle(("-", "--", "-.", ":")), strict=False):
-            h = run.log["h"][:, use.column]
+            h = h_along(run.log, run.scenario, use)
             axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{run.scenario.name}: {barrier}")
     axes[0].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[0], "h", units_of(run.scenario for run in runs))

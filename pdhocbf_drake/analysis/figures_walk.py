@@ -10,6 +10,7 @@ from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.barrier_margins import (
     barriers_of,
     bound_along,
+    h_along,
     measured,
     named,
     planned,
@@ -78,7 +79,7 @@ def barriers(run: Run) -> Figure:
     for axis, (name, use) in zip(axes, uses.items(), strict=True):
         colour = palette.barrier_colour(use.column)
         order = len(use.class_k)
-        h, psi = log["h"][:, use.column], psi_along_log(log, use)
+        h, psi = h_along(log, scenario, use), psi_along_log(log, use)
         axis.plot(log.time, h, color=colour, label="h")
         axis.plot(log.time[: len(psi)], psi, color=palette.LIMIT, lw=0.7, label=f"$\\psi_{order}$")
         axis.axhline(0.0, color=palette.UNSAFE, lw=1.0, ls=":", label="limit of safety")

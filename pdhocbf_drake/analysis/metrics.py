@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from pdhocbf_drake.analysis.barrier_margins import BarrierUse, barriers_of, bound_along, psi_along_log, violated
+from pdhocbf_drake.analysis.barrier_margins import (
+    BarrierUse,
+    barriers_of,
+    bound_along,
+    h_along,
+    psi_along_log,
+    violated,
+)
 from pdhocbf_drake.analysis.estimate import estimator_metrics
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.ground_use import friction_used, yaw_moment_used
@@ -205,7 +212,8 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
     table = {}
     for name, use in barriers_of(scenario).items():
         rows = log.after(scenario.from_time)
-        judged = rows["h"][:, use.column]
+        judged = h_along(rows, scenario, use)
+        judged = judged[~np.isnan(judged)] if use.changed else judged
         bound = bound_along(log, scenario, use) if "barrier_bound" in log else judged  # the oscillator's is not logged
         magnitude = np.abs(np.nan_to_num([*bound, *judged])).max(initial=0.0)
         slack = log["barrier_slack"][:, use.column] if "barrier_slack" in log else None  # older logs have none
@@ -229,7 +237,7 @@ def _barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetric
 
 
 def _psi_min(rows: RunLog, use: BarrierUse, record: BarrierRecord) -> float | None:
-    if not use.seen_anew:
+    if not (use.seen_anew or use.changed):
         return _finite(record.psi_min)
     psi = psi_along_log(rows, use)
     return _statistic(np.min, psi[np.isfinite(psi)])

@@ -10,6 +10,7 @@ from pydrake.geometry import Box, Cylinder, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 
 from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, h_along
 from pdhocbf_drake.analysis.heading import box_frame
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.analysis.replay_view import view_of
@@ -185,9 +186,16 @@ def safety_along(run: Run) -> np.ndarray | None:
     """
     if "h" not in run.log:
         return None
-    h, first = run.log["h"], round(run.scenario.from_time / run.scenario.tick)
-    usual = np.maximum(np.median(h[first:] if len(h) > first else h, axis=0), 1e-6)
-    return np.nan_to_num(np.clip((h / usual).min(axis=1), 0.0, 1.0))
+    first, uses = round(run.scenario.from_time / run.scenario.tick), barriers_of(run.scenario).values()
+    usual = [_usual(h_along(run.log, run.scenario, use), first) for use in uses]
+    return np.nan_to_num(np.clip((run.log["h"] / usual).min(axis=1), 0.0, 1.0))
+
+
+def _usual(h: np.ndarray, first: int) -> float:
+    """The median of h from a row on, of the rows in which the barrier is kept."""
+    settled = h[first:] if len(h) > first else h
+    kept = settled[~np.isnan(settled)]
+    return max(float(np.median(kept)), 1e-6) if len(kept) else 1.0
 
 
 def _taken_path(number: int) -> str:

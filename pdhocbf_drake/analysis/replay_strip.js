@@ -11,11 +11,14 @@
 
   function panel(part, first, last, time) {
     const settled = Math.max(0, shown().time.findIndex((other) => other >= strip.from));
-    const values = part.curves.flatMap((curve) => curve.values.slice(settled)).concat(part.floor ?? []);
+    const numbers = part.curves.flatMap((curve) => curve.values.slice(settled)).filter((value) => value !== null);
+    const values = numbers.concat(part.floor ?? []);
     let low = Math.min(...values), high = Math.max(...values);
     if (!(high > low)) [low, high] = [low - 1, high + 1];
     const level = (value) => last - (value - low) / (high - low) * (last - first);
-    const outline = (curve) => curve.values.forEach((value, i) => pen.lineTo(place(shown().time[i]), level(value)));
+    const outline = (curve) => curve.values.forEach((value, i, all) => {  // null where a barrier is not kept
+      if (value !== null) pen[i && all[i - 1] !== null ? "lineTo" : "moveTo"](place(shown().time[i]), level(value));
+    });
     pen.save();
     pen.beginPath();
     pen.rect(left, first, width - left - right, last - first);
@@ -23,7 +26,7 @@
     if (part.floor !== undefined) {
       pen.fillStyle = strip.unsafe;
       pen.beginPath();
-      part.curves[0].values.forEach((value, i) => pen.lineTo(place(shown().time[i]), level(Math.min(value, part.floor))));
+      part.curves[0].values.forEach((value, i) => pen.lineTo(place(shown().time[i]), level(Math.min(value ?? part.floor, part.floor))));
       pen.lineTo(place(strip.end), level(part.floor));
       pen.lineTo(place(strip.start), level(part.floor));
       pen.fill();
@@ -48,7 +51,7 @@
     pen.fillText(low.toPrecision(3), left - 6, last);
     pen.textAlign = "left";
     const at = shown().time.findIndex((other) => other >= time - 1e-9);
-    const said = part.curves.map((curve) => `${curve.name} ${curve.values.at(at).toPrecision(3)}`).join(", ");
+    const said = part.curves.map((curve) => `${curve.name} ${curve.values.at(at)?.toPrecision(3) ?? "none"}`).join(", ");
     const text = `${said} ${part.unit}`;
     pen.fillStyle = "rgba(255, 255, 255, 0.8)";
     pen.fillRect(left + 3, first, pen.measureText(text).width + 6, 11);

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, measured, named, quantities_of
+from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, h_along, measured, named, quantities_of
 from pdhocbf_drake.simulation.run_folder import Run
 
 Array = NDArray[np.float64]
@@ -59,7 +59,7 @@ def plots_of(run: Run) -> dict[str, dict[str, Any]]:
         return {quantity.name: _plot(run, rows, [_part(quantity.unit, rows, {named(run, quantity): value})])}
     found = {}
     for name, use in barriers_of(scenario).items():
-        h, colour = log["h"][:, use.column], palette.barrier_colour(use.column)
+        h, colour = h_along(log, scenario, use), palette.barrier_colour(use.column)
         rows, parts = _rows(h), []
         if use.quantity is not None:
             both = {"bound": bound_along(log, scenario, use), named(run, use.quantity): measured(run, use.quantity)}
@@ -77,13 +77,19 @@ def _part(unit: str, rows: NDArray[np.intp], curves: dict[str, Array], colour: s
     """Curves by name; the first one in the barrier's colour, if it has one."""
     colours = [colour or palette.MEASURED_COM, palette.MEASURED_COM]
     drawn = [
-        {"name": name, "colour": own, "values": [float(f"{value:.{_DIGITS}g}") for value in values[rows]]}
+        {"name": name, "colour": own, "values": [_shown(value) for value in values[rows]]}
         for (name, values), own in zip(curves.items(), colours, strict=False)
     ]
     return {"unit": unit, "curves": drawn}
 
 
+def _shown(value: float) -> float | None:
+    """The value in few digits; None for NaN, where a barrier is not kept."""
+    return None if np.isnan(value) else float(f"{value:.{_DIGITS}g}")
+
+
 def _rows(h: Array) -> NDArray[np.intp]:
     """All rows, or of a long run those of least h in each of `_COLUMNS` intervals."""
+    filled = np.nan_to_num(h, nan=np.inf)
     edges = np.unique(np.linspace(0, len(h), min(len(h), _COLUMNS) + 1).astype(int))
-    return np.array([first + int(np.argmin(h[first:last])) for first, last in pairwise(edges)])
+    return np.array([first + int(np.argmin(filled[first:last])) for first, last in pairwise(edges)])

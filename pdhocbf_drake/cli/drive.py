@@ -28,8 +28,9 @@ _LATE = 0.05  # share of late ticks from which on it is said that real time isn'
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """A scenario, its overrides, the run folder, and a driver that is a file."""
-    text = "a walk from `pdhocbf list`, or a YAML file; its own commands and pushes give way to the driver's"
-    parser.add_argument("scenario", metavar="SCENARIO", nargs="?", default="walking", help=f"{text} (default: walking)")
+    own = "its own commands, pushes and barrier_changes give way to the driver's"
+    text = f"a walk from `pdhocbf list`, or a YAML file (default: walking); {own}"
+    parser.add_argument("scenario", metavar="SCENARIO", nargs="?", default="walking", help=text)
     add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="the run folder; otherwise a new one in ./runs")
     parser.add_argument("--seconds", type=float, metavar="S", help="ends by itself after so much walking")
@@ -95,7 +96,7 @@ def _driven(options: argparse.Namespace, scenario: Scenario, rows: Path, stopped
     from pdhocbf_drake.driving.scene import LiveScene
 
     stage = Stage(None)
-    scene, panel = LiveScene(stage, scenario), Panel(stage.meshcat, strongest_push(scenario))
+    scene, panel = LiveScene(stage, scenario), Panel(stage.meshcat, scenario, strongest_push(scenario))
     session = Session(scenario, ask or (lambda now: panel.read()), scene.draw, rows=rows)
     say(f'drive it at {stage.meshcat.web_url()}; Ctrl-C or the button "end" ends it and writes the run')
     return session.run(seconds, stopped)

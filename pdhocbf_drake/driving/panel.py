@@ -7,6 +7,7 @@ from typing import Final
 
 from pydrake.geometry import Meshcat
 
+from pdhocbf_drake.driving.barrier_sliders import BarrierSliders
 from pdhocbf_drake.driving.controls import SIDES, Asked, Pushed
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -35,10 +36,11 @@ class Panel:
     """Reads the controls.
 
     Args:
+        scenario: that is driven.
         strongest: the largest impulse of a push [N s].
     """
 
-    def __init__(self, meshcat: Meshcat, strongest: float) -> None:
+    def __init__(self, meshcat: Meshcat, scenario: Scenario, strongest: float) -> None:
         self._meshcat = meshcat
         for name, (least, largest, step, less, more) in SLIDERS.items():
             meshcat.AddSlider(name, least, largest, step, 0.0, less, more)
@@ -47,6 +49,7 @@ class Panel:
             meshcat.AddButton(name, key)
         for side in SIDES:
             meshcat.AddButton(f"push {side}")
+        self._barriers = [BarrierSliders(meshcat, name, config) for name, config in scenario.barriers.items()]
         self._clicks = dict.fromkeys([*_BUTTONS, *(f"push {side}" for side in SIDES)], 0)
         self._walks = self._paused = False
 
@@ -69,7 +72,10 @@ class Panel:
             self._walks = self._paused = False
             for name in SLIDERS:
                 self._meshcat.SetSliderValue(name, 0.0)
-        return Asked(command, pushes, self._paused, restarts, ends)
+            for sliders in self._barriers:
+                sliders.reset()
+        kept = tuple(change for sliders in self._barriers if (change := sliders.read()) is not None)
+        return Asked(command, pushes, kept, self._paused, restarts, ends)
 
     def _new_clicks(self, name: str) -> int:
         clicks = self._meshcat.GetButtonClicks(name)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from pdhocbf_drake.config import Config, parse_config, within
-from pdhocbf_drake.driving.controls import Asked, Pushed
+from pdhocbf_drake.config import Config, Name, parse_config, within
+from pdhocbf_drake.driving.controls import Asked, Kept, Pushed
+from pdhocbf_drake.walking.barrier_changes import Kind
 from pdhocbf_drake.walking.commands import STOP, Command
 from pdhocbf_drake.yaml_text import read_yaml
 
@@ -26,6 +27,7 @@ class Press(Config):
         walks: whether it walks where all of them are 0, in place, or stands.
         push: from where it is pushed.
         impulse: how hard [N s].
+        barrier: the barrier that is kept in another way, by `kind`, `margin` and `gamma` as in `barrier_changes`.
     """
 
     time: float = Field(ge=0)
@@ -35,6 +37,19 @@ class Press(Config):
     walks: bool | None = None
     push: Literal["from behind", "from the left", "from the front", "from the right"] | None = None
     impulse: Annotated[float, within(0.0, 1e3, "N s")] = 5.0
+    barrier: Name | None = None
+    kind: Kind | None = None
+    margin: Annotated[float, within(0.0, 1e3, "unit of h")] | None = None
+    gamma: Annotated[float, within(0.0, 1.0, "1", above=True)] | None = None
+
+    @model_validator(mode="after")
+    def _of_a_barrier(self) -> Press:
+        parts = [name for name in ("kind", "margin", "gamma") if getattr(self, name) is not None]
+        if parts and self.barrier is None:
+            raise ValueError(f"{parts[0]} is one of a barrier, which is not named: give barrier")
+        if self.barrier is not None and not parts:
+            raise ValueError("a barrier is kept in another way by kind, margin or gamma: give one of them")
+        return self
 
 
 class _File(Config):
@@ -56,7 +71,7 @@ class Script:
 
     def at(self, time: float) -> Asked:
         """What is asked for at a time [s], which must not decrease from call to call."""
-        pushes = []
+        pushes, barriers = [], []
         while self._next < len(self._presses) and self._presses[self._next].time <= time + _ROUNDING:
             press = self._presses[self._next]
             self._next += 1
@@ -64,6 +79,8 @@ class Script:
             self._walks = self._walks if press.walks is None else press.walks
             if press.push is not None:
                 pushes.append(Pushed(press.push, press.impulse))
+            if press.barrier is not None:
+                barriers.append(Kept(press.barrier, press.kind, press.margin, press.gamma))
         ahead, aside, turn = self._way.values()
         command = Command(ahead, aside, turn) if self._walks or any(self._way.values()) else STOP
-        return Asked(command, tuple(pushes))
+        return Asked(command, tuple(pushes), tuple(barriers))

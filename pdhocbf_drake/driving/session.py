@@ -10,7 +10,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorStatus
 
-from pdhocbf_drake.driving.controls import PUSH, Asked, Drive
+from pdhocbf_drake.config import parse_config
+from pdhocbf_drake.driving.controls import GAMMAS, PUSH, Asked, Drive, Kept
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.drake_config import simulator_config
 from pdhocbf_drake.simulation.log_rows import LogRows
@@ -18,6 +19,10 @@ from pdhocbf_drake.simulation.run_log import FAILED, FELL, FINISHED, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.systems.signals import places
+from pdhocbf_drake.systems.unbundled import leaf_of
+from pdhocbf_drake.terminal import say
+from pdhocbf_drake.walking.barrier_changes import BarrierChange
+from pdhocbf_drake.walking.commands import STOP, Command, read_late
 
 LONGEST: Final = 3600.0
 """The longest drive [s]."""
@@ -44,11 +49,17 @@ class Driven(NamedTuple):
 
 
 def drivable(scenario: Scenario) -> Scenario:
-    """The scenario with a driver's commands and pushes to come in place of its own; raises `InputError`."""
+    """The scenario with what a driver asks for to come in place of its own; raises `InputError`.
+
+    What is to come stands in it as pushes and changes of barriers at its end, so that all is made before it begins.
+    """
     if scenario.system == "van_der_pol":
         raise InputError("drive: walks can be driven, and the system of this scenario is van_der_pol")
     spare = {"time": LONGEST - 1.0, "duration": PUSH, "force": [0.0, 0.0, 0.0]}
-    changes: dict[str, Any] = {"commands": [{"time": 0.0, "stop": True}], "path": [], "pushes": [spare] * _PUSHES}
+    kept = [{"time": LONGEST - 1.0, "name": name, "gamma": gamma} for name in scenario.barriers for gamma in GAMMAS]
+    changes: dict[str, Any] = {
+        "commands": [{"time": 0.0, "stop": True}], "path": [], "pushes": [spare] * _PUSHES, "barrier_changes": kept,
+    }  # fmt: skip
     return Scenario.from_dict(scenario.to_dict() | changes | {"duration": LONGEST}, "drive")
 
 
@@ -77,6 +88,7 @@ class Session:
         diagram = self._logged.diagram
         self._pushes = diagram.GetSubsystemByName("push_schedule")
         self._command = diagram.GetInputPort("command")
+        self._settings = leaf_of(diagram.GetSubsystemByName("mpc_controller")).mpc.settings
         self._rows_folder, self._tick = rows, scenario.gait.tick
         self._begin()
 
@@ -90,7 +102,9 @@ class Session:
         for adjust in self._logged.adjust:
             adjust(self._context)
         self._drive, self._ticks, self._late, self._next_push = Drive(), 0, 0, 0
-        self._take(Asked())
+        if self._settings is not None:
+            self._settings.clear()
+        self._command_at(0.0, STOP)
         self._simulator.Initialize()
 
     def run(self, seconds: float = LONGEST, stopped: Callable[[], bool] = lambda: False) -> Driven:
@@ -131,10 +145,13 @@ class Session:
     def _take(self, asked: Asked) -> None:
         """Puts what is asked for into effect from the present tick on, and notes it."""
         now, command = round(self._ticks * self._tick, 9), asked.command
-        # The controller takes up at tick k what holds in a step that begins at k + 1.
-        if self._drive.command(round(now + self._tick, 9) if self._ticks else 0.0, command):
-            value = [command.forward, command.lateral, command.turn, float(not command.walks)]
-            self._command.FixValue(self._context, value)
+        # What is read at tick k is taken up in a step that begins at k + 1.
+        period = self._scenario.gait.ticks_per_step
+        phase = self._ticks % period
+        read = self._ticks + (period - phase if command.walks and read_late(phase, period) else 0)
+        self._command_at(round((read + 1) * self._tick, 9), command)
+        for barrier in asked.barriers:
+            self._keep(round(now + self._tick, 9), barrier)
         for push in asked.pushes:
             force = push.force(self._logged.present(self._context)["path"][_YAW])
             self._drive.push(now, force)
@@ -142,6 +159,23 @@ class Session:
             context = self._pushes.GetMyMutableContextFromRoot(self._context)
             self._pushes.push(context, self._next_push, np.array(force), self._ticks, last)
             self._next_push = (self._next_push + 1) % _PUSHES
+
+    def _keep(self, time: float, barrier: Kept) -> None:
+        """Keeps a barrier in another way from the tick at a time on [s]; one that can't be is left as it is."""
+        change = parse_config(BarrierChange, self._drive.keep(time, barrier), "drive")
+        try:
+            if self._settings is None:
+                raise InputError(f"the walk has no barrier {barrier.name}")
+            self._settings.add(change)
+        except InputError as error:
+            self._drive.barrier_changes.pop()
+            say(f"pdhocbf: {error}")
+
+    def _command_at(self, time: float, command: Command) -> None:
+        """Gives the walk a command, which it reads before that time [s]."""
+        if self._drive.command(time, command):
+            value = [command.forward, command.lateral, command.turn, float(not command.walks)]
+            self._command.FixValue(self._context, value)
 
     def _advance(self) -> str:
         """One tick; returns why the walk ended in it, or ""."""
@@ -158,7 +192,8 @@ class Session:
         if self._written is not None:
             self._logged.hand_over(self._context, self._written)
         log = self._logged.recorded(self._context, ending, self._written)
-        asked = {"commands": self._drive.commands, "pushes": self._drive.pushes}
+        drive = self._drive
+        asked = {"commands": drive.commands, "pushes": drive.pushes, "barrier_changes": drive.barrier_changes}
         duration = {"duration": max(self._ticks, 1) * self._tick}
         scenario = Scenario.from_dict(self._scenario.to_dict() | asked | duration, "drive")
         return Driven(scenario, log, self._late / max(1, self._ticks))

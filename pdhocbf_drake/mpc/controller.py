@@ -28,12 +28,15 @@ from pdhocbf_drake.mpc.terms.term import Setting, Term, Tick
 from pdhocbf_drake.qp import ParametricQp, QpResult, QpSolver
 from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.commanded_bound import bound_samples
+from pdhocbf_drake.walking.barrier_changes import BarrierSettings
+from pdhocbf_drake.walking.bound_samples import bound_samples
+from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
+from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 
 _NO_ROWS = np.zeros((0, 0))
 _COURSES = 4  # walks under commands of a port that are kept: one a step
@@ -54,6 +57,8 @@ class PeriodicMpc:
         rungs: what is solved where these have no solution, see `mpc.programs`.
         constraints: what a plan may miss on each axis, with its unit, in the order of `Plan.unmet`.
         recovery: the same for a disturbed walk, if the scenario has one.
+        changing: the problem of each tick, of a walk whose barriers' γ is changed as it goes on; None elsewhere.
+        settings: of such a walk's barriers.
         of_rises: the same problem of a walk that climbs evenly, by the rise of a step [m]; see `on`.
 
     Raises:
@@ -118,6 +123,8 @@ class PeriodicMpc:
             self.recovery = PeriodicMpc(*recovery_of(gait, vhip, config), barriers, None, cache, True, turn, kinds)
             self.rows = [max(pair) for pair in zip(self.rows, self.recovery.rows, strict=True)]
             self.recovery.rows = self.rows
+        self.changing: Callable[[int], PeriodicMpc] | None = None
+        self.settings: BarrierSettings | None = None
         self._kept: dict[Hashable, PeriodicMpc] = {}
         self._courses = Kept[PeriodicMpc](_COURSES)
         self.of_rises: Mapping[float, PeriodicMpc] = {}
@@ -153,6 +160,10 @@ class PeriodicMpc:
         """V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,) [unit of h]."""
         return {name: samples(tick) for name, samples in self._bounds.items()}
 
+    def in_force(self, tick: int) -> PeriodicMpc:
+        """The problem of tick k: this one, unless it is `changing`."""
+        return self if self.changing is None else self.changing(tick)
+
     def on(self, tick: int) -> PeriodicMpc:
         """This problem with the eta of the rise of the step of tick k, see `Gait.rise`.
 
@@ -162,6 +173,15 @@ class PeriodicMpc:
         if not self.of_rises:
             return self
         return self.of_rises.get(self.gait.rise(tick // self.gait.period), self)
+
+    def expect(self, asked: Command, parts: int) -> None:
+        """Makes some parts of what the bounds need of a command that is to be taken up, each in some 2 ms."""
+        granted = self.gait.footsteps.granted(asked)
+        for barrier in (*self.barriers[0], *self.barriers[1]):
+            if granted.walks and isinstance(barrier, WalkBarrier) and barrier.orbits is not None:
+                for _ in range(parts):
+                    barrier.orbits.expect(granted)
+                return  # all have the same orbits
 
     def following(self, course: Course | None) -> PeriodicMpc:
         """This problem for the walk as it goes on after the course of its present step, see `Gait.following`."""

@@ -25,6 +25,7 @@ from pdhocbf_drake.simulation.diagram import (
 )
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, tilted_gravity, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
+from pdhocbf_drake.simulation.drives import connect_sampled_drives
 from pdhocbf_drake.simulation.granted import grip_of
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
@@ -59,7 +60,8 @@ def biped_diagram(
     config = walk.gait.config
     wiring = Wiring(config.tick)
     posture = initial_posture(walk, biped)
-    plant = add_robot(wiring.builder, scenario, biped, posture)
+    sampled = scenario.measurement.drives == "sampled"
+    plant = add_robot(wiring.builder, scenario, biped, posture, pd=not sampled)
     robot = model_instance(plant, biped)
     if meshcat is not None:
         # This loads matplotlib, which a run that is not shown does not need.
@@ -103,7 +105,10 @@ def biped_diagram(
         connect_estimator(wiring)
     wiring.connect(detector, "com_z", *["lip_state"] * (terrain is not None))
     wiring.connect(targets, "desired_state", "feedforward")
-    connect_joints(wiring.builder, plant, biped, targets)
+    if sampled:
+        connect_sampled_drives(wiring, plant, biped, targets, posture, scenario.measurement.encoders.cutoff)
+    else:
+        connect_joints(wiring.builder, plant, biped, targets)
     if scenario.pushes or any(scenario.wind):
         push = wiring.add("push_schedule", PushSchedule(timed_forces(scenario, (plant, biped)), config.tick))
         applied = plant.get_applied_spatial_force_input_port()
@@ -179,15 +184,18 @@ def standing_posture(walk: Walk, biped: Biped) -> np.ndarray:
     return upright_posture(biped, np.array([0.0, 0.0, walk.gait.height(0)[0]]), left, right)
 
 
-def add_robot(builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray) -> MultibodyPlant:
-    """The robot on the scenario's ground, standing in `posture` (19,) by default."""
+def add_robot(
+    builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray, pd: bool = True
+) -> MultibodyPlant:
+    """The robot on the scenario's ground, standing in `posture` (19,) by default, with or without the plant's PD."""
     plant, scene_graph = AddMultibodyPlant(plant_config(scenario.plant), builder)
     plant.set_name("plant")
     scene_graph.set_name("scene_graph")
     biped.add_to(plant)
     _set_friction(plant, scene_graph, CoulombFriction(scenario.friction, scenario.friction))
     add_ground(plant, scenario.terrain, scenario.friction)
-    _set_gains(plant, biped)
+    if pd:
+        _set_gains(plant, biped)
     if any(scenario.model_error.gravity_tilt_deg):
         gravity = plant.mutable_gravity_field()
         gravity.set_gravity_vector(tilted_gravity(scenario.model_error, gravity.gravity_vector()))

@@ -27,6 +27,7 @@ from pdhocbf_drake.mpc.orbit import nominal_walk, settled_gait
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets
 from pdhocbf_drake.mpc.terms.zmp_velocity import check_zmp_velocity
+from pdhocbf_drake.simulation.barrier_changes import add_changes, changing, changing_problem
 from pdhocbf_drake.simulation.command_orbits import ConstantWalks, constant_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
@@ -135,8 +136,9 @@ def complete_programs(scenario: Scenario) -> None:
 def _built(scenario: Scenario, parts: WalkParts) -> Walk:
     gait, cache = commanded_gait(scenario), parts.programs
     vhip = Vhip(gait.eta(), gait.config.tick)
-    barriers, walks = [], _constant_walks(scenario, gait, cache)
-    for name, config in scenario.barriers.items():
+    walks = _constant_walks(scenario, gait, cache)
+
+    def barrier(name: str, config: WalkBarrierConfig) -> WalkBarrier:
         nominal, orbits = list[tuple[float, np.ndarray]](), None
         if walks is not None:
             orbits = _command_orbits(config, walks)
@@ -147,22 +149,33 @@ def _built(scenario: Scenario, parts: WalkParts) -> Walk:
             nominal.append((0.0, parts.nominal_walk(scenario, stride)))
             climbs = even_climbs(gait) if config.bound.stride is None else []
             nominal += [(rise, parts.nominal_walk(scenario, length, rise)) for length, rise in climbs]
-        barriers.append(_barrier(name, config, gait, vhip, nominal, orbits))
+        return _barrier(name, config, gait, vhip, nominal, orbits)
+
+    barriers = [barrier(name, config) for name, config in scenario.barriers.items()]
     if scenario.mpc.zmp_velocity_max is not None:
         _check_zmp_velocity(scenario, cache)
     quantities = tuple(config.bounded for config in scenario.barriers.values())
-    groups = tuple([b for q, b in zip(quantities, barriers, strict=True) if q.axis == axis] for axis in (0, 1))
     terminal = None
     if scenario.mpc.terminal_set is not None:
         limits = limits_of(scenario.gait, scenario.mpc, scenario.barriers)
         terminal = load_terminal_sets(Path(scenario.mpc.terminal_set), limits)
 
-    def problem(rise: float) -> PeriodicMpc:
-        own = vhip if not rise else Vhip(gait.eta(rise), gait.config.tick)
-        return PeriodicMpc(gait, own, sensed(scenario), (groups[0], groups[1]), terminal, cache)
+    def problem(own: Sequence[WalkBarrier]) -> PeriodicMpc:
+        x, y = ([b for b in own if b.quantity.axis == axis] for axis in (0, 1))
 
-    mpc = problem(0.0)
-    mpc.of_rises = {rise: problem(rise) for rise in sorted(gait.rises)}
+        def on(rise: float) -> PeriodicMpc:
+            template = vhip if not rise else Vhip(gait.eta(rise), gait.config.tick)
+            return PeriodicMpc(gait, template, sensed(scenario), (x, y), terminal, cache)
+
+        mpc = on(0.0)
+        mpc.of_rises = {rise: on(rise) for rise in sorted(gait.rises)}
+        return mpc
+
+    if not scenario.barrier_changes:
+        return Walk(gait, vhip, problem(barriers), quantities, tuple(barriers))
+    settings = changing(scenario, barriers, barrier)
+    mpc = changing_problem(problem, barriers, settings)
+    add_changes(scenario, settings)
     return Walk(gait, vhip, mpc, quantities, tuple(barriers))
 
 
@@ -184,6 +197,7 @@ def _constant_walks(scenario: Scenario, gait: Gait, cache: ProgramCache) -> Cons
     walks = ConstantWalks(_undisturbed(scenario, constant_walk(config, Command(), limits), cache), limits)
     if any(barrier.bound.follows_orbit and barrier.bound.stride is None for barrier in scenario.barriers.values()):
         steps = range(math.ceil(scenario.duration / (gait.period * gait.config.tick)))
+        walks(Command())  # by which a stand that is pushed keeps its balance
         for command in dict.fromkeys(map(footsteps.line.command, steps)):
             if command.walks:
                 walks.prepare(command)
@@ -193,8 +207,8 @@ def _constant_walks(scenario: Scenario, gait: Gait, cache: ProgramCache) -> Cons
 def _command_orbits(config: WalkBarrierConfig, walks: ConstantWalks) -> CommandOrbits:
     bound = config.bound
     if not bound.follows_orbit or bound.stride is not None:
-        return CommandOrbits(walks)
-    return CommandOrbits(walks, bound.margin or 0.0, bound.kind == "orbit_peak")
+        return CommandOrbits(walks, expect=walks.expect)
+    return CommandOrbits(walks, bound.margin or 0.0, bound.kind == "orbit_peak", walks.expect)
 
 
 def _barrier(

@@ -10,6 +10,7 @@ from typing import Any, Final
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.ground_checks import check_ground
 from pdhocbf_drake.simulation.scenario import Push, Scenario, System
+from pdhocbf_drake.systems.signals import JOINTS
 from pdhocbf_drake.walking.com_height import GRAVITY
 
 _LONGEST_STEP = 10.0  # [s]
@@ -23,12 +24,12 @@ _UNUSED: Final[dict[System, tuple[str, ...]]] = {
     "vhip": (
         "robot", "biped", "ground", "friction", "friction_belief", "plant", "model_error", "gait.swing_height",
         "pushes.body", "van_der_pol",
-        "measurement.source", "measurement.seed", "measurement.imu", "measurement.encoders", "measurement.force_torque",
-        "measurement.estimator", "measurement.faults",
+        "measurement.source", "measurement.drives", "measurement.seed", "measurement.imu", "measurement.encoders",
+        "measurement.force_torque", "measurement.estimator", "measurement.faults",
     ),
     "van_der_pol": (
         "robot", "biped", "ground", "friction", "friction_belief", "plant", "model_error", "measurement", "gait",
-        "mpc", "barriers", "pushes", "wind", "vhip", "start", "commands", "path", "path_speed",
+        "mpc", "barriers", "barrier_changes", "pushes", "wind", "vhip", "start", "commands", "path", "path_speed",
     ),
 }  # fmt: skip
 
@@ -48,6 +49,7 @@ def check_scenario(scenario: Scenario) -> None:
     if scenario.system == "biped":
         check_ground(scenario)
         _check_plant(scenario)
+        _check_drives(scenario)
 
 
 def check_straight(scenario: Scenario) -> None:
@@ -153,6 +155,19 @@ def _check_plant(scenario: Scenario) -> None:
         _refuse("plant.time_step", f"must divide gait.tick, {tick:g} s, into whole parts", step)
     if steps > _MOST_STEPS:
         _refuse("plant.time_step", f"must be at least {tick / _MOST_STEPS:g} s, a thousandth of gait.tick", step)
+
+
+def _check_drives(scenario: Scenario) -> None:
+    measurement = scenario.measurement
+    if measurement.drives != "sampled":
+        return
+    if measurement.source != "sensors":
+        allowed = "sampled needs measurement.source: sensors, whose encoders the drives then read"
+        _refuse("measurement.drives", allowed, f"source {measurement.source}")
+    for index, fault in enumerate(measurement.faults):
+        if fault.sensor == "encoders" or fault.sensor in JOINTS:
+            allowed = "an encoder can't fail where measurement.drives is sampled, since its joint would have no target"
+            _refuse(f"measurement.faults.{index}.sensor", allowed, fault.sensor)
 
 
 def _refuse(key: str, allowed: str, given: Any) -> None:

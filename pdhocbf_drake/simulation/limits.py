@@ -8,6 +8,8 @@ from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.fitting.findings import Finding
 from pdhocbf_drake.fitting.plan_limits import plan_limits
 from pdhocbf_drake.fitting.preview import Step, preview
+from pdhocbf_drake.fitting.steady_motion import SteadyMotion
+from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.robot import SIDES, Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.commands import commanded_stride
@@ -23,10 +25,17 @@ _TUNE = "`pdhocbf tune` searches a gait that asks less of a joint"
 
 
 class Kept(NamedTuple):
-    """A scenario with `mpc.limits` as numbers, a stride that can be walked, and a sentence for each other change."""
+    """A walk within limits.
+
+    Attributes:
+        scenario: with `mpc.limits` as numbers, and a stride that can be walked.
+        sentences: one for each other change.
+        motion: the steady motion straight ahead, where it was looked at.
+    """
 
     scenario: Scenario
     sentences: tuple[str, ...] = ()
+    motion: SteadyMotion | None = None
 
 
 def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
@@ -77,7 +86,7 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
             walk = walk._replace(scenario=scenario)
             first = exceeded(walk, asked)
     if not first.said:
-        return Kept(scenario, tuple(sentences))
+        return Kept(scenario, tuple(sentences), first.motion)
     stride = longest_granted(walk, asked)
     if stride is None:
         in_place = exceeded(walk, 0.0)
@@ -91,15 +100,25 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
     scenario = _with(scenario, mpc={"limits": limits.model_copy(update={"stride": stride})})
     if not (scenario.commands or scenario.path):
         scenario = _with(scenario, gait={"stride": stride})
-    return Kept(scenario, tuple(sentences))
+    return Kept(scenario, tuple(sentences), exceeded(walk, stride).motion)
 
 
-def limit_findings(scenario: Scenario, biped: Biped) -> list[Finding]:
-    """What joints and friction leave to the plan of a walk within reach, and what that changes."""
+def findings_within_limits(scenario: Scenario, biped: Biped) -> list[Finding]:
+    """Every check of a walk, and what joints and friction leave to its plan, and what that changes."""
+    recovery = scenario.mpc.recovery
+    box = None if recovery is None else recovery.zmp_box
+    found = walk_findings(biped, scenario.gait, box)
+    if is_refused(found):
+        return found
     try:
         kept = within_limits(scenario, biped)
     except ModelError as error:
-        return [Finding("limits", "fault", "mpc.limits, friction_belief", str(error), "null leaves them to the motors")]
+        fix = "null leaves them to the motors"
+        return [*found, Finding("limits", "fault", "mpc.limits, friction_belief", str(error), fix)]
+    return [*walk_findings(biped, kept.scenario.gait, box, kept.motion), *_limits(kept)]
+
+
+def _limits(kept: Kept) -> list[Finding]:
     limits = kept.scenario.mpc.plan_limits
     if limits is None:
         return [Finding("limits", "ok", "mpc.limits", "left to the motors")]

@@ -13,6 +13,7 @@ from pdhocbf_drake.ground.terrain import Terrain
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.oscillator.config import VanDerPolConfig
 from pdhocbf_drake.simulation.drake_config import completed_plant, completed_simulator
+from pdhocbf_drake.walking.barrier_changes import BarrierChange
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commands import CommandConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
@@ -95,14 +96,16 @@ class MeasurementConfig(SensorsConfig):
     """What the controller is given, and with which errors.
 
     Attributes:
-        source: "true_state" is the robot's own state; "sensors" is what the estimator makes of the sensors. The joints'
-            drives read neither: they have encoders of their own, without error.
+        source: "true_state" is the robot's own state; "sensors" is what the estimator makes of the sensors.
+        drives: what the joints' PD reads: "own" are encoders of its own, without error, at every instant; "sampled" are
+            those that the estimator reads, once a tick, with gains that a torque held for a tick allows.
         seed: of the sensors' biases, offsets and noise; null takes the scenario's.
         noise: added to the CoM and ZMP.
         delay_ticks: delay of CoM, ZMP and soles, besides that of the sensors [ticks].
     """
 
     source: Literal["true_state", "sensors"] = "true_state"
+    drives: Literal["own", "sampled"] = "own"
     seed: int | None = Field(None, ge=0, lt=2**32)
     noise: MeasurementNoise = MeasurementNoise()
     delay_ticks: int = Field(0, ge=0, le=1000)
@@ -162,6 +165,7 @@ class Scenario(Config):
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
+        barrier_changes: barriers that are kept in another way from a time on.
         start: where the walk starts, and its heading.
         commands: velocity and turn rate, or a stop, each from its time on, in place of `gait.stride`. What the legs,
             soles or programs can't do is granted in part. A barrier's bound follows the orbit of each command, see
@@ -190,6 +194,7 @@ class Scenario(Config):
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
     barriers: dict[Name, WalkBarrierConfig] = Field({})
+    barrier_changes: tuple[BarrierChange, ...] = ()
     start: StartConfig = StartConfig()
     commands: tuple[CommandConfig, ...] = ()
     path: tuple[tuple[_Place, _Place], ...] = ()

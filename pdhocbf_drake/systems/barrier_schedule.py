@@ -15,9 +15,9 @@ from pdhocbf_drake.systems.gait_reference import ChangedGait
 from pdhocbf_drake.systems.kernels import write_h
 from pdhocbf_drake.systems.signals import places, size, sizes
 from pdhocbf_drake.walking import Gait
-from pdhocbf_drake.walking.commanded_bound import CommandedBound, bound_samples
+from pdhocbf_drake.walking.bound_samples import Samples, bound_samples
 from pdhocbf_drake.walking.frame import rotation
-from pdhocbf_drake.walking.walk_barrier import BoundSamples, WalkBarrier
+from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 
 (_YAW,) = places("path", "yaw")
 _WALKS = 8  # whose bounds are kept: the commanded one, and those that a controller has changed
@@ -49,7 +49,7 @@ class BarrierSchedule(Block):
         self._n, self._count = gait.period, horizon + 1
         for barrier in barriers:
             barrier.check_fits(3)  # the kernel checks no index
-        self._barriers, self._samples = barriers, Kept[list[CommandedBound | BoundSamples]](_WALKS)
+        self._barriers, self._samples = barriers, Kept[list[Samples]](_WALKS)
         self._gait = ChangedGait(self, gait)
         self._signs = np.array([float(b.sign) for b in barriers])
         self._axes, cycle = np.array(axes), lcm(*(b.normal_period for b in barriers))

@@ -7,14 +7,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
 from pdhocbf_drake.walking.commands import STOP, Command
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.gait import Gait
 from pdhocbf_drake.walking.quantities import stance_sides
 from pdhocbf_drake.walking.sides import BOTH
-from pdhocbf_drake.walking.walk_barrier import BoundSamples, WalkBarrier
+from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 
 Array = NDArray[np.float64]
 
@@ -123,10 +122,3 @@ class CommandedBound:
     def _tick(self, side: float) -> int:
         """The first tick of a step on that foot, in a walk whose feet alternate from its start on."""
         return 0 if stance_sides(self._gait.config)[0] == side else self._gait.period
-
-
-def bound_samples(barrier: AffineBarrier, gait: Gait, count: int) -> CommandedBound | BoundSamples:
-    """V̄(k), …, V̄(k+n−1) of a barrier along a walk, as a function of k."""
-    if isinstance(barrier, WalkBarrier) and barrier.orbits is not None:
-        return CommandedBound(barrier, gait, count)
-    return BoundSamples(barrier, gait, count)

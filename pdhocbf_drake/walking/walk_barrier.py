@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.barriers import AffineBarrier, Bound, ClassK
+from pdhocbf_drake.walking.barrier_changes import BarrierSettings, Setting
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.gait import Gait
@@ -31,11 +32,31 @@ class CommandOrbits(NamedTuple):
             steps on the left and on the right foot, shape (2 feet, 2 axes, N, 3); None where there is none.
         margin: of a bound that follows the orbit, its distance from that [unit of h]; None for one that does not.
         peak: whether the bound follows the orbit's extreme value instead.
+        expect: makes a part of `of` for a command that will be taken up.
     """
 
     of: Callable[[Command], Array | None]
     margin: float | None = None
     peak: bool = False
+    expect: Callable[[Command], None] = lambda command: None
+
+
+class BoundChanges(NamedTuple):
+    """How the bound of one barrier changes while the walk goes on.
+
+    Attributes:
+        settings: of all barriers of the walk.
+        place: of this one among them.
+        barrier: the barrier with the bound of a setting.
+    """
+
+    settings: BarrierSettings
+    place: int
+    barrier: Callable[[Setting], WalkBarrier]
+
+    def at(self, tick: int) -> Setting:
+        """The barrier's setting at tick k."""
+        return self.settings.at(tick)[self.place]
 
 
 class WalkBarrier(AffineBarrier):
@@ -48,7 +69,10 @@ class WalkBarrier(AffineBarrier):
         quantity: the bounded quantity.
         at_rest: whether V̄ is widened to hold at rest while the walk starts and ends, see `BoundSamples`.
         orbits: of a walk that follows commands, see `CommandedBound`; None elsewhere.
+        changes: of its bound, see `ChangingBound`; None where it has none.
     """
+
+    changes: BoundChanges | None = None
 
     def __init__(
         self,

@@ -127,6 +127,15 @@ def _checked(found: ScenarioCertificate, name: str, margin: str) -> str:
         counted = "some states can walk on for ever under it" if certificate.input_limits else "not certified"
         return f"an input limit, since the ZMP is an input of the template; {counted}"
     bound = certificate.bounds[0]
+    if not certificate.unbounded.enforceable:
+        without = f"no state is left at phase {certificate.unbounded.first_failing_phase}, even without a bound"
+        if certificate.disturbance is None:
+            raise InputError(f"barrier {name}: the walk can't go on for ever ({without})")
+        com, velocity = np.multiply(1e3, certificate.disturbance.half_widths)
+        raise InputError(
+            f"barrier {name}: no margin withstands errors of {com:.3g} mm and {velocity:.3g} mm/s at every tick for "
+            f"ever ({without}); a lower --confidence, or a walk with smaller errors, is needed"
+        )
     if not bound.kept.enforceable:
         raise InputError(
             f"barrier {name}: with a margin of {margin} it can't be kept for ever (no state is "

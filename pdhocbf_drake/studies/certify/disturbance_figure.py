@@ -3,42 +3,34 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.drawing import label
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.studies.certify.certificate import AxisCertificate, ScenarioCertificate
 from pdhocbf_drake.studies.certify.disturbed import walk_sets
-from pdhocbf_drake.walking.quantities import SPEEDS
+from pdhocbf_drake.studies.certify.phase_plots import phase_plots
 
-_SHOWN = 6  # phases
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the largest multiple
 
 
 def disturbed_sections(found: ScenarioCertificate) -> Figure:
     """The sets in (c, v) at a few phases, for shares of the largest disturbance that leaves any."""
     axis = found.main_axis
-    certificate, name = found.axes[axis], "xy"[axis]
+    certificate = found.axes[axis]
     most, parts = _sets(certificate)
-    figure = Figure(figsize=(9.0, 5.6))
-    plots = figure.subplots(2, _SHOWN // 2, sharex=True, sharey=True)
     shades = np.linspace(0.15, 0.9, len(_SHARES))
-    for plot, phase in zip(plots.flat, np.linspace(0, certificate.template.period - 1, _SHOWN).round(), strict=True):
+
+    def draw(plot: Axes, phase: int) -> None:
         for share, sets, shade in zip(_SHARES, parts, shades, strict=True):
-            part = None if sets is None else certificate.section(int(phase), sets)
+            part = None if sets is None else certificate.section(phase, sets)
             if part is not None:
                 named = f"{share * most:.3g} times" if share else "no disturbance"
                 plot.fill(*part.outline.T, facecolor=palette.SAFE, alpha=shade, lw=0, label=named)
-        plot.plot(*found.orbit[axis, int(phase), :2], "ko", ms=4, label="nominal orbit, here")
-        plot.set_title(f"phase {int(phase)}")
-    for plot in plots[:, 0]:
-        label(plot, SPEEDS[axis].label, SPEEDS[axis].unit)
-    for plot in plots[-1]:
-        plot.set_xlabel(f"CoM {name} from the foot [m]")
-    handles, names = plots.flat[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper left", ncols=6)
-    return figure
+        plot.plot(*found.orbit[axis, phase, :2], "ko", ms=4, label="nominal orbit, here")
+
+    return phase_plots(axis, certificate.template.period, draw, columns=6)
 
 
 def _sets(certificate: AxisCertificate) -> tuple[float, list[InvariantSet | None]]:

@@ -18,9 +18,9 @@ from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.disturbance_figure import disturbed_sections
+from pdhocbf_drake.studies.certify.phase_plots import phase_plots
 from pdhocbf_drake.walking.quantities import SPEEDS
 
-_SHOWN = 6  # phases of `sections`
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 481)
 
 Parts = list[Polytope | None]
@@ -43,9 +43,8 @@ def sections(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:
     certificate, name = found.axes[axis], "xy"[axis]
     period = certificate.template.period
     listed, free = data["axes"][name]["phases"], data["axes"][name]["without_barriers"]["phases"]
-    figure = Figure(figsize=(9.0, 5.6))
-    plots = figure.subplots(2, _SHOWN // 2, sharex=True, sharey=True)
-    for plot, phase in zip(plots.flat, np.linspace(0, period - 1, _SHOWN).round().astype(int), strict=True):
+
+    def draw(plot: Axes, phase: int) -> None:
         _filled(plot, free[phase]["vertices"], palette.LIMIT, 0.18, "can walk on for ever")
         if certificate.bounds:
             _filled(plot, listed[phase]["vertices"], palette.SAFE, 0.55, "can also keep the bounds")
@@ -54,14 +53,8 @@ def sections(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:
             _bound_line(plot, bound.barrier, phase, colour)
         plot.plot(*found.orbit[axis, :period, :2].T, color="black", lw=0.6, alpha=0.5)
         plot.plot(*found.orbit[axis, phase, :2], "ko", ms=5, label="nominal orbit, here")
-        plot.set_title(f"phase {phase}")
-    for plot in plots[:, 0]:
-        label(plot, SPEEDS[axis].label, SPEEDS[axis].unit)
-    for plot in plots[-1]:
-        plot.set_xlabel(f"CoM {name} from the foot [m]")
-    handles, names = plots.flat[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside upper left", ncols=4)
-    return figure
+
+    return phase_plots(axis, period, draw, columns=4)
 
 
 def pushes(found: ScenarioCertificate, data: dict[str, Any]) -> Figure:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
+from typing import Any
 
 from pdhocbf_drake.arguments import add_scenario, add_work
-from pdhocbf_drake.errors import InputError
-from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.terminal import shown_progress
+from pdhocbf_drake.studies.shared.table_command import run_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -23,21 +21,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Walks, writes and prints; returns the exit code."""
-    scenario = load_scenario(options.scenario, options.text)
-    rows = None if options.rows is None else [word.strip() for word in options.rows.split(",") if word.strip()]
-    if options.workers < 1:
-        raise InputError(f"workers must be 1 or more (given: {options.workers})")
-    folder: Path = options.out or Path("runs") / f"directions-{scenario.name}"
-    # Here, since they load Drake: an argument that can't be used is refused at once.
-    from pdhocbf_drake.studies.directions.plan import plan
-    from pdhocbf_drake.studies.directions.study import RESULT, directions
-    from pdhocbf_drake.studies.shared.check_table import table
-
-    chosen = {"rows": rows, "quick": options.quick, "walks": options.walks, "seed": options.seed}
-    with shown_progress("directions", len(plan(scenario, **chosen)), "pieces") as progress:
-        checks, notes = directions(
-            scenario, workers=options.workers, out=folder, progress=lambda done: progress(done), **chosen
-        )
-    print(table(checks, notes), flush=True)
-    print(f"wrote {folder / RESULT}, and run folders beside it" if not options.quick else f"wrote {folder / RESULT}")
+    run_table(options, "directions", ",", _study, quick=options.quick, walks=options.walks, seed=options.seed)
+    if not options.quick:
+        print("the run folders of single walks are beside it")
     return 0
+
+
+def _study() -> tuple[Any, Any]:
+    from pdhocbf_drake.studies.directions.plan import plan
+    from pdhocbf_drake.studies.directions.study import directions
+
+    return plan, directions

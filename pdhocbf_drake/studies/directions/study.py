@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import nullcontext
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from pdhocbf_drake.errors import PdhocbfError
-from pdhocbf_drake.files.folder import new_folder
-from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.directions.plan import ROWS, measure, plan
-from pdhocbf_drake.studies.shared.check_table import write_table
+from pdhocbf_drake.studies.directions.work import Work
 from pdhocbf_drake.studies.shared.checks import Check, combined
-from pdhocbf_drake.studies.shared.pool import in_processes
-from pdhocbf_drake.studies.shared.results import collected
-
-RESULT, TABLE = "directions.json", "directions.txt"
-_ENTRIES = {RESULT, TABLE, SCENARIO, *(row.replace(" ", "_") for row in ROWS)}
+from pdhocbf_drake.studies.shared.table_study import measured_table
 
 
 def directions(
@@ -52,18 +43,15 @@ def directions(
             been measured is in `out` all the same.
     """
     chosen = plan(scenario, rows, quick, walks, seed)
-    with nullcontext() if out is None else new_folder(Path(out), _ENTRIES, "a folder of directions") as folder:
-        place = None if folder is None or quick else str(folder.path)
-        work = [piece._replace(folder=place) for piece in chosen]
-        outcomes, stopped = collected(
-            ([outcome] for outcome in in_processes(measure, work, workers)), folder is not None, progress
-        )
-        with stop_requests():  # what has been measured is written before such a request takes effect
-            checks = combined(sorted((c for o in outcomes for c in o.checks), key=lambda check: ROWS.index(check.row)))
-            notes = sorted(note for outcome in outcomes for note in outcome.notes)
-            if folder is not None:
-                write_table(folder.path, TABLE, RESULT, scenario, checks, notes)
-                folder.finish()
-    if stopped:
-        raise PdhocbfError(f"{stopped}; {len(outcomes)} of {len(work)} pieces of the table are in {out}")
-    return checks, notes
+
+    def pieces(folder: Path | None) -> list[Work]:
+        place = None if folder is None or quick else str(folder)
+        return [piece._replace(folder=place) for piece in chosen]
+
+    def together(checks: Iterable[Check]) -> list[Check]:
+        return combined(sorted(checks, key=lambda check: ROWS.index(check.row)))
+
+    return measured_table(
+        "directions", scenario, pieces, measure, together,
+        workers=workers, out=out, entries=[row.replace(" ", "_") for row in ROWS], progress=progress,
+    )  # fmt: skip

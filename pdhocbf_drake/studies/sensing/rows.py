@@ -74,6 +74,7 @@ ROWS: Final[dict[str, Row]] = {
     "sensors, turning": _on_sensors(None, 60.0, commands=_TURNING),
     "sensors, not calibrated": _on_sensors(95.0, 12.0, {"encoders": {"calibrated": None}})._replace(estimate=False),
     "sensors, IMU noise × 10": _on_sensors(None, 12.0, {"imu": _NOISY})._replace(estimate=False),
+    "sensors, sampled drives": _on_sensors(95.0, 12.0, {"drives": "sampled"})._replace(estimate=False),
     "sensors, anchor": _on_sensors(95.0, 12.0, {"estimator": {"kind": "anchor"}})._replace(estimate=False),
     "gyroscope stuck": _failing(Notice.GYROSCOPE, "gyroscope", "stuck"),
     "encoder stuck": _failing(Notice.ENCODER, "left_knee_pitch", "stuck"),

@@ -3,23 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import nullcontext
 from pathlib import Path
 
-from pdhocbf_drake.errors import InputError, PdhocbfError
-from pdhocbf_drake.files.folder import new_folder
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.checks import check_straight
-from pdhocbf_drake.simulation.run_folder import SCENARIO
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.sensing.rows import EXACT, ROWS
 from pdhocbf_drake.studies.sensing.walks import ZMP, Walk, measure
-from pdhocbf_drake.studies.shared.check_table import write_table
 from pdhocbf_drake.studies.shared.checks import Check, combined
-from pdhocbf_drake.studies.shared.pool import in_processes
-from pdhocbf_drake.studies.shared.results import collected
+from pdhocbf_drake.studies.shared.table_study import measured_table
 
-RESULT, TABLE = "sensing.json", "sensing.txt"
 _QUICK = 6.0  # [s]
 
 
@@ -78,20 +71,9 @@ def sensing(
             been measured is in `out` all the same.
     """
     work = plan(scenario, rows, seeds, quick)
-    entries = {RESULT, TABLE, SCENARIO}
-    with nullcontext() if out is None else new_folder(Path(out), entries, "a folder of sensing") as folder:
-        outcomes, stopped = collected(
-            ([outcome] for outcome in in_processes(measure, work, workers)), folder is not None, progress
-        )
-        with stop_requests():  # what has been measured is written before such a request takes effect
-            checks = beside_exact(check for outcome in outcomes for check in outcome.checks)
-            notes = sorted(note for outcome in outcomes for note in outcome.notes)
-            if folder is not None:
-                write_table(folder.path, TABLE, RESULT, scenario, checks, notes)
-                folder.finish()
-    if stopped:
-        raise PdhocbfError(f"{stopped}; {len(outcomes)} of {len(work)} walks of the table are in {out}")
-    return checks, notes
+    return measured_table(
+        "sensing", scenario, lambda _: work, measure, beside_exact, workers=workers, out=out, progress=progress
+    )
 
 
 def beside_exact(checks: Iterable[Check]) -> list[Check]:
