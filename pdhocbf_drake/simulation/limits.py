@@ -115,7 +115,8 @@ def findings_within_limits(scenario: Scenario, biped: Biped) -> list[Finding]:
     except ModelError as error:
         fix = "null leaves them to the motors"
         return [*found, Finding("limits", "fault", "mpc.limits, friction_belief", str(error), fix)]
-    return [*walk_findings(biped, kept.scenario.gait, box, kept.motion), *_limits(kept)]
+    found = [*walk_findings(biped, kept.scenario.gait, box, kept.motion), *_limits(kept)]
+    return [*found, *known_ground_findings(kept.scenario, biped)]
 
 
 def _limits(kept: Kept) -> list[Finding]:
@@ -131,7 +132,6 @@ def _limits(kept: Kept) -> list[Finding]:
     return [
         Finding("limits", "ok", "mpc.limits", said),
         *(Finding("granted", "note", key, sentence, _TUNE) for sentence in kept.sentences),
-        *known_ground_findings(scenario, biped),
     ]
 
 
