@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from logs import differences
 
 from pdhocbf_drake import InputError, simulate
+from pdhocbf_drake.analysis.metrics import compute_metrics
+from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.fitting.uneven_walk import uneven_steps
 from pdhocbf_drake.ground.config import Slope, Stairs
@@ -22,6 +24,7 @@ from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.simulation.uneven_checks import largest_rise
+from pdhocbf_drake.studies.ground.measures import from_edges
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.com_line import ComLine
 from pdhocbf_drake.walking.edges import Edges
@@ -215,6 +218,29 @@ def test_the_soles_stand_where_the_ground_is_as_steep_as_the_ground_is(walk) -> 
         assert z == pytest.approx(scenario.terrain.height(x, y), abs=1e-3)
         assert pitch == pytest.approx(math.atan2(normal[0], normal[2]), abs=3e-3)
         assert roll == pytest.approx(-math.asin(normal[1]), abs=3e-3)
+
+
+def test_its_metrics_are_those_of_a_walk_over_that_ground(walk) -> None:
+    scenario = load_scenario("walking_nobarrier", OVER)
+    found = compute_metrics(scenario, walk, 1.0, robot_limits(scenario))
+    assert found.com_rms_error is not None and found.com_rms_error[2] < 2e-3
+    assert found.steps_taken == round((walk.time[-1] - 0.8) / 0.4)
+    assert found.zmp_margin_min is not None and -0.005 < found.zmp_margin_min < 0.06
+    assert found.distance == pytest.approx(found.distance_commanded, abs=0.02)
+
+
+def test_swinging_soles_touch_no_edge(walk) -> None:
+    assert from_edges(load_scenario("walking_nobarrier", OVER), walk) > 0.0
+
+
+def test_level_ground_is_walked_alike_as_a_slope_of_no_angle() -> None:
+    level, slope = (
+        simulate(load_scenario("walking", f"{{duration: 1.6, plant: {{time_step: 0.005}}, gait: {{com_height: 0.58, "
+                               f"ticks_per_step: 40}}, ground: {ground}}}"))
+        for ground in ("[]", "[{kind: slope, at: 0.5, length: 1.0}]")
+    )  # fmt: skip
+    for name in ("lip_state", "com_reference", "foot_state", "stance_plan", "joint_state", "h"):
+        np.testing.assert_allclose(slope[name], level[name], atol=1e-5, err_msg=name)
 
 
 def test_both_forms_of_the_controller_walk_alike_over_uneven_ground() -> None:
