@@ -183,6 +183,22 @@ def test_weak_motors_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert re.match(r"(left|right)_knee_pitch needs \d+\.?\d* N m in a step, 1\.\d\d of its limit", torque["said"])
 
 
+def test_torques_that_the_plan_keeps_are_no_fault(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """With the ZMP in the middle of the soles the ankles would need more than they have; the plan moves it."""
+
+    def weak(data: Data) -> None:
+        data["effort_limits"] = [60.0, 100.0, 120.0, 150.0, 16.6, 60.0]
+
+    path = robot_file(tmp_path, None, weak)
+    scenario = load_scenario("walking", f"robot: {path}")
+    (seen,) = (f for f in walk_findings(Biped.load(str(path)), scenario.gait, None) if f.check == "walking torque")
+    assert seen.level == "fault"
+    code, findings = checked(path, capsys)
+    (torque,) = (finding for finding in findings if finding["check"] == "walking torque")
+    assert (code, torque["level"]) == (0, "note")
+    assert re.match(r"(left|right)_ankle_pitch needs 1\d\.?\d* N m in a step, 0\.[89]\d? of its limit", torque["said"])
+
+
 def test_a_template_has_no_robot_to_check(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "vhip"]) == 1
     assert "only a robot's walk can be checked" in capsys.readouterr().err

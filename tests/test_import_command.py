@@ -118,6 +118,34 @@ def test_a_name_of_a_package_of_models(tmp_path: Path, monkeypatch: pytest.Monke
     assert find_model("walker") == place.resolve()
 
 
+def test_a_name_that_has_to_be_downloaded_without_a_network(
+    elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Modules of robot_descriptions clone a repository as they are imported, and raise what git says."""
+    package = elsewhere / "robot_descriptions"
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "far_description.py").write_text(
+        "error = RuntimeError('Cmd failed')\n"
+        "error.stderr = \"\\n  stderr: 'Cloning\\nfatal: unable to access: Could not resolve host'\"\nraise error\n"
+    )
+    (package / "bare_description.py").write_text("import a_library_of_git\n")
+    monkeypatch.syspath_prepend(str(elsewhere))
+    monkeypatch.delitem(sys.modules, "robot_descriptions", raising=False)
+    assert main(["import", "far_description"]) == 1
+    assert capsys.readouterr().err == (
+        "pdhocbf: robot_descriptions can't download 'far_description', for which it needs a network: "
+        "unable to access: Could not resolve host\n"
+    )
+    assert main(["import", "bare_description"]) == 1
+    assert capsys.readouterr().err == (
+        "pdhocbf: robot_descriptions needs the package 'a_library_of_git', which is not installed\n"
+    )
+    assert main(["import", "nobody_knows_it"]) == 1
+    assert "pdhocbf: no model 'nobody_knows_it': give a URDF" in capsys.readouterr().err
+    assert names(elsewhere) == {"robot_descriptions"}
+
+
 def test_a_missing_library_is_named(
     model: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

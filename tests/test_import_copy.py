@@ -12,6 +12,8 @@ import pytest
 from pydrake.geometry import Role
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.importing.given import Given
+from pdhocbf_drake.importing.importer import import_robot
 from pdhocbf_drake.importing.inertia import lifted
 from pdhocbf_drake.importing.model_copy import ModelCopy, copy_model
 from pdhocbf_drake.importing.parsed import ParsedModel
@@ -69,6 +71,27 @@ def test_an_upright_axis_that_collada_names_counts(tmp_path: Path) -> None:
     model = ParsedModel(copied(tmp_path, with_shells(bipeds.urdf(bipeds.Shape()), "shell.dae")).path)
     wanted = np.array([[-0.09, -0.33, -0.18], [0.11, 0.27, 0.22]])
     np.testing.assert_allclose(corners(model, Role.kIllustration), wanted, atol=2e-3)
+
+
+@pytest.mark.parametrize("stored_upright", [True, False])
+def test_an_upright_axis_counts_unless_meshes_reach_to_the_joints_without_it(
+    tmp_path: Path, stored_upright: bool
+) -> None:
+    """Many robots' files name y though z is up in them, and readers that pass over the name show them rightly."""
+    thigh = trimesh.creation.box([0.1, 0.1, 0.3]).apply_translation([0.0, 0.0, -0.15])
+    if not stored_upright:
+        thigh.apply_transform(trimesh.transformations.rotation_matrix(-np.pi / 2, [1, 0, 0]))
+    thigh.export(tmp_path / "thigh.dae")
+    name_up(tmp_path / "thigh.dae", "Y_UP")
+    visual = '<visual><geometry><mesh filename="thigh.dae"/></geometry></visual>'
+    link = '<link name="left_hip_pitch_link">'
+    (tmp_path / "robot.urdf").write_text(bipeds.urdf(bipeds.Shape()).replace(link, link + visual))
+    (tmp_path / "out").mkdir()
+    made = import_robot(tmp_path / "robot.urdf", tmp_path / "out", Given(), lambda _: None)
+    assert any("up axis that mesh files name passed over" in change for change in made.changes) == stored_upright
+    model = ParsedModel(tmp_path / "out" / "model.urdf")
+    drawn = model.points([model.plant.GetBodyByName("left_hip_pitch_link")], (Role.kIllustration,))
+    np.testing.assert_allclose(np.ptp(drawn, axis=0), [0.1, 0.1, 0.3], atol=1e-4)
 
 
 def test_detailed_meshes_are_simplified(tmp_path: Path) -> None:

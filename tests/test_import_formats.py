@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import xml.etree.ElementTree as ET
 from pathlib import Path
-from typing import Any
 
 import bipeds
 import pytest
 import yaml
+from pydrake.math import RollPitchYaw
 
 from pdhocbf_drake.importing.given import Given
 from pdhocbf_drake.importing.importer import ROBOT, import_robot
@@ -28,12 +28,18 @@ def attribute(element: ET.Element, tag: str, name: str) -> str:
     return "" if found is None else found.get(name, "0 0 0")
 
 
+def turned(joint: ET.Element) -> str:
+    """The orientation of a joint's frame as a quaternion."""
+    angles = [float(word) for word in attribute(joint, "origin", "rpy").split()]
+    return " ".join(f"{x:.12g}" for x in RollPitchYaw(angles).ToQuaternion().wxyz())
+
+
 def as_mjcf(urdf: str) -> str:
     """MuJoCo's format, with torques at the joints and without motors, as many such files are."""
     root, children = tree_of(urdf)
 
     def body(link: ET.Element, joint: ET.Element | None) -> ET.Element:
-        place = {} if joint is None else {"pos": attribute(joint, "origin", "xyz")}
+        place = {} if joint is None else {"pos": attribute(joint, "origin", "xyz"), "quat": turned(joint)}
         element = ET.Element("body", name=link.get("name", ""), **place)
         if joint is None:
             ET.SubElement(element, "freejoint")
@@ -82,7 +88,7 @@ def as_sdf(urdf: str) -> str:
         limit = ET.SubElement(axis, "limit")
         for key in ("lower", "upper", "effort", "velocity"):
             ET.SubElement(limit, key).text = attribute(joint, "limit", key)
-        joint.set("pose", f"{attribute(joint, 'origin', 'xyz')} 0 0 0")
+        joint.set("pose", f"{attribute(joint, 'origin', 'xyz')} {attribute(joint, 'origin', 'rpy')}")
     for link in root.findall("link"):
         element = ET.SubElement(model, "link", name=link.get("name", ""))
         joint = root.find(f"joint/child[@link='{link.get('name')}']/..")
@@ -102,11 +108,36 @@ def as_sdf(urdf: str) -> str:
     return ET.tostring(sdf, encoding="unicode")
 
 
-@pytest.mark.parametrize(("name", "convert"), [("robot.xml", as_mjcf), ("robot.sdf", as_sdf)])
-def test_a_model_is_read_alike_in_every_format(tmp_path: Path, name: str, convert: Any) -> None:
-    urdf = bipeds.urdf(bipeds.Shape(order=("hip_pitch", "hip_roll", "hip_yaw")))
+def with_meshes(urdf: str, shape: bipeds.Shape, folder: Path) -> str:
+    """The URDF in a package, with feet that are meshes in millimetres, drawn and colliding."""
+    trimesh = pytest.importorskip("trimesh")
+    (folder / "meshes").mkdir()
+    (folder / "package.xml").write_text("<package><name>far_walker</name></package>")
+    root, _ = tree_of(urdf)
+    size = 1e3 * shape.size
+    foot = trimesh.creation.box([size * 2.0 * shape.sole[0], size * 2.0 * shape.sole[1], size * 0.02])
+    foot.apply_translation([size * shape.sole_x, 0.0, size * (0.01 - shape.ankle)])
+    foot.export(folder / "meshes" / "foot.stl")
+    for link in root.findall("link"):
+        for old in link.findall("collision"):
+            link.remove(old)
+        for role in ("visual", "collision") if link.get("name", "").endswith("_foot") else ():
+            geometry = ET.SubElement(ET.SubElement(link, role), "geometry")
+            ET.SubElement(geometry, "mesh", filename="package://far_walker/meshes/foot.stl", scale="0.001 0.001 0.001")
+    return ET.tostring(root, encoding="unicode")
+
+
+FORMATS = {"robot.xml": as_mjcf, "robot.sdf": as_sdf, "with_meshes.urdf": None}
+SHAPES = [bipeds.Shape(order=("hip_pitch", "hip_roll", "hip_yaw")), *map(bipeds.random_shape, (1, 5))]
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("shape", SHAPES, ids=["given", "1", "5"])
+def test_a_model_is_read_alike_in_every_format(tmp_path: Path, name: str, shape: bipeds.Shape) -> None:
+    urdf, convert = bipeds.urdf(shape), FORMATS[name]
     made = []
-    for file, text in (("robot.urdf", urdf), (name, convert(urdf))):
+    for file in ("robot.urdf", name):
+        text = urdf if file != name else convert(urdf) if convert else with_meshes(urdf, shape, tmp_path)
         (tmp_path / file).write_text(text)
         out = tmp_path / f"from_{file}"
         out.mkdir()

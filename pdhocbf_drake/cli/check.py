@@ -59,20 +59,13 @@ def _findings(what: str, text: str) -> Iterator[Finding]:
 
 def _of_walk(name: str, text: str) -> Iterator[Finding]:
     from pdhocbf_drake.fitting.findings import Finding
-    from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
     from pdhocbf_drake.robot import Biped
-    from pdhocbf_drake.simulation.limits import limit_findings
+    from pdhocbf_drake.simulation.limits import findings_within_limits
 
     scenario, fitted = load_fitted(name, text)
     for reason in fitted.reasons if fitted else ():
         yield Finding("default step", "ok", "gait.stride, gait.ticks_per_step", reason)
-    recovery = scenario.mpc.recovery
-    box = None if recovery is None else recovery.zmp_box
-    biped = Biped.load(scenario.robot)
-    found = walk_findings(biped, scenario.gait, box)
-    yield from found
-    if not is_refused(found):
-        yield from limit_findings(scenario, biped)
+    yield from findings_within_limits(scenario, Biped.load(scenario.robot))
 
 
 def _scenario(what: str, text: str) -> tuple[str, str]:

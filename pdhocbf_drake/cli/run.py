@@ -98,29 +98,20 @@ def _say_fit(scenario: Scenario, fitted: Fitted | None) -> None:
             say(f"pdhocbf: {sentence}")
 
 
-def _say_doubts(scenario: Scenario) -> None:
-    """Says what the robot may not be able to do; a walk that is refused has a sentence of its own."""
-    if scenario.system != "biped":
-        return
-    from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
-    from pdhocbf_drake.robot import Biped
-
-    box = None if scenario.mpc.recovery is None else scenario.mpc.recovery.zmp_box
-    found = walk_findings(Biped.load(scenario.robot), scenario.gait, box)
-    for finding in [] if is_refused(found) else found:
-        if finding.level != "ok":
-            say(f"pdhocbf: {finding.level}: {finding}")
-
-
 def _within_limits(scenario: Scenario) -> Scenario:
-    """The walk as its robot's joints allow it, which is simulated and written; says what they change."""
+    """The walk as its robot's joints allow it, which is simulated and written; says what they change, and doubts."""
     if scenario.system != "biped":
         return scenario
+    from pdhocbf_drake.fitting.walk_checks import walk_findings
     from pdhocbf_drake.simulation.limits import checked_walk
 
-    _, kept = checked_walk(scenario)
+    biped, kept = checked_walk(scenario)
     for sentence in kept.sentences:
         say(f"pdhocbf: {sentence}")
+    box = None if scenario.mpc.recovery is None else scenario.mpc.recovery.zmp_box
+    for finding in walk_findings(biped, kept.scenario.gait, box, kept.motion):
+        if finding.level != "ok":
+            say(f"pdhocbf: {finding.level}: {finding}")
     return kept.scenario
 
 
@@ -158,7 +149,6 @@ def _recorded(scenario: Scenario, live: bool, verbose: bool, folder: Path) -> Ru
     if verbose and scenario.system != "van_der_pol":
         done = "read from" if is_kept(scenario) else "compiled, for"
         say(f"pdhocbf: programs are {done} {walk_file(scenario) or 'this run alone'}")
-    _say_doubts(scenario)
     scenario = _within_limits(scenario)
     started = time.perf_counter()
     shown = shown_progress(scenario.name, float(scenario.duration), "s simulated")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from pdhocbf_drake.fitting.findings import Finding, level_of
 from pdhocbf_drake.fitting.preview import Step, preview, zmp_shift
 from pdhocbf_drake.fitting.step import LARGEST_SHIFT, SHIFT
 from pdhocbf_drake.robot import (
+    ROLES,
     SIDES,
     Biped,
     InverseDynamics,
@@ -25,21 +27,28 @@ from pdhocbf_drake.robot import (
 from pdhocbf_drake.walking.com_height import GRAVITY
 from pdhocbf_drake.walking.config import GaitConfig
 
+if TYPE_CHECKING:  # which loads the MPC
+    from pdhocbf_drake.fitting.steady_motion import SteadyMotion
+
 _GOOD = 0.8  # share of a joint's limit
 _ROUNDED = 1.05  # what rounding to whole ticks does to the swing leg's share
 GOOD_TIME, _LONGEST_TIME = 2.3, 3.0  # ω T of a step, in which a fall grows by e^(ω T)
 
 
-def walk_findings(biped: Biped, gait: GaitConfig, recovery_box: tuple[float, float] | None) -> list[Finding]:
+def walk_findings(
+    biped: Biped, gait: GaitConfig, recovery_box: tuple[float, float] | None, motion: SteadyMotion | None = None
+) -> list[Finding]:
     """Every check of a walk; where its postures are out of reach those of its motion are left out.
 
     Args:
         recovery_box: `mpc.recovery.zmp_box`, None where there is none [m].
+        motion: of the planned walk; otherwise torques and speeds are those of a preview, whose ZMP is in the middle of
+            the sole, and which asks more of the ankles than a plan does that keeps their limits.
     """
     found = [_box(biped, "gait.zmp_box", gait.zmp_box), _box(biped, "mpc.recovery.zmp_box", recovery_box)]
     found += [*_reach(biped, gait), _time(gait)]
     if all(finding.level != "fault" for finding in found if finding.check == "reach"):
-        found += [*motion_findings(biped, gait)]
+        found += [*motion_findings(biped, gait, motion)]
     return found
 
 
@@ -48,8 +57,8 @@ def is_refused(found: Sequence[Finding]) -> bool:
     return any(finding.level == "fault" for finding in found if finding.check in ("reach", "ZMP box"))
 
 
-def motion_findings(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
-    """The checks of a walk's motion, some hundredths of a second; nothing where it can't even stand."""
+def motion_findings(biped: Biped, gait: GaitConfig, motion: SteadyMotion | None = None) -> Iterator[Finding]:
+    """The checks of a walk's motion, see `walk_findings`, some hundredths of a second; nothing if it can't stand."""
     swing = Step.of(gait).swing
     half, height = gait.stance_width / 2.0, gait.com_height
     feet = sole_pose(0.0, half), sole_pose(0.0, -half)
@@ -58,19 +67,35 @@ def motion_findings(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
     except ModelError:
         return
     yield _swing(biped, gait, float(swing_lever(biped, posture)[0]), swing)
-    yield _torque("static torque", "standing on one foot", _static_torques(biped, on_one), biped, "gait.com_height")
-    seen = preview(biped, Step.of(gait))
-    if seen.missed:
-        yield Finding("step", "note", "gait.stride, gait.com_height", f"in a step, {seen.missed}", _LOWER)
-        return
-    yield _torque("walking torque", "in a step", seen.torques, biped, "gait.stride, gait.com_height")
+    needed = _static_torques(biped, on_one)
+    standing = _torque("static torque", "standing on one foot", needed, biped, "gait.com_height")
+    if motion is not None and standing.level == "fault":  # which the walk does not
+        standing = standing._replace(level="note")
+    yield standing
+    if motion is None:
+        seen = preview(biped, Step.of(gait))
+        if seen.missed:
+            yield Finding("step", "note", "gait.stride, gait.com_height", f"in a step, {seen.missed}", _LOWER)
+            return
+        torques, speeds = seen.torques, seen.speeds
+    else:
+        torques, speeds = (abs(values).max(axis=0) for values in (motion.torques, motion.speeds))
+    yield _torque("walking torque", "in a step", torques, biped, "gait.stride, gait.com_height")
     yield _share(
-        "joint speed", "in a step", seen.speeds, biped.velocity_limits, biped, "rad/s",
+        "joint speed", "in a step", speeds, biped.velocity_limits, biped, "rad/s",
         "gait.stride, gait.ticks_per_step", "a shorter stride or more ticks per step",
     )  # fmt: skip
 
 
 _LOWER = "a lower com_height or a shorter stride"
+_LESS_TORQUE = {
+    "hip_yaw": "a shorter stride asks for less",
+    "hip_roll": "feet closer together, by a smaller stance_width, ask for less",
+    "hip_pitch": "straighter knees, by a higher com_height, carry more",
+    "knee_pitch": "straighter knees, by a higher com_height, carry more",
+    "ankle_pitch": "a shorter stride or zmp_box asks for less",
+    "ankle_roll": "a narrower zmp_box asks for less",
+}
 
 
 def _box(biped: Biped, key: str, box: tuple[float, float] | None) -> Finding:
@@ -117,7 +142,8 @@ def _static_torques(biped: Biped, posture: np.ndarray) -> np.ndarray:
 
 def _torque(check: str, when: str, torques: np.ndarray, biped: Biped, key: str) -> Finding:
     key = f"{key}, effort_limits of the robot"
-    fix = "straighter knees, by a higher com_height, carry more; or give the limits of the real motors"
+    role = ROLES[int((torques / biped.effort_limits).argmax()) % len(ROLES)]
+    fix = f"{_LESS_TORQUE[role]}; or give the limits of the real motors"
     return _share(check, when, torques, biped.effort_limits, biped, "N m", key, fix)
 
 

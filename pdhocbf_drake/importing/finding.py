@@ -53,11 +53,17 @@ def _example_models() -> dict[str, Path]:
 
 def _described(model: str) -> Path | None:
     """The model of a module of robot_descriptions, which downloads it; None if that package or module is missing."""
+    package, name = "robot_descriptions", f"robot_descriptions.{model}"
     try:
-        module = importlib.import_module(f"robot_descriptions.{model}")
-    except ModuleNotFoundError:
-        return None
+        module = importlib.import_module(name)
+    except ModuleNotFoundError as error:
+        if error.name in (package, name):
+            return None
+        raise InputError(f"{package} needs the package {error.name!r}, which is not installed") from None
     except Exception as error:  # of git, of the network
-        raise InputError(f"robot_descriptions can't get {shown(model)}: {reason(error)}") from None
+        of_git = str(getattr(error, "stderr", "")).rpartition("fatal: ")[2].strip(" '\n")
+        raise InputError(
+            f"{package} can't download {shown(model)}, for which it needs a network: {of_git or reason(error)}"
+        ) from None
     place = getattr(module, "URDF_PATH", None) or getattr(module, "MJCF_PATH", None)
     return Path(place) if place else None

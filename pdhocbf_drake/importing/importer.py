@@ -24,6 +24,8 @@ from pdhocbf_drake.importing.robot_file import (
     robot_entries,
     stance_width,
 )
+from pdhocbf_drake.importing.unsupported import noting_what_drake_leaves_out
+from pdhocbf_drake.importing.upright import fit_better_as_stored
 from pdhocbf_drake.robot import Biped, RobotConfig
 from pdhocbf_drake.robot.parsing import listed
 from pdhocbf_drake.yaml_text import write_yaml
@@ -55,10 +57,14 @@ def import_robot(source: Path, folder: Path, given: Given, report: Report) -> Im
     report("copying the model")
     copy = copy_model(source, folder, given.packages, given.base, report)
     report("reading the model")
-    model = ParsedModel(copy.path)
+    with noting_what_drake_leaves_out() as left_out:
+        model = ParsedModel(copy.path, str(source))
+    if fit_better_as_stored(model, copy.meshes.turns):
+        copy.meshes.write_as_stored(report)
+        model = ParsedModel(copy.path)
     found, facts = read_legs(model, given)
     _check_leaders(copy, found)
-    changes = [*copy.changes, *_ignored(copy, model, found)]
+    changes = [*copy.changes, *left_out.remove_from(copy.root), *_ignored(copy, model, found)]
     config, more = _config(source, folder, copy, model, found, given, facts)
     changes.append(
         "each foot touches the ground with four spheres at its sole's corners (keep_contact: true undoes it)"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -10,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from pdhocbf_drake.errors import InputError, reason
+from pdhocbf_drake.importing.mesh_axes import Y_UP, named_turn, to_z_up
 
 MISSING: Final = (
     "meshes are converted with the packages 'trimesh', 'fast-simplification' and 'pycollada'; "
@@ -21,10 +21,6 @@ _FEWEST_FACES = 200  # of a mesh that is simplified
 _HULL_FACES = 2000  # the most of a convex hull
 _AGGRESSION = 3  # of the simplification, from 0 to 10; low is slow and exact
 _PLAIN = {".stl", ".ply", ".off"}  # formats without materials
-
-_UP = re.compile(r"<up_axis>\s*([XYZ])_UP")
-_Y_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-_X_UP = np.array([[0.0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]])
 
 Report = Callable[[str], None]
 
@@ -38,6 +34,7 @@ class MeshFolder:
 
     def __init__(self, home: Path) -> None:
         self._home, self._wanted = home, dict[tuple[Path, bool], str]()
+        self._as_stored = False
         self.changes: list[str] = []
 
     def add(self, source: Path, contact: bool) -> str:
@@ -53,6 +50,18 @@ class MeshFolder:
             self._wanted[key] = name
         return self._wanted[key]
 
+    @property
+    def turns(self) -> dict[str, np.ndarray]:
+        """The rotation to axes with z up (3, 3), by the names of drawn meshes whose files name another axis."""
+        drawn = {Path(name).name: named_turn(source) for (source, contact), name in self._wanted.items() if not contact}
+        return {name: turn[:3, :3] for name, turn in drawn.items() if not np.array_equal(turn, np.eye(4))}
+
+    def write_as_stored(self, report: Report) -> None:
+        """Writes all meshes anew, without regard to the up axis that COLLADA files name."""
+        self._as_stored = True
+        self.changes = ["the up axis that mesh files name passed over: without it meshes reach to the joints"]
+        self.write(report)
+
     def write(self, report: Report) -> None:
         """Writes all meshes.
 
@@ -62,7 +71,7 @@ class MeshFolder:
         if not self._wanted:
             return
         (self._home / FOLDER).mkdir(exist_ok=True)
-        parts = {key: _parts(key[0]) for key in self._wanted}
+        parts = {key: _parts(key[0], self._as_stored) for key in self._wanted}
         total = sum(len(part.faces) for (_, contact), mesh in parts.items() if not contact for part in mesh)
         share = min(1.0, _MOST_FACES / max(total, 1))
         for number, (key, name) in enumerate(self._wanted.items(), start=1):
@@ -105,8 +114,8 @@ def _is_plain(source: Path) -> bool:
     return source.suffix.lower() in _PLAIN
 
 
-def _parts(source: Path) -> list[Any]:
-    """The triangle meshes of a file, in its own frame [m]."""
+def _parts(source: Path, as_stored: bool = False) -> list[Any]:
+    """The triangle meshes of a file, in its own frame [m], z up by its axes or as it is stored."""
     trimesh = _trimesh()
     try:
         scene = trimesh.load_scene(str(source))
@@ -114,7 +123,7 @@ def _parts(source: Path) -> list[Any]:
         raise InputError(f"mesh {source} can't be read: {reason(error)}") from None
     factor = str(scene.units or "").partition(" *")[0]
     scale = float(factor) if " *" in str(scene.units or "") else 1.0  # "0.001 * meters" in COLLADA
-    upright, parts = _upright(source), []
+    upright, parts = np.eye(4) if as_stored and source.suffix.lower() == ".dae" else to_z_up(source), []
     for node in scene.graph.nodes_geometry:
         transform, name = scene.graph[node]
         geometry = scene.geometry[name]
@@ -123,19 +132,6 @@ def _parts(source: Path) -> list[Any]:
     if not parts:
         raise InputError(f"mesh {source} can't be read: it has no triangles")
     return parts
-
-
-def _upright(source: Path) -> np.ndarray:
-    """The transform (4, 4) of a file's axes to those with z up: glTF's y is up, and COLLADA's where it says so."""
-    suffix = source.suffix.lower()
-    if suffix in (".gltf", ".glb"):
-        return _Y_UP
-    if suffix == ".dae":
-        with source.open(encoding="utf-8", errors="replace") as file:
-            found = _UP.search(file.read(100_000))
-        if found:
-            return {"Y": _Y_UP, "X": _X_UP, "Z": np.eye(4)}[found[1]]
-    return np.eye(4)
 
 
 def _simplified(part: Any, share: float) -> Any:
@@ -181,7 +177,7 @@ def _write_visual(parts: list[Any], path: Path) -> None:
         material = trimesh.visual.material.PBRMaterial(
             baseColorFactor=(255.0 * _colour(part)).astype(np.uint8), metallicFactor=0.1, roughnessFactor=0.6
         )
-        plain = trimesh.Trimesh(part.vertices, part.faces, process=False).apply_transform(_Y_UP.T)
+        plain = trimesh.Trimesh(part.vertices, part.faces, process=False).apply_transform(Y_UP.T)
         plain.visual = trimesh.visual.TextureVisuals(material=material)
         scene.add_geometry(plain)
     files = trimesh.exchange.gltf.export_gltf(scene, embed_buffers=True)

@@ -10,6 +10,7 @@ import numpy as np
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.importing.copying import Copying
 from pdhocbf_drake.importing.inertia import lifted
+from pdhocbf_drake.importing.mjcf_motors import write_motors
 from pdhocbf_drake.robot.model_text import number, read_xml
 
 _KEPT = {"compiler", "option", "default", "asset", "worldbody", "contact", "actuator"}
@@ -36,9 +37,11 @@ def copy_mjcf(root: ET.Element, copying: Copying) -> None:
         asset[:] = [element for element in asset if element.tag in ("mesh", "material")]
         for material in asset.findall("material"):
             material.attrib.pop("texture", None)
+    _drop_friction_of_turning(root)
+    _drop_pairs(root)
     _copy_meshes(root, folder, copying)
     _lift_inertias(root, copying)
-    _move_efforts(root)
+    write_motors(root)
 
 
 def _floats(body: ET.Element) -> bool:
@@ -56,6 +59,22 @@ def _include(root: ET.Element, folder: Path, source: Path, depth: int = 0) -> No
             _include(included, folder, source, depth + 1)
             place = list(parent).index(element)
             parent[place : place + 1] = list(included)
+
+
+def _drop_friction_of_turning(root: ET.Element) -> None:
+    """Leaves a geometry's sliding friction alone, which is what Drake has."""
+    for geom in root.iter("geom"):
+        if len(sliding := geom.get("friction", "").split()) > 1:
+            geom.set("friction", sliding[0])
+
+
+def _drop_pairs(root: ET.Element) -> None:
+    """Drops contact pairs with a geometry that is gone, such as the floor."""
+    there = {geom.get("name") for geom in root.iter("geom")}
+    for contact in root.findall("contact"):
+        for pair in contact.findall("pair"):
+            if not {pair.get("geom1"), pair.get("geom2")} <= there:
+                contact.remove(pair)
 
 
 def _copy_meshes(root: ET.Element, folder: str, copying: Copying) -> None:
@@ -87,23 +106,6 @@ def _is_visual(geom: ET.Element) -> bool:
     return geom.get("contype") == geom.get("conaffinity") == "0" or "visual" in geom.get("class", "")
 
 
-def _move_efforts(root: ET.Element) -> None:
-    """Writes the joints' greatest torques to their motors, where Drake reads them; adds motors that are missing."""
-    motors = {motor.get("joint"): motor for actuator in root.findall("actuator") for motor in actuator}
-    for joint in root.iter("joint"):
-        joint.attrib.pop("actuatorfrclimited", None)
-        span = joint.attrib.pop("actuatorfrcrange", None)
-        if span is None or joint.get("name") is None:
-            continue
-        motor = motors.get(joint.get("name"))
-        if motor is None:
-            actuator = root.find("actuator")
-            actuator = ET.SubElement(root, "actuator") if actuator is None else actuator
-            motor = ET.SubElement(actuator, "motor", name=f"{joint.get('name')}_motor", joint=joint.get("name", ""))
-        if "forcerange" not in motor.attrib:
-            motor.attrib |= {"forcelimited": "true", "forcerange": span}
-
-
 def _lift_inertias(root: ET.Element, copying: Copying) -> None:
     changed = []
     for body in root.iter("body"):
@@ -111,6 +113,12 @@ def _lift_inertias(root: ET.Element, copying: Copying) -> None:
         if inertial is None:
             continue
         mass = number(inertial.get("mass")) or 0.0
+        if mass <= 0.0:  # which Drake reads of geometry alone
+            body.remove(inertial)
+            for geom in body.findall("geom"):
+                geom.attrib.pop("density", None)
+                geom.set("mass", "0")
+            continue
         key = "fullinertia" if "fullinertia" in inertial.attrib else "diaginertia"
         entries = [number(text) or 0.0 for text in inertial.get(key, "").split()]
         if len(entries) not in (3, 6):

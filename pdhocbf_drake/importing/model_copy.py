@@ -23,15 +23,20 @@ class ModelCopy:
     """The copy of a model.
 
     Attributes:
-        path: its file. root: its tree, see `robot.model_text.read_xml`.
-        changes: what it has other than the model, in sentences.
+        path: its file. root: its tree, see `robot.model_text.read_xml`. meshes: its meshes.
         leaders: by the name of each joint that followed another one (mimic), that other one.
     """
 
     path: Path
     root: ET.Element
-    changes: list[str]
+    meshes: MeshFolder
     leaders: dict[str, str]
+    _changes: list[str]
+
+    @property
+    def changes(self) -> list[str]:
+        """What it has other than the model, in sentences."""
+        return [*self._changes, *self.meshes.changes]
 
     def save(self) -> None:
         """Writes the tree to the file."""
@@ -57,6 +62,6 @@ def copy_model(source: Path, folder: Path, packages: Mapping[str, Path], base: s
     copying.note_missing()
     copying.meshes.write(report)
     leaders = {name: text.leader for name, text in joint_texts(source).items() if text.leader}
-    made = ModelCopy(folder / f"model{ending}", root, [*copying.changes, *copying.meshes.changes], leaders)
+    made = ModelCopy(folder / f"model{ending}", root, copying.meshes, leaders, copying.changes)
     made.save()
     return made

@@ -32,14 +32,17 @@ class ParsedModel:
         mass: total mass [kg].
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, name: str = "") -> None:
         """
+        Args:
+            path: of the model. name: by which messages call it; otherwise its path.
+
         Raises:
             ModelError: Drake refuses the model, it has no mass, or none or several of its bodies float.
         """
         builder = DiagramBuilder()
         self.plant, self.scene_graph = AddMultibodyPlant(MultibodyPlantConfig(), builder)
-        with refusals(str(path), path), warnings_once():
+        with refusals(name or str(path), path), warnings_once():
             (instance,) = Parser(self.plant).AddModels(path) or [None]
             self.plant.Finalize()
         self.bodies: list[RigidBody] = [self.plant.get_body(index) for index in self.plant.GetBodyIndices(instance)]
@@ -54,7 +57,7 @@ class ParsedModel:
         self.plant.SetPositions(self.context, positions)
         self.mass = float(self.plant.CalcTotalMass(self.context))
         if not self.mass > 0.0:
-            raise ModelError(f"{path} has no mass: its links need <inertial> tags")
+            raise ModelError(f"{name or path} has no mass: its links need <inertial> tags")
 
     def _floating(self) -> RigidBody:
         floating = [self.plant.get_body(index) for index in sorted(self.plant.GetFloatingBaseBodies(), key=int)]

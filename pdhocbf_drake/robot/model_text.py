@@ -19,13 +19,14 @@ class JointText(NamedTuple):
 
     Attributes:
         effort: greatest torque or force [N m, N]. lower, upper: limits [rad, m].
-        leader: the joint that it follows (mimic).
+        leader: the joint that it follows (mimic). child: the link that hangs from it, in URDF and SDF.
     """
 
     effort: float | None = None
     lower: float | None = None
     upper: float | None = None
     leader: str | None = None
+    child: str | None = None
 
 
 def read_xml(text: str) -> ET.Element:
@@ -68,8 +69,9 @@ def _urdf(root: ET.Element) -> dict[str, JointText]:
     for joint in root.findall("joint"):
         limit, mimic = joint.find("limit"), joint.find("mimic")
         effort, lower, upper = (None if limit is None else number(limit.get(key)) for key in _LIMITS)
-        leader = None if mimic is None else mimic.get("joint")
-        found.setdefault(joint.get("name", ""), JointText(effort, lower, upper, leader))
+        leader, child = None if mimic is None else mimic.get("joint"), joint.find("child")
+        link = None if child is None else child.get("link")
+        found.setdefault(joint.get("name", ""), JointText(effort, lower, upper, leader, link))
     return found
 
 
@@ -79,7 +81,8 @@ def _sdf(root: ET.Element) -> dict[str, JointText]:
         effort, lower, upper = (number(joint.findtext(f"axis/limit/{key}")) for key in _LIMITS)
         mimic = joint.find("axis/mimic")
         leader = None if mimic is None else mimic.get("joint")
-        found.setdefault(joint.get("name", ""), JointText(effort, lower, upper, leader))
+        child = joint.findtext("child")
+        found.setdefault(joint.get("name", ""), JointText(effort, lower, upper, leader, child))
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -17,6 +18,7 @@ from pdhocbf_drake.robot.config import RobotConfig
 from pdhocbf_drake.robot.model_text import joint_texts
 
 _SUFFIXES = {".urdf", ".sdf", ".xml"}
+_PLACE = re.compile(r"^\S+:\d+: (warning: |error: )?")  # of what a message of Drake is about
 
 
 def parse_model(plant: MultibodyPlant, config: RobotConfig) -> ModelInstanceIndex:
@@ -55,14 +57,14 @@ def refusals(what: str, path: Path) -> Iterator[None]:
     try:
         yield
     except RuntimeError as error:
-        raise ModelError(f"{what} can't be read: {_refused(str(error))}") from None
+        raise ModelError(f"{what} can't be read: {_refused(path, str(error))}") from None
     except SystemExit as error:  # some of Drake's checks end the process
         raise ModelError(f"{what} can't be read: {_ended(path, str(error))}") from None
 
 
 @contextmanager
 def warnings_once() -> Iterator[None]:
-    """A model is parsed several times for a run; each warning of Drake is logged the first time alone."""
+    """A model is parsed several times for a run; each kind of warning of Drake is logged the first time alone."""
     logger = logging.getLogger("drake")
     logger.addFilter(_is_new)
     try:
@@ -73,7 +75,7 @@ def warnings_once() -> Iterator[None]:
 
 def _is_new(record: logging.LogRecord) -> bool:
     before = _seen.cache_info().misses
-    _seen(record.getMessage())
+    _seen(_PLACE.sub("", record.getMessage()))
     return _seen.cache_info().misses > before
 
 
@@ -82,12 +84,24 @@ def _seen(message: str) -> None:
     """Its cache holds the messages that have been logged."""
 
 
-def _refused(message: str) -> str:
-    first = message.splitlines()[0]
+def _refused(path: Path, message: str) -> str:
+    first = _PLACE.sub("", message.splitlines()[0])
+    if "form one or more loops" in first:
+        return f"its joints form loops, and those of a robot that walks form a tree{_twice_held(path)}"
     formats = (".stl", ".dae", ".glb")
     if any(suffix in first.lower() for suffix in formats):
         return f"{first}; Drake reads meshes in OBJ, glTF and VTK; `pdhocbf import` converts others"
     return first
+
+
+def _twice_held(path: Path) -> str:
+    """A link that hangs from two joints, for a message."""
+    joints = joint_texts(path)
+    for name, joint in joints.items():
+        others = [other for other in joints if joints[other].child == joint.child and other != name]
+        if joint.child and others:
+            return f": {joint.child!r} hangs from {listed([name, *others])}"
+    return ""
 
 
 def _ended(path: Path, message: str) -> str:

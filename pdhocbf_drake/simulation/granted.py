@@ -37,10 +37,11 @@ class Asked(NamedTuple):
 
 
 class Excess(NamedTuple):
-    """What is exceeded, in words, empty if nothing is; and whether it is the grip on the ground."""
+    """What is exceeded, in words, empty if nothing is; whether it is the grip on the ground; the motion, if planned."""
 
     said: str = ""
     of_ground: bool = False
+    motion: SteadyMotion | None = None
 
 
 def longest_granted(asked: Asked, stride: float) -> float | None:
@@ -77,7 +78,7 @@ def exceeded(asked: Asked, stride: float) -> Excess:
             )
     # In a turn the ground also gives the centripetal force.
     duration = scenario.gait.ticks_per_step * scenario.gait.tick
-    return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)
+    return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)._replace(motion=motion)
 
 
 def grip_of(biped: Biped, scenario: Scenario) -> Grip:

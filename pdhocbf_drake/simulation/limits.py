@@ -8,12 +8,15 @@ from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.fitting.findings import Finding
 from pdhocbf_drake.fitting.plan_limits import plan_limits
 from pdhocbf_drake.fitting.preview import Step, preview
+from pdhocbf_drake.fitting.steady_motion import SteadyMotion
+from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.robot import SIDES, Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.commands import commanded_stride
 from pdhocbf_drake.simulation.granted import Asked, exceeded, longest_granted
 from pdhocbf_drake.simulation.ground_checks import check_start
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.uneven_checks import check_known_ground, known_ground_findings
 
 _FAR = 0.7  # share of a joint's limit below which a walk is taken as it is, by its preview
 _SLIPPERY = 0.3  # friction below which it is looked at; a walk uses some 0.08 and 20 mm about the vertical
@@ -22,10 +25,17 @@ _TUNE = "`pdhocbf tune` searches a gait that asks less of a joint"
 
 
 class Kept(NamedTuple):
-    """A scenario with `mpc.limits` as numbers, a stride that can be walked, and a sentence for each other change."""
+    """A walk within limits.
+
+    Attributes:
+        scenario: with `mpc.limits` as numbers, and a stride that can be walked.
+        sentences: one for each other change.
+        motion: the steady motion straight ahead, where it was looked at.
+    """
 
     scenario: Scenario
     sentences: tuple[str, ...] = ()
+    motion: SteadyMotion | None = None
 
 
 def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
@@ -33,7 +43,7 @@ def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
 
     Raises:
         ModelError: a box, height or stride is out of the robot's reach, or as `within_limits`.
-        InputError: the walk starts on an edge or a slope.
+        InputError: the walk starts on an edge or a slope, or as `check_known_ground`.
     """
     biped, gait, recovery = Biped.load(scenario.robot), scenario.gait, scenario.mpc.recovery
     check_start(scenario, biped)
@@ -41,6 +51,7 @@ def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
     check_walk(biped, stride=gait.stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=gait.zmp_box)
     if recovery is not None and recovery.zmp_box is not None:
         check_zmp_box(biped, recovery.zmp_box, "mpc.recovery.zmp_box")
+    check_known_ground(scenario, biped)
     return biped, within_limits(scenario, biped)
 
 
@@ -75,7 +86,7 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
             walk = walk._replace(scenario=scenario)
             first = exceeded(walk, asked)
     if not first.said:
-        return Kept(scenario, tuple(sentences))
+        return Kept(scenario, tuple(sentences), first.motion)
     stride = longest_granted(walk, asked)
     if stride is None:
         in_place = exceeded(walk, 0.0)
@@ -89,15 +100,26 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
     scenario = _with(scenario, mpc={"limits": limits.model_copy(update={"stride": stride})})
     if not (scenario.commands or scenario.path):
         scenario = _with(scenario, gait={"stride": stride})
-    return Kept(scenario, tuple(sentences))
+    return Kept(scenario, tuple(sentences), exceeded(walk, stride).motion)
 
 
-def limit_findings(scenario: Scenario, biped: Biped) -> list[Finding]:
-    """What joints and friction leave to the plan of a walk within reach, and what that changes."""
+def findings_within_limits(scenario: Scenario, biped: Biped) -> list[Finding]:
+    """Every check of a walk, and what joints and friction leave to its plan, and what that changes."""
+    recovery = scenario.mpc.recovery
+    box = None if recovery is None else recovery.zmp_box
+    found = walk_findings(biped, scenario.gait, box)
+    if is_refused(found):
+        return found
     try:
         kept = within_limits(scenario, biped)
     except ModelError as error:
-        return [Finding("limits", "fault", "mpc.limits, friction_belief", str(error), "null leaves them to the motors")]
+        fix = "null leaves them to the motors"
+        return [*found, Finding("limits", "fault", "mpc.limits, friction_belief", str(error), fix)]
+    found = [*walk_findings(biped, kept.scenario.gait, box, kept.motion), *_limits(kept)]
+    return [*found, *known_ground_findings(kept.scenario, biped)]
+
+
+def _limits(kept: Kept) -> list[Finding]:
     limits = kept.scenario.mpc.plan_limits
     if limits is None:
         return [Finding("limits", "ok", "mpc.limits", "left to the motors")]

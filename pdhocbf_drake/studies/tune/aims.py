@@ -15,6 +15,7 @@ if TYPE_CHECKING:  # which load Drake
     from pdhocbf_drake.studies.tune.joint_limits import JointLimits
 
 _MOST = 0.9  # share of a joint's torque and speed limit
+_SLOWEST = 0.95  # of the commanded speed
 _POWER = 8  # of the mean of the joints' shares, near the largest of them
 
 
@@ -45,7 +46,9 @@ AIMS: Final[dict[str, Aim]] = {
 }
 
 
-def cost(gait: GaitMeasures, aim: str, joint: str | None, limits: JointLimits, zmp_inside: float) -> float:
+def cost(
+    gait: GaitMeasures, aim: str, joint: str | None, limits: JointLimits, zmp_inside: float, speed: float = 0.0
+) -> float:
     """The cost of a gait under an aim; infinite where it doesn't walk, or asks too much of joints or ZMP.
 
     Args:
@@ -54,10 +57,13 @@ def cost(gait: GaitMeasures, aim: str, joint: str | None, limits: JointLimits, z
         joint: the role whose torque alone counts for the aim "torque"; None for all.
         limits: of the robot's joints.
         zmp_inside: how far inside its box, or outside if negative, the ZMP must stay at least [m].
+        speed: that is commanded, and that a gait of which limits grant less does not reach [m/s].
     """
     if gait.ending != FINISHED or gait.zmp_inside is None or gait.zmp_inside < zmp_inside:
         return math.inf
     if max(limits.torque_shares(gait).max(), limits.speed_shares(gait).max()) > _MOST:
+        return math.inf
+    if aim != "speed" and abs(gait.speed or 0.0) < _SLOWEST * abs(speed):
         return math.inf
     if any(least < 0.0 for least in (gait.h_min or {}).values()):
         return math.inf

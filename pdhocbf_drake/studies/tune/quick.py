@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.fitting.plan_limits import plan_limits
 from pdhocbf_drake.fitting.steady_motion import OutOfReach, steady_motion
 from pdhocbf_drake.fitting.step import LARGEST_SHIFT
 from pdhocbf_drake.fitting.walk_checks import GOOD_TIME
@@ -20,7 +21,7 @@ _REACH = 0.5  # of the longest step that the legs can stand in, as for default s
 
 
 def quick_measure(work: Work) -> GaitMeasures:
-    """The gait on the template's settled orbit without barriers, its joints by inverse dynamics.
+    """The gait on the template's settled orbit within what joints leave to the plan, without barriers.
 
     The certified area, which takes longest, is measured where the work names pushes to try.
     """
@@ -34,6 +35,10 @@ def quick_measure(work: Work) -> GaitMeasures:
         growth = math.sqrt(GRAVITY / gait.com_height) * gait.ticks_per_step * gait.tick
         if growth > GOOD_TIME:
             return GaitMeasures(work.values, f"in a step a fall grows by e^{growth:.2f}")
+        if scenario.mpc.limits == "model":
+            scenario = scenario.model_copy(
+                update={"mpc": scenario.mpc.model_copy(update={"limits": plan_limits(biped, gait)})}
+            )
         motion = steady_motion(biped, nominal_mpc(scenario, gait.stride, None))
         if isinstance(motion, OutOfReach):
             return GaitMeasures(work.values, motion.reason)

@@ -66,6 +66,7 @@ def tune(
     searched = _searched(aim, keys)
     _check(scenario, aim, joint, confirmed)
     limits = JointLimits.of(Biped.load(scenario.robot))
+    speed = scenario.gait.stride / (scenario.gait.ticks_per_step * scenario.gait.tick)
     directions = _DIRECTIONS if aim == "push" else ()
     done = 0
 
@@ -88,8 +89,11 @@ def tune(
 
     least_inside = 0.0
 
+    def cost_of(gait: GaitMeasures) -> float:
+        return cost(gait, aim, joint, limits, least_inside, speed)
+
     def costs(all_values: list[Values]) -> list[float]:
-        return [cost(gait, aim, joint, limits, least_inside) for gait in measured(quick_measure, all_values)]
+        return [cost_of(gait) for gait in measured(quick_measure, all_values)]
 
     space = Space(scenario, searched)
     tried = search(space, costs)
@@ -99,8 +103,8 @@ def tune(
     gaits = measured(measure, [own, *(good[value] for value in sorted(good)[:confirmed])])
     if gaits[0].ending == FINISHED:
         least_inside = min(0.0, gaits[0].zmp_inside or 0.0)
-    best = min(gaits, key=lambda gait: cost(gait, aim, joint, limits, least_inside))
-    if math.isinf(cost(best, aim, joint, limits, least_inside)):
+    best = min(gaits, key=cost_of)
+    if math.isinf(cost_of(best)):
         raise InputError(f"no gait was found that walks within the robot's limits; the scenario's own: {_why(gaits)}")
     return Tuned(varied(scenario, {} if best.values == own else best.values), gaits, best, len(tried))
 
