@@ -94,7 +94,7 @@ def _check_stride(biped: Biped, stride: float, stance_width: float, height: floa
         return
     longest = longest_stride(biped, stance_width, height)
     raise ModelError(
-        f"stride {stride:g} m is beyond the legs' reach of robot {biped.config.name!r} "
+        f"gait.stride: a step of {stride:g} m is beyond the legs' reach of robot {biped.config.name!r} "
         f"at a CoM height of {height:g} m; allowed is up to {longest:.3g} m"
     )
 
