@@ -21,6 +21,9 @@ class Kept(Generic[T]):
     def __len__(self) -> int:
         return len(self._things)
 
+    def __contains__(self, key: Hashable) -> bool:
+        return key in self._things
+
     def __iter__(self) -> Iterator[T]:
         return iter(self._things.values())
 

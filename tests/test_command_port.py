@@ -86,6 +86,16 @@ def test_a_late_port_holds_its_last_command_and_says_so(from_file: list, standin
     assert set(reasons[~late]) == {Reason.SOLVED}
 
 
+@pytest.mark.parametrize(("phase", "stop", "taken_up"), [(35, False, 4), (36, False, 5), (39, False, 5), (39, True, 4)])
+def test_in_the_last_eighth_of_a_step_only_a_stop_is_read(phase: int, stop: bool, taken_up: int) -> None:
+    first = [*STANDS, {"time": 0.4, "velocity": [0.2, 0.0]}]
+    then = {"stop": True} if stop else {"velocity": [0.1, 0.05], "turn": 0.3}
+    before, after = np.array([0.2, 0.0, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 1.0] if stop else [0.1, 0.05, 0.3, 0.0])
+    rows = walked(build_walk(scenario(first)), lambda k: after if k >= 120 + phase else before, 320)
+    known = walked(build_walk(scenario([*first, {"time": taken_up * STEP, **then}])), None, 320)
+    np.testing.assert_array_equal(states(rows), states(known))
+
+
 def test_before_the_first_command_of_a_port_those_of_the_scenario_hold(from_file: list) -> None:
     walk = build_walk(scenario(SEQUENCE))
     rows = walked(walk, lambda tick: np.full(4, np.nan))

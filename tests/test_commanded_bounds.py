@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from pdhocbf_drake.mpc import commanded_orbit
 from pdhocbf_drake.mpc.loop import Measurement, TemplateTick, walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.simulation.build import Walk, build_walk
@@ -15,6 +16,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.walking.commanded_bound import CommandedBound
+from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.course import UNSETTLED
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.quantities import QUANTITIES
@@ -197,6 +199,51 @@ def test_commands_of_a_port_have_the_same_bounds() -> None:
     assert np.abs([row.state for row in other]).max() < 1e-6
     other = walked(walk_of(standing, barriers), 800, port)
     np.testing.assert_array_equal([row.state for row in other], [row.state for row in one])
+
+
+def test_no_tick_walks_more_of_the_orbit_of_a_coming_command_than_a_gait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whenever a port's command comes in a step, its orbit is there where it is taken up."""
+    walked_ticks = [0]
+
+    def planned(*_: object) -> None:
+        walked_ticks[-1] += 1
+
+    def port(measurement: Measurement) -> Measurement:
+        place = measurement.tick // (2 * N + 5)  # each comes later in its step than the one before
+        asked = np.random.default_rng(place).uniform([-0.2, -0.12, -0.45], [0.375, 0.12, 0.45])
+        walked_ticks.append(0)
+        return measurement._replace(command=np.array([*asked, 0.0]))
+
+    robot = load_scenario("walking").to_dict()
+    walk = walk_of(({"time": 0.0, "stop": True},), {"b": on("forward_speed")}, gait=robot["gait"], mpc=robot["mpc"])
+    monkeypatch.setattr(commanded_orbit, "check_planned", planned)
+    rows = walked(walk, 17 * N, port)
+    assert max(walked_ticks) == 2 * N
+    assert len({row.memory.course.command for row in rows if row.memory.course is not None}) == 8
+
+
+@pytest.mark.parametrize("command", [Command(), Command(0.3, 0.0, 0.5), Command(0.1, -0.1, -0.3), Command(-0.2, 0.05)])
+def test_the_orbit_of_a_command_is_the_walk_that_settles_under_it(command: Command) -> None:
+    walk = walk_of(({"time": 0.0, "velocity": command[:2], "turn": command.turn},), {"b": on("forward_speed")})
+    free = walk_of(({"time": 0.0, "velocity": command[:2], "turn": command.turn},), {})
+    rows = walked(free, 26 * N)[24 * N :]
+    orbit = walk.barriers[0].orbits.of(command)
+    found = np.concatenate([orbit[0 if walk.gait.support(step) > 0 else 1] for step in (24, 25)], axis=1)
+    settled = np.stack([seen(free, row) for row in rows], axis=1)
+    # A walk that does not turn keeps, across the heading, a millimetre or two that its start has left.
+    axes = slice(0, 2 if command.turn else 1)
+    np.testing.assert_allclose(found[axes], settled[axes], atol=1e-5)
+    np.testing.assert_allclose(found, settled, atol=5e-3)
+
+
+@pytest.mark.parametrize("turn", [0.2, -0.05])
+def test_a_slow_turn_in_place_has_an_orbit(turn: float) -> None:
+    """The difference of left and right steps that its start leaves takes hundreds of gaits to go."""
+    walk = walk_of(({"time": 0.0, "turn": turn},), {"b": on("dcm_y")})
+    orbit = walk.barriers[0].orbits.of(Command(turn=turn))
+    assert orbit is not None
+    across = orbit[0, 1, :, 0] + orbit[1, 1, :, 0]
+    assert np.abs(across).max() < 0.02
 
 
 # The walk that is really walked.

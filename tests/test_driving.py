@@ -61,6 +61,19 @@ def test_a_drive_simulates_again_to_the_same_bits(name: str, seconds: float) -> 
     equal(driven.log, simulate(Scenario.from_dict(driven.scenario.to_dict(), "again")))
 
 
+def test_what_was_pressed_too_late_in_a_step_is_noted_when_it_was_read() -> None:
+    presses = [
+        {"time": 0.0, "forward": 0.2},
+        {"time": 0.5, "push": "from behind", "impulse": 0.1},
+        {"time": 1.18, "turn": 0.4},  # read in the step from 1.2 s on
+        {"time": 1.97, "turn": 0.2},  # never read
+        {"time": 1.99, "forward": 0.0, "turn": 0.0, "walks": False},
+    ]
+    driven = Session(load_scenario("vhip"), script(presses).at, pace=False).run(3.0)
+    assert [command.time for command in driven.scenario.commands] == pytest.approx([0.0, 0.01, 1.21, 2.0])
+    equal(driven.log, simulate(driven.scenario))
+
+
 def test_the_script_of_the_page_is_one(tmp_path: Path) -> None:
     page = (Path(__file__).parents[1] / "docs" / "drive.md").read_text(encoding="utf-8")
     (text,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)

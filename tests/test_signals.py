@@ -20,7 +20,7 @@ WALKS = {
     "vhip": "{measurement: {delay_ticks: 1}, pushes: [{time: 1.0, force: [10.0, 0.0, 0.0]}]}",
     "walking_nobarrier": "{commands: [{time: 1.0, turn: 0.2}], whole_body: {kind: auto}}",
     "walking_dcbf": "ground: [{kind: slope, at: 1.0, length: 1.0, angle_deg: 3.0}]",
-    "walking_sensors": "",
+    "walking_sensors": "biped: {feels_ground: true}",
     "van_der_pol": "",
 }
 

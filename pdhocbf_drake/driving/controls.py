@@ -74,9 +74,14 @@ class Drive:
         self._last: Command | None = None
 
     def command(self, time: float, command: Command) -> bool:
-        """Notes a command that holds from a time on [s]; returns whether it is another one than before."""
+        """Notes a command that holds from a time on [s]; returns whether it is another one than before.
+
+        It takes the place of those from that time on, which were not read before it came.
+        """
         if command == self._last:
             return False
+        while self.commands and self.commands[-1]["time"] >= time:
+            self.commands.pop()
         if command.walks:
             entry = {"time": time, "velocity": [command.forward, command.lateral], "turn": command.turn}
         else:

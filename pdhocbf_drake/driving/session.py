@@ -22,6 +22,7 @@ from pdhocbf_drake.systems.signals import places
 from pdhocbf_drake.systems.unbundled import leaf_of
 from pdhocbf_drake.terminal import say
 from pdhocbf_drake.walking.barrier_changes import BarrierChange
+from pdhocbf_drake.walking.commands import STOP, Command, read_late
 
 LONGEST: Final = 3600.0
 """The longest drive [s]."""
@@ -103,7 +104,7 @@ class Session:
         self._drive, self._ticks, self._late, self._next_push = Drive(), 0, 0, 0
         if self._settings is not None:
             self._settings.clear()
-        self._take(Asked())
+        self._command_at(0.0, STOP)
         self._simulator.Initialize()
 
     def run(self, seconds: float = LONGEST, stopped: Callable[[], bool] = lambda: False) -> Driven:
@@ -144,10 +145,11 @@ class Session:
     def _take(self, asked: Asked) -> None:
         """Puts what is asked for into effect from the present tick on, and notes it."""
         now, command = round(self._ticks * self._tick, 9), asked.command
-        # The controller takes up at tick k what holds in a step that begins at k + 1.
-        if self._drive.command(round(now + self._tick, 9) if self._ticks else 0.0, command):
-            value = [command.forward, command.lateral, command.turn, float(not command.walks)]
-            self._command.FixValue(self._context, value)
+        # What is read at tick k is taken up in a step that begins at k + 1.
+        period = self._scenario.gait.ticks_per_step
+        phase = self._ticks % period
+        read = self._ticks + (period - phase if command.walks and read_late(phase, period) else 0)
+        self._command_at(round((read + 1) * self._tick, 9), command)
         for barrier in asked.barriers:
             self._keep(round(now + self._tick, 9), barrier)
         for push in asked.pushes:
@@ -168,6 +170,12 @@ class Session:
         except InputError as error:
             self._drive.barrier_changes.pop()
             say(f"pdhocbf: {error}")
+
+    def _command_at(self, time: float, command: Command) -> None:
+        """Gives the walk a command, which it reads before that time [s]."""
+        if self._drive.command(time, command):
+            value = [command.forward, command.lateral, command.turn, float(not command.walks)]
+            self._command.FixValue(self._context, value)
 
     def _advance(self) -> str:
         """One tick; returns why the walk ended in it, or ""."""

@@ -30,11 +30,13 @@ from pdhocbf_drake.qp.solvers import solve_axes
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.barrier_changes import BarrierSettings
 from pdhocbf_drake.walking.bound_samples import bound_samples
+from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.divergent import DivergentComponent
 from pdhocbf_drake.walking.footsteps import Resumed
 from pdhocbf_drake.walking.frame import rotation
 from pdhocbf_drake.walking.vhip import Vhip
+from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 
 _NO_ROWS = np.zeros((0, 0))
 _COURSES = 4  # walks under commands of a port that are kept: one a step
@@ -171,6 +173,15 @@ class PeriodicMpc:
         if not self.of_rises:
             return self
         return self.of_rises.get(self.gait.rise(tick // self.gait.period), self)
+
+    def expect(self, asked: Command, parts: int) -> None:
+        """Makes some parts of what the bounds need of a command that is to be taken up, each in some 2 ms."""
+        granted = self.gait.footsteps.granted(asked)
+        for barrier in (*self.barriers[0], *self.barriers[1]):
+            if granted.walks and isinstance(barrier, WalkBarrier) and barrier.orbits is not None:
+                for _ in range(parts):
+                    barrier.orbits.expect(granted)
+                return  # all have the same orbits
 
     def following(self, course: Course | None) -> PeriodicMpc:
         """This problem for the walk as it goes on after the course of its present step, see `Gait.following`."""

@@ -30,8 +30,8 @@ class Measurement(NamedTuple):
         zmp_offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m]; None is zero.
         bounds: V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,); None takes the barriers' own.
         command: in place of the scenario's commands: velocity ahead and to the left [m/s], turn rate [rad/s], and 1 for
-            a stop or 0, shape (4,); where one of them is not finite, the last such command holds on. None leaves the
-            scenario's own.
+            a stop or 0, shape (4,); where one of them is not finite, the last such command holds on, and in the last
+            eighth of a step only a stop is read. None leaves the scenario's own.
     """
 
     tick: int
@@ -64,7 +64,7 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     mpc = memory.problem(own)
     late = measurement.command is not None and not np.all(np.isfinite(measurement.command))
     if measurement.command is not None and not late:
-        memory.command = tuple(measurement.command.tolist())
+        memory.read(mpc, tick, measurement.command)
     if measurement.feet is not None:
         memory.land(mpc, tick, measurement.feet)
     if memory.replan(mpc, tick, measurement.feet):

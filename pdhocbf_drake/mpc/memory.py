@@ -11,7 +11,7 @@ from pdhocbf_drake.mpc.believed import Beliefs
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
-from pdhocbf_drake.walking.commands import STOP, Command
+from pdhocbf_drake.walking.commands import STOP, Command, read_late
 from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.footsteps import AS_COMMANDED, Resumed
 from pdhocbf_drake.walking.frame import rotation, turned
@@ -207,21 +207,28 @@ class Memory:
         """The compiled problem `mpc` for the walk as it goes on from here."""
         return mpc.following(self.course).ended_by(self.last_step).resumed_by(self.resumed)
 
+    def read(self, mpc: PeriodicMpc, tick: int, command: np.ndarray) -> None:
+        """Reads a command that is given at tick k, unless it comes too late in a step, see `read_late`."""
+        if command[3] > 0.5 or not read_late(mpc.gait.phase(tick)[1], mpc.gait.period):
+            self.command = tuple(command.tolist())
+
     def take_up(self, mpc: PeriodicMpc, tick: int) -> None:
-        """Takes up the last command that was given, if a step begins after tick k.
+        """Takes up the command that was read last, if a step begins after tick k; before, makes parts of its bounds.
 
         Without one the walk goes on as its scenario commands; where it steps in place of a stand, that depends on which
         foot stands, and where it is disturbed it keeps its heading, so that it has a course, too.
         """
         step, phase = mpc.gait.phase(tick + 1)
-        if phase or not mpc.gait.turns:
+        if not mpc.gait.turns or 0 < 2 * phase <= mpc.gait.period:
             return
         forward, lateral, turn, stop = self.command
         given = not math.isnan(forward)
-        held = self.disturbance.active
-        if not (given or held) and self.course is None and step > self.resumed.last:
-            return
         asked = None if not given else STOP if stop > 0.5 else Command(forward, lateral, turn)
+        if asked is not None:
+            mpc.expect(asked, 2 if phase == 0 or read_late(phase, mpc.gait.period) else 1)
+        held = self.disturbance.active
+        if phase or (not (given or held) and self.course is None and step > self.resumed.last):
+            return
         self.course = mpc.gait.footsteps.course_after(step - 1, asked, held)
 
     def advance(self, mpc: PeriodicMpc, state: np.ndarray, plan: Plan, following: PeriodicMpc) -> None:

@@ -11,13 +11,12 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, TemplateTick, walk_template
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.frame import rotation
-from pdhocbf_drake.walking.sides import LEFT
 
 _RECURRENCE = 1e-9  # [m/s]
-_CLOSE = 1e-6  # likewise, of one of many walks [m/s]
-_NOISE = 1e-5  # of an interior-point solver [m/s]
+_NOISE = 1e-5  # of an interior-point solver [m, m/s]
 _GAITS = 500
 _PATIENCE = 20  # gaits in which the change must become less than ever before
 
@@ -29,19 +28,6 @@ def nominal_walk(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
         InputError: as `settled_gait`.
     """
     return _from_stance(gait, settled_gait(gait, mpc))
-
-
-def commanded_orbit(gait: Gait, mpc: PeriodicMpc) -> np.ndarray:
-    """c, v, p over a step on the left and one on the right foot in the steady state of a walk under one command.
-
-    c and p are from the stance foot, all along its heading, shape (2 feet, 2 axes, N, 3).
-
-    Raises:
-        InputError: as `settled_gait`.
-    """
-    ticks = settled_gait(gait, mpc, _CLOSE)
-    steps = np.split(_from_stance(gait, ticks), 2, axis=1)
-    return np.stack(steps if gait.support(ticks[0].tick // gait.period) == LEFT else steps[::-1])
 
 
 def settled_gait(
@@ -65,33 +51,59 @@ def settled_gait(
     start += start % cycle
     walk = walk_template(mpc, Memory.standing(mpc), 0, start + _GAITS * cycle, sensor=sensor)
     for tick in islice(walk, start):
-        _check_planned(mpc, tick)
-    before, changes = np.full((2, cycle, 3), np.inf), [np.inf]
-    while len(changes) <= _GAITS:
+        check_planned(mpc, tick.tick, tick.plan)
+    before, changes = np.full((2, cycle, 3), np.inf), Recurrence(mpc, recurrence, "m/s")
+    while True:
         ticks = []
         for tick in islice(walk, cycle):
-            _check_planned(mpc, tick)
+            check_planned(mpc, tick.tick, tick.plan)
             ticks.append(tick)
         states = _from_stance(gait, ticks)
-        change, last = np.abs(states - before)[:, :, 1].max(), changes[-1]
-        # A change that shrinks by the factor r from gait to gait leaves r/(1 − r) of itself to come. A solver that is
-        # less exact comes to its own noise, from which nothing shrinks any more.
-        to_come = change**2 / (last - change) if change < last < np.inf else change
-        if to_come < recurrence or last <= change < _NOISE:
+        change = float(np.abs(states - before)[:, :, 1].max())
+        if changes.reached(change, changes.to_come(change)):
             return ticks
         before = states
+
+
+class Recurrence:
+    """Whether a walk has settled, by how much it changes from gait to gait.
+
+    Args:
+        mpc: of the walk.
+        close: what may be left to come [unit].
+        unit: m or m/s.
+    """
+
+    def __init__(self, mpc: PeriodicMpc, close: float, unit: str) -> None:
+        self._mpc, self._close, self._unit, self._changes = mpc, close, unit, [np.inf]
+
+    def to_come(self, change: float) -> float:
+        """What is left to come after a gait with this change: r/(1 − r) of it, where it shrinks by r a gait."""
+        last = self._changes[-1]
+        return change**2 / (last - change) if change < last < np.inf else change
+
+    def reached(self, change: float, left: float) -> bool:
+        """Whether it has, after a gait with this change, where so much is left; raises `InputError` if it never will.
+
+        A solver that is less exact comes to its own noise, from which nothing shrinks any more.
+        """
+        changes = self._changes
+        if left < self._close or changes[-1] <= change < _NOISE:
+            return True
         changes.append(change)
-        if len(changes) > _PATIENCE and min(changes[-_PATIENCE:]) >= min(changes[:-_PATIENCE]):
-            break
-    raise _unsettled(mpc, changes)
+        stays = len(changes) > _PATIENCE and min(changes[-_PATIENCE:]) >= min(changes[:-_PATIENCE])
+        if stays or len(changes) > _GAITS:
+            raise _unsettled(self._mpc, changes, self._unit)
+        return False
 
 
-def _unsettled(mpc: PeriodicMpc, changes: Sequence[float]) -> InputError:
-    """The error of a walk whose velocity changes so from gait to gait [m/s]."""
+def _unsettled(mpc: PeriodicMpc, changes: Sequence[float], unit: str) -> InputError:
+    """The error of a walk that changes so from gait to gait."""
     gait, config = mpc.gait.config, mpc.config
+    what = "velocity" if unit == "m/s" else "ZMP"
     text = (
         f"gait: the walk does not settle into a periodic orbit: after {len(changes) - 1} gaits of "
-        f"{gait.ticks_per_gait * gait.tick:g} s its velocity still changes by {changes[-1]:.2g} m/s"
+        f"{gait.ticks_per_gait * gait.tick:g} s its {what} still changes by {changes[-1]:.2g} {unit}"
     )
     if len(changes) <= _GAITS:  # it goes to and fro, since what is planned late in a step can't be put right
         return InputError(
@@ -113,11 +125,12 @@ def _from_stance(gait: Gait, ticks: Sequence[TemplateTick]) -> np.ndarray:
     return states
 
 
-def _check_planned(mpc: PeriodicMpc, tick: TemplateTick) -> None:
-    if tick.plan.fallbacks:
+def check_planned(mpc: PeriodicMpc, tick: int, plan: Plan) -> None:
+    """Raises `InputError` where the plan of tick k is no plan."""
+    if plan.fallbacks:
         gait, config = mpc.gait.config, mpc.config
         raise InputError(
-            f"gait: the walk can't be planned ({tick.plan.reason.name.lower()} at tick {tick.tick}): gait.stride "
+            f"gait: the walk can't be planned ({plan.reason.name.lower()} at tick {tick}): gait.stride "
             f"{gait.stride:g} m or gait.stance_width {gait.stance_width:g} m is too much for a step of "
             f"{gait.ticks_per_step * gait.tick:g} s, or mpc.zmp_margin {config.zmp_margin:g} m and mpc.step_tolerance "
             f"{list(config.step_tolerance)} m leave too little"

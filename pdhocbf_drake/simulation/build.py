@@ -197,6 +197,7 @@ def _constant_walks(scenario: Scenario, gait: Gait, cache: ProgramCache) -> Cons
     walks = ConstantWalks(_undisturbed(scenario, constant_walk(config, Command(), limits), cache), limits)
     if any(barrier.bound.follows_orbit and barrier.bound.stride is None for barrier in scenario.barriers.values()):
         steps = range(math.ceil(scenario.duration / (gait.period * gait.config.tick)))
+        walks(Command())  # by which a stand that is pushed keeps its balance
         for command in dict.fromkeys(map(footsteps.line.command, steps)):
             if command.walks:
                 walks.prepare(command)
@@ -206,8 +207,8 @@ def _constant_walks(scenario: Scenario, gait: Gait, cache: ProgramCache) -> Cons
 def _command_orbits(config: WalkBarrierConfig, walks: ConstantWalks) -> CommandOrbits:
     bound = config.bound
     if not bound.follows_orbit or bound.stride is not None:
-        return CommandOrbits(walks)
-    return CommandOrbits(walks, bound.margin or 0.0, bound.kind == "orbit_peak")
+        return CommandOrbits(walks, expect=walks.expect)
+    return CommandOrbits(walks, bound.margin or 0.0, bound.kind == "orbit_peak", walks.expect)
 
 
 def _barrier(

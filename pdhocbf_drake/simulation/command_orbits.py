@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
+from pdhocbf_drake.mpc.commanded_orbit import settling
 from pdhocbf_drake.mpc.controller import PeriodicMpc
-from pdhocbf_drake.mpc.orbit import commanded_orbit
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.command_limits import Limits
 from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
@@ -20,7 +22,7 @@ _ORIGIN = Pose(0.0, 0.0, 0.0)
 
 
 class ConstantWalks:
-    """Orbits of walks by their command, each walked on the template when it is first asked for: some 0.1 s.
+    """Orbits of walks by their command, each walked on the template when it is first asked for, in some 20 ms.
 
     Args:
         mpc: of a walk that nothing disturbs, without barriers and without an end; its programs serve all commands.
@@ -28,26 +30,42 @@ class ConstantWalks:
     """
 
     def __init__(self, mpc: PeriodicMpc, limits: Limits) -> None:
-        self._mpc, self._limits, self._kept = mpc, limits, Kept[np.ndarray | None](_MOST)
+        self._mpc, self._limits, self._kept = mpc, limits, Kept[np.ndarray | InputError](_MOST)
+        self._expected = Kept[Iterator[np.ndarray | None]](1)
 
     def prepare(self, command: Command) -> None:
         """Walks under a command; raises `InputError` where that can't be walked for ever."""
-        self._kept.get(command, lambda: self._orbit(command))
+        if isinstance(orbit := self._orbit(command), InputError):
+            raise orbit
+
+    def expect(self, command: Command) -> None:
+        """Walks a step, some 2 ms, under a command that will be taken up, so that no tick has to walk them all."""
+        if command not in self._kept and (orbit := self._further(command)) is not None:
+            self._kept.get(command, lambda: orbit)
 
     def __call__(self, command: Command) -> np.ndarray | None:
         """As `CommandOrbits.of`: None where the command can't be walked for ever."""
+        orbit = self._orbit(command)
+        return None if isinstance(orbit, InputError) else orbit
 
-        def make() -> np.ndarray | None:
-            try:
-                return self._orbit(command)
-            except InputError:
-                return None
+    def _orbit(self, command: Command) -> np.ndarray | InputError:
+        def make() -> np.ndarray | InputError:
+            while (orbit := self._further(command)) is None:
+                pass
+            return orbit
 
         return self._kept.get(command, make)
 
-    def _orbit(self, command: Command) -> np.ndarray:
+    def _further(self, command: Command) -> np.ndarray | InputError | None:
+        """The orbit, or why there is none, after one step more; None where the walk has not settled yet."""
+        try:
+            return next(self._expected.get(command, lambda: self._settling(command)))
+        except InputError as error:
+            return error
+
+    def _settling(self, command: Command) -> Iterator[np.ndarray | None]:
         gait = constant_walk(self._mpc.gait.config, command, self._limits)
-        return commanded_orbit(gait, self._mpc.walking(lambda _: gait))
+        return settling(self._mpc.walking(lambda _: gait))
 
 
 def constant_walk(config: GaitConfig, command: Command, limits: Limits) -> Gait:

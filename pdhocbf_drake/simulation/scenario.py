@@ -118,14 +118,17 @@ class MeasurementConfig(SensorsConfig):
 
 
 class BipedConfig(Config):
-    """The robot before it walks.
+    """The robot itself.
 
     Attributes:
         weigh: whether the robot is weighed in a stand of a second before the walk: the controller's model of it, for
             inverse kinematics, torques and the estimator, gets a torso such that weight and CoM are those measured.
+        feels_ground: whether the feet stop where they meet the ground early, go on down where they meet it late, and
+            take its tilt; null is where there is `ground`.
     """
 
     weigh: bool = False
+    feels_ground: bool | None = None
 
 
 class StartConfig(Config):
@@ -158,7 +161,7 @@ class Scenario(Config):
         seed: seed of all random numbers.
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
-        biped: what is done with the robot before it walks.
+        biped: whether the robot is weighed before it walks, and whether its feet feel the ground.
         ground: pieces of the ground that are not flat, each at its place along x; z = 0 where the walk starts.
         friction: Coulomb coefficient between soles and ground [1].
         friction_belief: that for which the walk is planned: where its motion asks more of the soles about the vertical,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.walking.command_limits import Limits
 from pdhocbf_drake.walking.commands import STOP, Command
 from pdhocbf_drake.walking.config import GaitConfig
@@ -16,6 +17,8 @@ from pdhocbf_drake.walking.footsteps import Footstep, Footsteps
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.sole_gap import Pose
 from pdhocbf_drake.walking.walker import Stage, Walker, foot
+
+_COURSES = 4  # whose steps are kept
 
 
 class Line:
@@ -26,9 +29,10 @@ class Line:
         aside = lru_cache(maxsize=256)(lambda command: limits.aside(command, config))
         self.walker = Walker(config, limits.sole, aside)
         self.ticks = config.ticks_per_step
-        self._granted = lru_cache(maxsize=256)(lambda command: limits.granted(command, config))
+        self.granted = lru_cache(maxsize=256)(lambda command: limits.granted(command, config))
         self._stages = [self.walker.standing(start)]
         self._ahead: dict[int, list[Stage]] = {}  # what is expected from one step's command on
+        self._of_courses = Kept[tuple[list[Stage], Iterator[Stage]]](_COURSES)
         self._moving = [STOP]  # the last command at which the walk went on, at each of these steps
 
     def asked(self, step: int) -> Command:
@@ -37,7 +41,7 @@ class Line:
 
     def command(self, step: int) -> Command:
         """The same, as it is granted."""
-        return self._granted(self.asked(step))
+        return self.granted(self.asked(step))
 
     def course(self, step: int) -> Course:
         """How far the walk has come at step j under the commands so far."""
@@ -53,7 +57,16 @@ class Line:
     def after(self, course: Course, asked: Command | None, first: int) -> Course:
         """The next step's course, at which the command `asked` is taken up; None for the one that `asked` has."""
         command = self.asked(course.this.number + 1) if asked is None else asked
-        return course.after(self.walker, command, self._granted, first)
+        return course.after(self.walker, command, self.granted, first)
+
+    def stage_of(self, course: Course, step: int) -> Stage:
+        """Step j of a walk that has come so far under other commands, from the one before its present one on."""
+        if step < course.this.number:
+            return course.before._replace(number=step)
+        stages, coming = self._of_courses.get(course, lambda: ([], course.stages(self.walker)))
+        while len(stages) <= step - course.this.number:
+            stages.append(next(coming))
+        return stages[step - course.this.number]
 
     def stage(self, step: int, known: int | None) -> Stage:
         """Step j; with `known`, as it is expected from the commands up to that step."""
@@ -127,6 +140,11 @@ class CommandedFootsteps(Footsteps):
     def seen(self, step: int) -> CommandedFootsteps:
         """The same, as they are expected at step j: its command holds on."""
         return replace(self, known=step)
+
+    def granted(self, asked: Command) -> Command:
+        """See `Footsteps.granted`."""
+        assert self.line is not None
+        return self.line.granted(asked)
 
     def following(self, course: Course | None) -> CommandedFootsteps:
         """The same for a walk that has come that far under other commands."""
@@ -240,4 +258,4 @@ class CommandedFootsteps(Footsteps):
         assert self.line is not None
         if self.course is None:
             return self.line.stage(step, self.known)
-        return self.course.stage(self.line.walker, step)
+        return self.line.stage_of(self.course, step)

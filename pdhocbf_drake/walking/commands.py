@@ -32,6 +32,14 @@ class Command(NamedTuple):
 STOP = Command(walks=False)
 
 
+def read_late(phase: int, period: int) -> bool:
+    """Whether a command that is given at tick q of a step of N ticks is read in the next step only, unless it stops.
+
+    The last eighth of a step is for what the coming command needs, which is made a part a tick.
+    """
+    return 8 * phase > 7 * period
+
+
 class CommandConfig(Config):
     """A command that holds from its time on until the next one.
 

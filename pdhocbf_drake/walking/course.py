@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 from pdhocbf_drake.walking.commands import STOP, Command
@@ -40,7 +40,8 @@ class Course(NamedTuple):
     def after(self, walker: Walker, asked: Command, granted: Callable[[Command], Command], first: int) -> Course:
         """The course of step j + 1, at which the command `asked` is taken up."""
         moving, command = self.command if self.command.walks else self.moving, granted(asked)
-        this = self.stage(walker, self.this.number + 1)
+        stages = self.stages(walker)
+        _, this = next(stages), next(stages)
         under = STOP if self.this.side == BOTH else self.command
         recent = under, *self.recent[:-1]
         return Course(self.this, this, command, asked, moving, command == self.command, recent, first)
@@ -54,17 +55,15 @@ class Course(NamedTuple):
         this = self.this._replace(path=Pose(path.x, path.y, old.yaw + turn))
         return self._replace(this=this, before=self.before._replace(path=before))
 
-    def stage(self, walker: Walker, step: int) -> Stage:
-        """Any step from j − 1 on, of which those after j + 1 are an expectation."""
-        if step < self.this.number:
-            return self.before._replace(number=step)
+    def stages(self, walker: Walker) -> Iterator[Stage]:
+        """Step j, j + 1, …, of which those after j + 1 are an expectation."""
         before, stage, command, moving = self.before, self.this, self.command, self.moving
         if self.held:
             command, moving = command._replace(turn=0.0), moving._replace(turn=0.0)
-        while stage.number < step:
-            first = self.first if stage is self.this else 0
-            before, stage = stage, walker.after(stage, command, moving, before, first)
-        return stage
+        first = self.first
+        while True:
+            yield stage
+            before, stage, first = stage, walker.after(stage, command, moving, before, first), 0
 
     @property
     def numbers(self) -> list[float]:

@@ -154,6 +154,10 @@ class Footsteps:
         """See `Gait.asked`."""
         return ()
 
+    def granted(self, asked: Command) -> Command:
+        """What is granted of a command; all of it where legs and soles don't limit it."""
+        return asked
+
     def following(self, course: Course | None) -> Footsteps:
         """The same: no command changes it."""
         return self

@@ -32,11 +32,13 @@ class CommandOrbits(NamedTuple):
             steps on the left and on the right foot, shape (2 feet, 2 axes, N, 3); None where there is none.
         margin: of a bound that follows the orbit, its distance from that [unit of h]; None for one that does not.
         peak: whether the bound follows the orbit's extreme value instead.
+        expect: makes a part of `of` for a command that will be taken up.
     """
 
     of: Callable[[Command], Array | None]
     margin: float | None = None
     peak: bool = False
+    expect: Callable[[Command], None] = lambda command: None
 
 
 class BoundChanges(NamedTuple):
