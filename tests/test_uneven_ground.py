@@ -31,6 +31,7 @@ from pdhocbf_drake.walking.edges import Edges
 from pdhocbf_drake.walking.known_ground import CLEARANCE, KnownGround
 from pdhocbf_drake.walking.swing import Swing
 from pdhocbf_drake.walking.swing_profile import SwingProfile, Timing, change_of_ground
+from pdhocbf_drake.walking.uneven_eta import UnevenEta
 from pdhocbf_drake.walking.uneven_footsteps import uneven_footsteps
 
 HALF = 0.108
@@ -310,6 +311,22 @@ def test_eta_of_a_rise_is_that_of_the_heights_of_com_and_zmp_and_repeats() -> No
         assert eta[q] == pytest.approx((acceleration + over[2] + 9.81) / (z + over[0] - of_zmp))
     np.testing.assert_array_equal(gait.eta(), gait.height.eta())
     assert gait.rises == {rise}
+
+
+@given(st.integers(0, PERIOD - 1), st.integers(0, 2**32 - 1))
+def test_eta_at_a_tick_is_that_of_an_even_rise_on_stairs_and_that_of_level_ground_on_a_slope(q: int, seed: int) -> None:
+    state = np.random.default_rng(seed).normal(scale=0.1, size=(2, 3))
+    over_stairs, over_slope = gait_over(STAIRS), gait_over(Slope(at=-9.0, length=99.0, angle_deg=8.0, roll_deg=-3.0))
+    assert UnevenEta(over_stairs)(9 * PERIOD + q, state) == pytest.approx(over_stairs.eta(STAIRS.rise)[q])
+    assert UnevenEta(over_slope)(9 * PERIOD + q, state) == pytest.approx(over_slope.eta()[q])
+
+
+def test_on_the_template_h_stays_positive_over_stairs_as_on_level_ground() -> None:
+    text = "{duration: 6.0, gait: {com_height: 0.55, stride: 0.25, ticks_per_step: 40}, mpc: {horizon: 80}, ground: "
+    log = simulate(load_scenario("vhip", text + "[{kind: stairs, at: 1.0, rise: 0.05, tread: 0.25, count: 6}]}"))
+    assert log.ending == "finished"
+    assert log["h"].min() >= 0.0
+    assert log.element("stance_plan", "x_now")[-1] > 2.5
 
 
 def test_a_bound_that_follows_the_orbit_encloses_that_of_the_climb() -> None:
