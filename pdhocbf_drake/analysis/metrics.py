@@ -21,7 +21,7 @@ from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_t
 from pdhocbf_drake.analysis.ground_use import friction_used, yaw_moment_used
 from pdhocbf_drake.analysis.heading import along, along_heading, commanded_path, settled_errors, zmp_seen
 from pdhocbf_drake.analysis.heights import commanded_com_height
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics, WholeBodyMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
 from pdhocbf_drake.errors import InputError
@@ -34,6 +34,7 @@ from pdhocbf_drake.systems.signals import JOINTS
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.support import contains
 from pdhocbf_drake.walking.waypoints import distance_to
+from pdhocbf_drake.whole_body.reason import Reason as WholeBodyReason
 
 Array = NDArray[np.float64]
 
@@ -84,6 +85,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         barriers=_barrier_metrics(scenario, log),
         mpc=_mpc_metrics(scenario, log),
         estimator=None if body is None else estimator_metrics(log, body, scenario.gait.ticks_per_gait),
+        whole_body=_whole_body_metrics(log),
     )
 
 
@@ -295,6 +297,16 @@ def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
         # The oscillator's filter is `BarrierFilter`, which projects onto its rows.
         solver="projection" if scenario.system == "van_der_pol" else scenario.mpc.solver,
     )
+
+
+def _whole_body_metrics(log: RunLog) -> WholeBodyMetrics | None:
+    if "whole_body" not in log:
+        return None
+    reasons = log.element("whole_body", "reason")
+    misses = {
+        r.name.lower(): int(n) for r in WholeBodyReason if r > WholeBodyReason.KEPT and (n := (reasons == r).sum())
+    }
+    return WholeBodyMetrics(active_ticks=int((reasons != WholeBodyReason.INSIDE).sum()), misses=misses)
 
 
 def _statistic(function: Callable[[Array], Any], values: Array) -> float | None:
