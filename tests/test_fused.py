@@ -22,6 +22,10 @@ WALKS = {
     "a template without barriers": ("vhip_nobarrier", "{duration: 1.5}"),
     "a robot that is pushed": ("walking", f"{{duration: 3.0, {QUICK}, {PUSH}}}"),
     "a robot by its sensors": ("walking_sensors", f"{{duration: 1.5, {QUICK}}}"),
+    "a robot whose torques change slowly": (
+        "walking",
+        f"{{duration: 1.3, {QUICK}, whole_body: {{kind: auto, torque_rate: 500}}}}",
+    ),
     "a robot that feels the ground by its sensors": ("walking_sensors", f"{{duration: 1.6, {QUICK}, {TILES}}}"),
     "a robot that turns, by late measurements": ("walking", f"{{duration: 3.0, {QUICK}, {COMMANDS}, {LATE}}}"),
 }

@@ -14,7 +14,6 @@ from pydrake.systems.primitives import MatrixGain
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview
 from pdhocbf_drake.ground.bodies import add_ground
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
-from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import (
@@ -98,7 +97,7 @@ def biped_diagram(
     add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
 
     add_walking = _add_fused if form == "fused" else _add_blocks
-    body = _body_blocks(walk, biped, posture, grip_of(biped, scenario), footing)
+    body = _body_blocks(scenario, walk, biped, posture, footing)
     add_walking(wiring, walk, body, LATENCY * plant.time_step())
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     terrain = None if scenario.terrain.flat else scenario.terrain
@@ -106,6 +105,8 @@ def biped_diagram(
 
     if walk.gait.turns:
         wiring.log("turn_reference")
+    if scenario.whole_body.kind != "closed_form":
+        wiring.log("whole_body")
     if walk.gait.uneven:
         wiring.log("ground_reference")
     if footing is not None:
@@ -131,16 +132,19 @@ def biped_diagram(
     return wiring.build("biped_walk")
 
 
-def _body_blocks(walk: Walk, biped: Biped, posture: np.ndarray, grip: Grip, footing: Footing | None) -> BodyBlocks:
+def _body_blocks(
+    scenario: Scenario, walk: Walk, biped: Biped, posture: np.ndarray, footing: Footing | None
+) -> BodyBlocks:
     """Planned soles, inverse kinematics, and the ZMP offset that the legs cause."""
-    gait = walk.gait
+    gait, grip, layer = walk.gait, grip_of(biped, scenario), scenario.whole_body
+    uneven = gait.uneven or footing is not None
     lever = swing_lever(biped, standing_posture(walk, biped))
     # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.
     mirrored = is_mirrored(preview(biped, Step.of(gait.config)), leg_length(biped))
     zmp_offset = ZmpOffset if mirrored and not gait.turns else TurningZmpOffset
     return BodyBlocks(
         FootReference(gait),
-        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, gait.uneven or footing is not None),
+        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, uneven, layer, gait.period),
         zmp_offset(gait, walk.mpc.config.horizon, lever),
         TurnReference(gait) if gait.turns else None,
         GroundReference(gait) if gait.uneven else None,
@@ -158,6 +162,7 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
     wiring.connect(controller, "zmp_offset")
     wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
+    wiring.connect(kinematics, *["actuation"] * body.kinematics.has_layer)
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference")
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
@@ -179,6 +184,7 @@ def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> 
     """The same in one block."""
     controller = add_fused_controller(wiring, walk, latency, body)
     connect_fused_controller(wiring, walk, controller)
+    wiring.connect(controller, *["actuation"] * body.kinematics.has_layer)
     measured = "foot_state", *["foot_load"] * (body.footing is not None)
     wiring.connect(controller, *measured, measured=True)
 

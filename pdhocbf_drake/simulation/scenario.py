@@ -17,6 +17,7 @@ from pdhocbf_drake.walking.barrier_changes import BarrierChange
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commands import CommandConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
+from pdhocbf_drake.whole_body.config import WholeBodyConfig
 
 DEFAULT_ROBOT = "biped"
 System = Literal["biped", "vhip", "van_der_pol"]
@@ -165,6 +166,7 @@ class Scenario(Config):
         friction: Coulomb coefficient between soles and ground [1].
         friction_belief: that for which the walk is planned: where its motion asks more of the soles about the vertical,
             the torso's yaw gives way; null is `friction` [1].
+        whole_body: how the planned motion keeps the limits of joints and soles.
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
@@ -194,6 +196,7 @@ class Scenario(Config):
     ground: Annotated[_Ground, AfterValidator(_apart)] = ()
     friction: float = Field(0.8, gt=0, le=10)
     friction_belief: float | None = Field(None, gt=0, le=10)
+    whole_body: WholeBodyConfig = WholeBodyConfig()
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
     barriers: dict[Name, WalkBarrierConfig] = Field({})

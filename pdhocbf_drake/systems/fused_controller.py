@@ -69,6 +69,7 @@ class FusedController(Block):
 
     Input ports:
         lip_state (6), foot_state (12), command (4): as of `MpcController`; foot_state is needed on a robot.
+        actuation (12): as of `InverseKinematics`, where that has a whole-body layer.
         foot_load (2): as of `Footing`, where there is one.
         true_state (6): lip_state without measurement errors, from which h is computed; where there are barriers.
     Output parts, see `unbundled`:
@@ -106,6 +107,9 @@ class FusedController(Block):
         kept |= {} if footing is None else {"footing": footing.start}
         behind = {name: count for name, count in sizes.items() if name not in controller.parts}
         self._places = layout({**self.parts, **behind, **{name: len(start) for name, start in kept.items()}})
+        if body is not None:
+            places = [self._places[name] for name in body.kinematics.parts]
+            self._kinematics = slice(places[0].start, places[-1].stop)
         self._plan = slice(self._places[next(iter(sizes))].start, self._places[next(reversed(sizes))].stop)
         before = {name: np.zeros(size(name)) for name in ("foot_reference", "turn_reference")} | kept
         self._last = self._following(0, controller.start[1], before)
@@ -116,6 +120,8 @@ class FusedController(Block):
         self._feet, self._command = (None if port is None else OptionalInput(port) for port in (feet, command))
         self.DeclareStateOutputPort("outputs", self.DeclareDiscreteState(self._last.state))
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
+        layer = body is not None and body.kinematics.has_layer
+        self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if layer else None
         if schedule is not None:
             self._true = self.DeclareVectorInputPort("true_state", size("lip_state"))
             self.DeclareVectorOutputPort("h", self._count, weakly(self._h), {self._true.ticket(), self.xd_ticket()})
@@ -155,6 +161,9 @@ class FusedController(Block):
             names = ("gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "table", "motion")
             phase, zmp, planned, feet, table, motion = [state[part[name]] for name in names]
             table = self._body.offset.learned(phase, zmp, planned, feet, table, known.gait)
+            if self._applied is not None:
+                parts = state[self._kinematics]
+                motion = self._body.kinematics.learned(motion, phase, parts, self._applied.Eval(context))
             before = {"foot_reference": feet, "table": table, "motion": motion}
             if self._body.turn is not None:
                 before["turn_reference"] = state[part["turn_reference"]]

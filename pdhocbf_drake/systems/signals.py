@@ -142,6 +142,9 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             logged=False),
     _signal("ik_status", "inverse_kinematics", "met error iterations", "1, m or rad, 1",
             "whether the target is met (1 or 0), greatest task error, iterations", logged=False),
+    _signal("whole_body", "inverse_kinematics", "reason miss height torso swing", "1, 1, m, rad, m",
+            "of a walk with a whole-body program: reason code (whole_body.reason.Reason), the largest share of a limit "
+            "by which one is missed, and how far height, torso and swing foot have given way"),
     _signal("plant_desired_state", "joint_targets", len(_STATE), "rad, rad/s",
             "joint targets and rates at this step of the plant, in the order of its actuators", logged=False),
     _signal("plant_actuation", "joint_targets", len(JOINTS), "N m",
