@@ -307,7 +307,8 @@ def test_com_height_out_of_reach() -> None:
 
 def test_stride_beyond_the_legs() -> None:
     assert refused(stride=0.9) == (
-        "stride 0.9 m is beyond the legs' reach of robot 'biped' at a CoM height of 0.57 m; allowed is up to 0.555 m"
+        "gait.stride: a step of 0.9 m is beyond the legs' reach of robot 'biped' at a CoM height of 0.57 m; allowed is "
+        "up to 0.555 m"
     )
 
 

@@ -20,9 +20,10 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 
 SEEDS = (None, 0, 3, 6)
 Data = dict[str, Any]
+Change = Callable[[Data], None]
 
 
-def both(data: Data, change: Callable[[Data], None]) -> None:
+def both(data: Data, change: Change) -> None:
     for side in ("left", "right"):
         change(data[side])
 
@@ -88,7 +89,7 @@ def checked(path: Path, capsys: pytest.CaptureFixture[str], *words: str) -> tupl
     return code, json.loads(capsys.readouterr().out)
 
 
-def robot_file(folder: Path, seed: int | None, change: Callable[[Data], None] | None = None) -> Path:
+def robot_file(folder: Path, seed: int | None, change: Change | None = None) -> Path:
     path = bipeds.write(folder, bipeds.resized(1.0) if seed is None else bipeds.random_shape(seed))
     data = yaml.safe_load(path.read_text())
     if change is not None:
@@ -100,7 +101,7 @@ def robot_file(folder: Path, seed: int | None, change: Callable[[Data], None] | 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("change", WRONG, ids=lambda change: change.__name__)
 def test_a_wrong_entry_is_named_as_what_it_is(
-    change: Callable[[Data], None], seed: int | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    change: Change, seed: int | None, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     code, findings = checked(robot_file(tmp_path, seed, change), capsys)
     wrong = [finding for finding in findings if finding["level"] != "ok"]

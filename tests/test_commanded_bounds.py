@@ -236,6 +236,16 @@ def test_the_orbit_of_a_command_is_the_walk_that_settles_under_it(command: Comma
     np.testing.assert_allclose(found, settled, atol=5e-3)
 
 
+@pytest.mark.parametrize("turn", [0.2, -0.05])
+def test_a_slow_turn_in_place_has_an_orbit(turn: float) -> None:
+    """The difference of left and right steps that its start leaves takes hundreds of gaits to go."""
+    walk = walk_of(({"time": 0.0, "turn": turn},), {"b": on("dcm_y")})
+    orbit = walk.barriers[0].orbits.of(Command(turn=turn))
+    assert orbit is not None
+    across = orbit[0, 1, :, 0] + orbit[1, 1, :, 0]
+    assert np.abs(across).max() < 0.02
+
+
 # The walk that is really walked.
 
 

@@ -15,12 +15,18 @@ from pdhocbf_drake.simulation.wiring import LoggedDiagram
 COMMANDS = "commands: [{time: 0.0, velocity: [0.25, 0.04], turn: 0.4}, {time: 2.0, stop: true}]"
 PUSH = "pushes: [{time: 1.9, duration: 0.1, force: [60, 50, 0]}]"
 LATE = "measurement: {delay_ticks: 1, noise: {com: 0.001}}, wind: [2, 0]"
+TILES = "ground: [{kind: rough, from: 0.15, to: 1.0, size: 0.1, amplitude: 0.01, known: false}]"
 QUICK = "plant: {time_step: 0.005}"
 WALKS = {
     "a pushed template": ("vhip", "{duration: 4.0, pushes: [{time: 2.5, duration: 0.1, force: [0, 60, 0]}]}"),
     "a template without barriers": ("vhip_nobarrier", "{duration: 1.5}"),
     "a robot that is pushed": ("walking", f"{{duration: 3.0, {QUICK}, {PUSH}}}"),
     "a robot by its sensors": ("walking_sensors", f"{{duration: 1.5, {QUICK}}}"),
+    "a robot whose torques change slowly": (
+        "walking",
+        f"{{duration: 1.3, {QUICK}, whole_body: {{kind: auto, torque_rate: 500}}}}",
+    ),
+    "a robot that feels the ground by its sensors": ("walking_sensors", f"{{duration: 1.6, {QUICK}, {TILES}}}"),
     "a robot that turns, by late measurements": ("walking", f"{{duration: 3.0, {QUICK}, {COMMANDS}, {LATE}}}"),
 }
 

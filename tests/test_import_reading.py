@@ -13,9 +13,11 @@ import pytest
 import yaml
 
 from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.fitting.preview import Step, preview
 from pdhocbf_drake.importing.given import Given
 from pdhocbf_drake.importing.importer import ROBOT, SCENARIO, Imported, import_robot
-from pdhocbf_drake.robot import SIDES, Biped, load_robot_config, models_folder
+from pdhocbf_drake.robot import SIDES, Biped, load_robot_config, longest_stride, models_folder
+from pdhocbf_drake.robot.reach import reaches
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 
@@ -249,6 +251,32 @@ def test_a_leg_whose_joint_follows_another(tmp_path: Path) -> None:
         "joint 'right_knee_pitch' of a leg follows 'left_knee_pitch' in the model (mimic), but each joint of a leg "
         "needs a motor of its own"
     )
+
+
+def test_weak_knees_are_straighter(tmp_path: Path) -> None:
+    """A knee that could not hold a step in place, bent as usual, is imported at a height at which it can."""
+    urdf = bipeds.urdf(bipeds.Shape())
+    strong, weak = (
+        imported(tmp_path / effort, urdf.replace('effort="150"', f'effort="{effort}"')).biped
+        for effort in ("150", "38")
+    )
+    assert weak.config.com_height > strong.config.com_height + 0.01
+    for height, carries in ((strong.config.com_height, False), (weak.config.com_height, True)):
+        step = Step(0.0, weak.config.stance_width, height, 0.05, 0.4, 0.36)
+        assert bool((preview(weak, step).torques <= 0.9 * weak.effort_limits).all()) == carries
+
+
+def test_no_step_up_to_the_longest_is_out_of_reach(tmp_path: Path) -> None:
+    """Low down, an ankle that soon comes to its stop allows short steps and long ones, and none between."""
+    urdf = bipeds.urdf(bipeds.Shape()).replace('lower="-1.3"', 'lower="-0.6"')
+    path = bipeds.write(tmp_path, bipeds.Shape())
+    (tmp_path / "robot.urdf").write_text(urdf)
+    biped = Biped.load(str(path))
+    assert reaches(biped, 0.58, 0.16, 0.5)
+    assert not reaches(biped, 0.58, 0.16, 0.3)
+    for height in (0.567, 0.58, 0.6):
+        longest = longest_stride(biped, 0.16, height)
+        assert all(reaches(biped, height, 0.16, part * longest) for part in np.linspace(0.0, 1.0, 21))
 
 
 def test_joints_without_torque_need_a_flag(tmp_path: Path) -> None:

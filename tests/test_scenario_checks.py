@@ -31,6 +31,7 @@ def test_packaged_scenarios_pass_and_set_nothing_unused(name):
         ("vhip", "mpc: {zmp_margin: 0.06}", "mpc.zmp_margin: must be below half of gait.zmp_box, 0.05 m (given: 0.06)"),
         ("walking", "mpc: {recovery: {zmp_box: [0.2, 0.02]}}", "must be below half of mpc.recovery.zmp_box, 0.01 m"),
         ("vhip", "gait: {stance_width: 0.05}", "gait.stance_width: must be at least mpc.stance_width_min, 0.12 m"),
+        ("vhip", "gait: {stride: -3.0}", "gait.stride: must be at most 1.16 m, twice gait.com_height"),
         ("vhip", "mpc: {step_reach: [0.1, 0.5]}", "gait.stride: must be within mpc.step_reach, 0.1 m (given: 0.15)"),
         ("vhip", "pushes: [{time: 100, force: [1, 0, 0]}]", "pushes.0: must start before the run ends at 10 s"),
         ("vhip", "pushes: [{step: 1, phase: 500, force: [1, 0, 0]}]", "must be below the 80 ticks of a gait"),

@@ -18,9 +18,9 @@ DRAKES = {"plant", "joint_encoders", "torque_sensors", "encoder_rates", "measure
 WALKS = {
     "walking": "pushes: [{time: 1.0, force: [10.0, 0.0, 0.0]}]",
     "vhip": "{measurement: {delay_ticks: 1}, pushes: [{time: 1.0, force: [10.0, 0.0, 0.0]}]}",
-    "walking_nobarrier": "commands: [{time: 1.0, turn: 0.2}]",
+    "walking_nobarrier": "{commands: [{time: 1.0, turn: 0.2}], whole_body: {kind: auto}}",
     "walking_dcbf": "ground: [{kind: slope, at: 1.0, length: 1.0, angle_deg: 3.0}]",
-    "walking_sensors": "",
+    "walking_sensors": "biped: {feels_ground: true}",
     "van_der_pol": "",
 }
 

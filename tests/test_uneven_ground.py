@@ -11,10 +11,20 @@ from hypothesis import strategies as st
 from logs import differences
 
 from pdhocbf_drake import InputError, simulate
+from pdhocbf_drake.analysis.metrics import compute_metrics
+from pdhocbf_drake.analysis.robot_limits import robot_limits
+from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.fitting.uneven_walk import uneven_steps
 from pdhocbf_drake.ground.config import Slope, Stairs
 from pdhocbf_drake.ground.terrain import Terrain
 from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.simulate import make_diagram
+from pdhocbf_drake.simulation.uneven_checks import largest_rise
+from pdhocbf_drake.studies.ground.measures import from_edges
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.com_line import ComLine
 from pdhocbf_drake.walking.edges import Edges
@@ -210,6 +220,109 @@ def test_the_soles_stand_where_the_ground_is_as_steep_as_the_ground_is(walk) -> 
         assert roll == pytest.approx(-math.asin(normal[1]), abs=3e-3)
 
 
+def test_its_metrics_are_those_of_a_walk_over_that_ground(walk) -> None:
+    scenario = load_scenario("walking_nobarrier", OVER)
+    found = compute_metrics(scenario, walk, 1.0, robot_limits(scenario))
+    assert found.com_rms_error is not None and found.com_rms_error[2] < 2e-3
+    assert found.steps_taken == round((walk.time[-1] - 0.8) / 0.4)
+    assert found.zmp_margin_min is not None and -0.005 < found.zmp_margin_min < 0.06
+    assert found.distance == pytest.approx(found.distance_commanded, abs=0.02)
+
+
+def test_swinging_soles_touch_no_edge(walk) -> None:
+    assert from_edges(load_scenario("walking_nobarrier", OVER), walk) > 0.0
+
+
+def test_level_ground_is_walked_alike_as_a_slope_of_no_angle() -> None:
+    level, slope = (
+        simulate(load_scenario("walking", f"{{duration: 1.6, plant: {{time_step: 0.005}}, gait: {{com_height: 0.58, "
+                               f"ticks_per_step: 40}}, ground: {ground}}}"))
+        for ground in ("[]", "[{kind: slope, at: 0.5, length: 1.0}]")
+    )  # fmt: skip
+    for name in ("lip_state", "com_reference", "foot_state", "stance_plan", "joint_state", "h"):
+        np.testing.assert_allclose(slope[name], level[name], atol=1e-5, err_msg=name)
+
+
 def test_both_forms_of_the_controller_walk_alike_over_uneven_ground() -> None:
     scenario = load_scenario("walking_nobarrier", OVER).model_copy(update={"duration": 2.4})
     assert differences(simulate(scenario), simulate(scenario, form="blocks")) == []
+
+
+# What can't be walked, and what is chosen.
+
+
+def stairs(rise: float, tread: float = 0.25, more: str = "") -> str:
+    return f"{{ground: [{{kind: stairs, at: 1.0, rise: {rise}, tread: {tread}, count: 3}}]{more}}}"
+
+
+def test_step_time_and_com_height_are_those_that_the_ground_asks_for_where_a_scenario_gives_none() -> None:
+    level = load_scenario("walking_nobarrier").gait
+    gentle, steep = (load_scenario("walking_nobarrier", stairs(rise)) for rise in (0.03, 0.12))
+    assert gentle.gait.ticks_per_step == level.ticks_per_step < steep.gait.ticks_per_step
+    assert steep.mpc.horizon == 2 * steep.gait.ticks_per_step
+    assert level.com_height >= gentle.gait.com_height > steep.gait.com_height
+    given = load_scenario("walking_nobarrier", stairs(0.12, more=", gait: {com_height: 0.56, ticks_per_step: 40}"))
+    assert (given.gait.com_height, given.gait.ticks_per_step) == (0.56, 40)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (stairs(0.25), r"^the step at x = 0\.\d+ m on ground\.0 \(stairs\) is beyond the legs' reach: .*; a rise of up "
+                       r"to 0\.1\d m is possible, with the CoM at 0\.\d+ m \(given: 0\.25\)$"),
+        (stairs(0.05, 0.2), r"^ground: the surface from x = 1 m on is 0\.2 m long, and soles need 0\.22 m$"),
+        (stairs(0.05, more=", commands: [{time: 0, velocity: [0.3, 0]}]"),
+         r"^ground\.0: stairs on the map can be walked straight ahead from x = 0 alone, without commands, path or "
+         r"start; with known: false it is ground that nobody expects$"),
+        (stairs(0.05, more=", gait: {stride: -0.1}"),
+         r"^gait\.stride: over uneven ground a walk goes ahead, with a positive stride \(given: -0\.1\)$"),
+    ],
+    ids=["rise", "tread", "commands", "backwards"],
+)  # fmt: skip
+def test_what_cannot_be_walked_is_refused_by_name(text: str, said: str) -> None:
+    with pytest.raises(PdhocbfError, match=said):
+        make_diagram(load_scenario("walking_nobarrier", text))
+
+
+def test_the_largest_rise_is_within_reach_and_a_little_more_is_not() -> None:
+    scenario = load_scenario("walking_nobarrier", stairs(0.05))
+    biped = Biped.load(scenario.robot)
+    most = largest_rise(scenario, biped, 0)
+    for share, reached in ((0.98, True), (1.1, False)):
+        piece = scenario.ground[0].model_copy(update={"rise": share * most})
+        steps = uneven_steps(biped, commanded_gait(scenario.model_copy(update={"ground": (piece,)})), reserve=0.0)
+        assert all(not step.missed for step in steps) == reached
+
+
+# eta and bounds of an even rise.
+
+
+def test_eta_of_a_rise_is_that_of_the_heights_of_com_and_zmp_and_repeats() -> None:
+    gait, rise = gait_over(STAIRS), STAIRS.rise
+    line, step = ComLine(gait.period, TICK), 9
+    assert gait.rise(step) == pytest.approx(rise)
+    planes, eta = gait.planes(step), gait.eta(rise)
+    for q in range(gait.period):
+        z, _, acceleration = gait.height(q)
+        weight = gait.region.weight[q]
+        of_zmp = (1.0 - weight) * planes[0, 0] + weight * planes[1, 0]
+        over = line(q, planes, *np.zeros((3, 2)))
+        assert eta[q] == pytest.approx((acceleration + over[2] + 9.81) / (z + over[0] - of_zmp))
+    np.testing.assert_array_equal(gait.eta(), gait.height.eta())
+    assert gait.rises == {rise}
+
+
+def test_a_bound_that_follows_the_orbit_encloses_that_of_the_climb() -> None:
+    over = "{gait: {com_height: 0.55, ticks_per_step: 40}, mpc: {horizon: 80}, ground: "
+    level, climbing = (
+        build_walk(load_scenario("vhip", over + ground + "}"))
+        for ground in ("[]", "[{kind: stairs, at: 1.0, rise: 0.05, tread: 0.25, count: 5}]")
+    )
+    assert set(climbing.mpc.of_rises) == {0.05}
+    rises = [climbing.gait.rise(j) for j in range(14)]
+    assert rises.count(0.05) == 4
+    for j, rise in enumerate(rises):
+        assert climbing.mpc.on(40 * j + 3) is (climbing.mpc.of_rises[0.05] if rise else climbing.mpc)
+    assert level.mpc.on(40) is level.mpc
+    bounds = [np.array(walk.barriers[0].bound.values) for walk in (level, climbing)]
+    assert min(bounds[1] - bounds[0]) > 0.1

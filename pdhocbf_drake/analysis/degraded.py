@@ -12,6 +12,7 @@ from pdhocbf_drake.estimation.sample import Notice
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.mpc.terms import constraints_of
 from pdhocbf_drake.simulation.run_folder import Run
+from pdhocbf_drake.whole_body.reason import Reason as WholeBodyReason
 
 _MOST = 5  # kinds of degraded ticks that are listed one by one
 _WORDS = {float(reason): reason.name for reason in Reason}
@@ -70,11 +71,25 @@ def misses(run: Run) -> Misses:
 def degraded_rows(run: Run) -> list[tuple[str, str]]:
     """(first tick, what was missed) of each kind of degraded tick: one reason, one set of missed constraints.
 
-    Then the same of what the estimator found wrong with its sensors.
+    Then the same of what the estimator found wrong with its sensors, and of the limits of joints and soles.
     """
     if "solver_status" not in run.log:
         return []
-    return [*_degraded_plans(run), *_sensor_rows(run)]
+    return [*_degraded_plans(run), *_sensor_rows(run), *_whole_body_rows(run)]
+
+
+def _whole_body_rows(run: Run) -> list[tuple[str, str]]:
+    """(first tick, what was done) of each reason of the whole-body program, with its largest miss."""
+    if "whole_body" not in run.log:
+        return []
+    rows, (reasons, amounts) = [], run.log["whole_body"][:, :2].T
+    for reason in dict.fromkeys(reasons[reasons != WholeBodyReason.INSIDE].tolist()):
+        alike = np.flatnonzero(reasons == reason)
+        more = f"; {len(alike) - 1} more like it" if len(alike) > 1 else ""
+        most = amounts[alike].max()
+        by = f" by up to {100.0 * most:.2g} % of the limit" if most > 0.0 else ""
+        rows.append((f"limits, tick {alike[0]}", f"{WholeBodyReason(int(reason)).name}{by}{more}"))
+    return rows[:_MOST]
 
 
 def _sensor_rows(run: Run) -> list[tuple[str, str]]:

@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis.heading import along
+from pdhocbf_drake.analysis.heights import above_ground
+from pdhocbf_drake.ground.terrain import Terrain
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.walking.sole_gap import sole_gaps
 
@@ -36,7 +38,8 @@ def steps_taken(log: RunLog, swing_height: float) -> int:
         if index == step[-1]:  # only the next row would show that it is complete
             continue
         swing = "right" if support[rows][-1] > 0 else "left"  # a step in place of a stand may begin later
-        if "foot_state" not in log or log.element("foot_state", f"{swing}_z")[rows].max() > least:
+        height = log.element("foot_state", f"{swing}_z")[rows] if "foot_state" in log else None
+        if height is None or height.max() - height[0] > least:
             count += 1
     return count
 
@@ -89,15 +92,15 @@ def touchdown_rows(log: RunLog, side: str) -> list[int]:
     return [min(rows.start + settle, rows.stop - 1) for rows in _stretches(stands(log, side))]
 
 
-def zmp_margins(log: RunLog, sole_half: Array) -> Array:
+def zmp_margins(log: RunLog, sole_half: Array, terrain: Terrain | None = None) -> Array:
     """Distance of the measured ZMP from the edge of the support polygon, negative outside it, (T,) [m].
 
     The polygon is the convex hull of the corners of both soles that touch the ground. Where none does, the margin is
-    infinite; where the ZMP is no number, NaN.
+    infinite; where the ZMP is no number, NaN. The ground is that of the terrain, or else flat.
     """
     zmp = np.stack([log.element("lip_state", "x_zmp"), log.element("lip_state", "y_zmp")], axis=1)
     corners = np.concatenate([sole_corners(log, side, sole_half[i]) for i, side in enumerate(_SUPPORT)], axis=1)
-    return hull_margins(zmp, corners[:, :, :2], corners[:, :, 2] < TOUCHES)
+    return hull_margins(zmp, corners[:, :, :2], above_ground(corners, terrain) < TOUCHES)
 
 
 def sole_corners(log: RunLog, side: str, half: Array) -> Array:

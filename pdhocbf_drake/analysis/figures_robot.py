@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, over_time, panels
 from pdhocbf_drake.analysis.feet import zmp_margins
+from pdhocbf_drake.analysis.heights import commanded_com_height
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.systems.signals import JOINTS
@@ -22,11 +23,11 @@ def tracking(run: Run, limits: RobotLimits) -> Figure:
     for name, colour in zip("xy", (palette.JOINTS[0], palette.JOINTS[4]), strict=True):
         error = log.element("lip_state", name) - log.element("com_reference", name)
         axes[0].plot(log.time, 1e3 * error, color=colour, lw=1.0, label=f"CoM {name}, measured less planned")
-    height = log.element("com_z", "z") - log.element("com_height", "z")
+    height = log.element("com_z", "z") - commanded_com_height(log)
     axes[0].plot(log.time, 1e3 * height, color=palette.JOINTS[2], lw=1.0, label="CoM height, measured less commanded")
     label(axes[0], "error", "mm")
-    axes[1].plot(log.time, 1e3 * zmp_margins(log, limits.sole_half), color=palette.MEASURED_ZMP, lw=0.8,
-                 label="ZMP to the edge of the support")  # fmt: skip
+    margins = zmp_margins(log, limits.sole_half, run.scenario.terrain)
+    axes[1].plot(log.time, 1e3 * margins, color=palette.MEASURED_ZMP, lw=0.8, label="ZMP to the edge of the support")
     axes[1].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[1], "margin", "mm")
     return over_time(figure, 3, every_panel=True)

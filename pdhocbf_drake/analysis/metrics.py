@@ -20,17 +20,21 @@ from pdhocbf_drake.analysis.estimate import estimator_metrics
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.ground_use import friction_used, yaw_moment_used
 from pdhocbf_drake.analysis.heading import along, along_heading, commanded_path, settled_errors, zmp_seen
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.heights import commanded_com_height
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics, WholeBodyMetrics
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
+from pdhocbf_drake.simulation.commands import commanded_gait, known_ground
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.kernels import LEAST_LOAD
 from pdhocbf_drake.systems.signals import JOINTS
+from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.support import contains
 from pdhocbf_drake.walking.waypoints import distance_to
+from pdhocbf_drake.whole_body.reason import Reason as WholeBodyReason
 
 Array = NDArray[np.float64]
 
@@ -63,7 +67,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         stance_width=stance_width(log.after(scenario.from_time)) if walks else None,
         stance_width_commanded=scenario.gait.stance_width if walks else None,
         com_rms_error=_com_rms_error(log) if walks else None,
-        zmp_margin_min=_finite(zmp_margins(log, body.sole_half).min()) if body else None,
+        zmp_margin_min=_finite(zmp_margins(log, body.sole_half, scenario.terrain).min()) if body else None,
         unloaded_ticks=_unloaded_ticks(log, body.weight) if body else None,
         zmp_outside_fraction=_zmp_outside(log) if walks else None,
         slip_max=_finite(slip_max(log)) if body else None,
@@ -81,6 +85,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         barriers=_barrier_metrics(scenario, log),
         mpc=_mpc_metrics(scenario, log),
         estimator=None if body is None else estimator_metrics(log, body, scenario.gait.ticks_per_gait),
+        whole_body=_whole_body_metrics(log),
     )
 
 
@@ -169,9 +174,17 @@ def _distance_commanded(scenario: Scenario, log: RunLog) -> float:
     gait = scenario.gait
     step, tick = log["gait_phase"][-1, 1], log["gait_phase"][-1, 0]
     walked = float(step + tick / gait.ticks_per_step - gait.start_steps)
+    if known_ground(scenario) is not None:
+        return _middle(commanded_gait(scenario), int(step), float(tick / gait.ticks_per_step))
     if gait.walk_steps is not None and walked >= gait.walk_steps:
         return max(0, gait.walk_steps - 1) * gait.stride
     return max(0.0, walked - 0.5) * gait.stride
+
+
+def _middle(gait: Gait, step: int, share: float) -> float:
+    """x of the middle between the feet, a share into a step, from that at the start [m]."""
+    last, here, coming = (gait.step(j).x for j in (step - 1, step, step + 1))
+    return 0.5 * ((1.0 - share) * (last + here) + share * (here + coming)) - gait.step(-1).x
 
 
 def _com_rms_error(log: RunLog) -> list[float | None]:
@@ -179,7 +192,7 @@ def _com_rms_error(log: RunLog) -> list[float | None]:
     rms = [_finite(np.sqrt(np.mean(error**2))) for error in errors]
     if "com_z" not in log:
         return [*rms, None]
-    height = log.element("com_z", "z") - log.element("com_height", "z")
+    height = log.element("com_z", "z") - commanded_com_height(log)
     return [*rms, _finite(np.sqrt(np.mean(height**2)))]
 
 
@@ -284,6 +297,16 @@ def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
         # The oscillator's filter is `BarrierFilter`, which projects onto its rows.
         solver="projection" if scenario.system == "van_der_pol" else scenario.mpc.solver,
     )
+
+
+def _whole_body_metrics(log: RunLog) -> WholeBodyMetrics | None:
+    if "whole_body" not in log:
+        return None
+    reasons = log.element("whole_body", "reason")
+    misses = {
+        r.name.lower(): int(n) for r in WholeBodyReason if r > WholeBodyReason.KEPT and (n := (reasons == r).sum())
+    }
+    return WholeBodyMetrics(active_ticks=int((reasons != WholeBodyReason.INSIDE).sum()), misses=misses)
 
 
 def _statistic(function: Callable[[Array], Any], values: Array) -> float | None:

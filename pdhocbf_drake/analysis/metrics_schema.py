@@ -44,6 +44,15 @@ class MpcMetrics(_Table):
     solver: str = Field(description="the first solver of each tick")
 
 
+class WholeBodyMetrics(_Table):
+    """What became of the planned motion at the limits of joints and soles."""
+
+    active_ticks: int = Field(description="ticks in which the closed form would have exceeded a limit")
+    misses: dict[str, int] = Field(
+        description="ticks in which one is missed all the same, by `whole_body.reason.Reason`"
+    )
+
+
 class EstimatorMetrics(_Table):
     """The estimate from the sensors beside the true state."""
 
@@ -139,6 +148,7 @@ class Metrics(_Table):
     barriers: dict[str, BarrierMetrics]
     mpc: MpcMetrics | None
     estimator: EstimatorMetrics | None = Field(None, description="of a walk on sensors")
+    whole_body: WholeBodyMetrics | None = Field(None, description="of a walk with a whole-body program")
 
     def to_json(self) -> str:
         """The text of metrics.json."""

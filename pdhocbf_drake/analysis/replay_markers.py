@@ -12,6 +12,7 @@ from pydrake.math import RigidTransform, RotationMatrix
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, h_along
 from pdhocbf_drake.analysis.heading import box_frame
+from pdhocbf_drake.analysis.heights import commanded_com_height
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.analysis.replay_view import view_of
 from pdhocbf_drake.ground.terrain import Terrain
@@ -118,7 +119,7 @@ class RecordedMarkers:
         terrain = run.scenario.terrain
         self._markers = Markers(stage, taken[0].half if taken else np.array([0.05, 0.05]), terrain)
         self._log = {name: run.log[name] for name in _DRAWN}
-        self._com_height = run.log.element("com_height", "z")
+        self._com_height = commanded_com_height(run.log)
         self._safety, self._headings, self._view = safety_along(run), _headings(run), view_of(run)
         for number, foothold in enumerate(taken):
             add_foothold(stage, number, foothold, terrain)

@@ -12,6 +12,7 @@ from pydrake.systems.framework import DiagramBuilder
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.feet import sole_centres, step_starts, touchdown_rows
+from pdhocbf_drake.analysis.heights import commanded_com_height
 from pdhocbf_drake.analysis.replay_estimate import EstimateMarker
 from pdhocbf_drake.analysis.replay_markers import Foothold, RecordedMarkers, colour_by_safety, safety_along
 from pdhocbf_drake.analysis.replay_stage import Stage
@@ -86,7 +87,7 @@ def template_scene(stage: Stage, run: Run) -> Draw:
         for row in starts
         if support[row] != 0
     ]
-    height = log.element("com_height", "z")
+    height = commanded_com_height(log)
     markers = RecordedMarkers(stage, run, height, taken)
     place = pendulum(stage, 0.8 * float(height.min()))
 

@@ -57,6 +57,10 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
         "walks that turn, go sideways, stop and start, beside what they must reach",
         "studies.directions.command",
     ),
+    "ground": (
+        "walks over stairs, slopes and other uneven ground, beside what they must reach",
+        "studies.ground.command",
+    ),
     "sensing": (
         "walks with late, noisy and wrong knowledge of the robot, beside what they must reach",
         "studies.sensing.command",

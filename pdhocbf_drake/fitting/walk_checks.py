@@ -63,15 +63,11 @@ def motion_findings(biped: Biped, gait: GaitConfig, motion: SteadyMotion | None 
     half, height = gait.stance_width / 2.0, gait.com_height
     feet = sole_pose(0.0, half), sole_pose(0.0, -half)
     try:
-        posture, on_one = (upright_posture(biped, np.array([0.0, y, height]), *feet) for y in (0.0, half))
+        posture = upright_posture(biped, np.array([0.0, 0.0, height]), *feet)
     except ModelError:
         return
     yield _swing(biped, gait, float(swing_lever(biped, posture)[0]), swing)
-    needed = _static_torques(biped, on_one)
-    standing = _torque("static torque", "standing on one foot", needed, biped, "gait.com_height")
-    if motion is not None and standing.level == "fault":  # which the walk does not
-        standing = standing._replace(level="note")
-    yield standing
+    yield _standing(biped, gait, motion is not None)
     if motion is None:
         seen = preview(biped, Step.of(gait))
         if seen.missed:
@@ -131,6 +127,21 @@ def _swing(biped: Biped, gait: GaitConfig, lever: float, swing: float) -> Findin
     shorter = gait.stride * SHIFT * half / shift if shift else 0.0
     fix = f"up to {SHIFT:g} walks well: gait.ticks_per_step {ticks}, or gait.stride {shorter:.3g}"
     return Finding("swing leg", level, "gait.stride, gait.ticks_per_step", said, "" if level == "ok" else fix)
+
+
+def _standing(biped: Biped, gait: GaitConfig, planned: bool) -> Finding:
+    """Standing on one foot with the other one at its place, which a walk whose motion is planned need not do."""
+    half, key = gait.stance_width / 2.0, "gait.stance_width, gait.com_height"
+    try:
+        on_one = upright_posture(
+            biped, np.array([0.0, half, gait.com_height]), sole_pose(0.0, half), sole_pose(0.0, -half)
+        )
+    except ModelError as error:
+        return Finding(
+            "static torque", "note", key, f"standing on one foot: {error}", "a smaller stance_width, or lower"
+        )
+    found = _torque("static torque", "standing on one foot", _static_torques(biped, on_one), biped, "gait.com_height")
+    return found._replace(level="note") if planned and found.level == "fault" else found
 
 
 def _static_torques(biped: Biped, posture: np.ndarray) -> np.ndarray:

@@ -194,7 +194,7 @@ class Rough(_Rough):
 class Boards(_Rough):
     """Two rows of boards at random heights, one for each foot: a walk along x that fits them stands level.
 
-    The boards to the right lie half a length behind those to the left.
+    The boards to the right begin half a length after those to the left.
 
     Attributes:
         length: of a board along x, that of two steps [m].

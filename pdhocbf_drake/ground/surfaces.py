@@ -88,8 +88,11 @@ def _rough(piece: Boards | Rough, z: float, middle: float) -> Iterator[Surface]:
     rows = round(piece.width / width + 0.499)
     for row in range(rows):
         low, high = middle - half + row * width, min(middle - half + (row + 1) * width, middle + half)
-        shift = 0.5 * length if isinstance(piece, Boards) and row == 0 else 0.0
-        for i in range(math.ceil((end - start + shift) / length - 1e-9)):
-            x0, x1 = max(start, start - shift + i * length), min(end, start - shift + (i + 1) * length)
+        first = start
+        if isinstance(piece, Boards) and row == 0:
+            first = min(start + 0.5 * length, end)
+            yield Surface(start, first, low, high, z, friction=piece.friction)
+        for i in range(math.ceil((end - first) / length - 1e-9)):
+            x0, x1 = first + i * length, min(end, first + (i + 1) * length)
             height = z + float(random.uniform(-piece.amplitude, piece.amplitude))
             yield Surface(x0, x1, low, high, height, friction=piece.friction)

@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from pdhocbf_drake.errors import ModelError
+from pdhocbf_drake.fitting.facts import PACKAGED
+from pdhocbf_drake.fitting.preview import Step, preview
 from pdhocbf_drake.importing.inferred import Inferred
-from pdhocbf_drake.robot import Biped, longest_stride
+from pdhocbf_drake.robot import ROLES, Biped, longest_stride
 from pdhocbf_drake.robot.reach import reachable_heights, reaches
+from pdhocbf_drake.walking.config import GaitConfig
 
 _BEND = 0.091  # by which the CoM is below its highest place, as a share of the leg: knees bent by 54°, as ours
 _AMPLITUDE = 1.0 / 60.0  # of the CoM's height in a walk, as a share of the leg
 _STRIDE = 0.25  # of a walk, as a share of the leg
 _SPARE = 1.1
+_LOAD = 0.9  # share of a joint's torque in a step
+_LEAST_BEND = 0.045  # as _BEND, where that asks too much of hips and knees
+_HEIGHTS = 5  # that are tried
 
 
 def com_height(biped: Biped, leg: float, width: float) -> tuple[float, float, list[Inferred]]:
     """The CoM height with the knees well bent, and the longest step there [m].
 
-    Where the legs are too stiff for a usual stride at that height, it is the height of the longest step.
+    Where the legs are too stiff for a usual stride at that height, it is the height of the longest step; where hips and
+    knees lack the torque, it is as much higher, with straighter knees, as that takes.
 
     Args:
         biped: the robot. leg: length of thigh and shank [m]. width: lateral distance of the feet [m].
@@ -38,8 +47,12 @@ def com_height(biped: Biped, leg: float, width: float) -> tuple[float, float, li
         steps = [_longest_step(biped, leg, width, float(other)) for other in tried]
         if max(steps) > longest:
             longest, height = max(steps), float(tried[int(np.argmax(steps))])
-    height = float(np.round(height, 3))
     text = f"in reach with level feet are {low:.3g} to {high:.3g} m"
+    lighter = _lighter(biped, leg, width, height, high - _LEAST_BEND * leg)
+    if lighter > height:
+        height, longest = lighter, _longest_step(biped, leg, width, lighter)
+        text += "; further down a usual step is out of reach, or too much for hips and knees"
+    height = float(np.round(height, 3))
     return (
         height,
         longest,
@@ -53,6 +66,31 @@ def com_height(biped: Biped, leg: float, width: float) -> tuple[float, float, li
 def stride(longest: float, leg: float) -> float | None:
     """A stride that is shorter than the usual one, where the legs reach no further [m]; None for the usual one."""
     return None if longest >= _SPARE * _STRIDE * leg else float(np.round(longest / _SPARE, 3))
+
+
+def _lighter(biped: Biped, leg: float, width: float, low: float, high: float) -> float:
+    """The lowest height if hips and knees can do a usual step there, else one at which they carry that, or less.
+
+    That is the lowest of some at which they have torque to spare in a usual step, or a half one, or one in place.
+    """
+    if _load(biped, leg, width, low, _STRIDE * leg) <= 1.0:
+        return low
+    heights = np.linspace(low, max(low, high), _HEIGHTS).tolist()
+    for part in (1.0, 0.5, 0.0):
+        for height in heights:
+            if _load(biped, leg, width, height, part * _STRIDE * leg) <= _LOAD:
+                return float(height)
+    return float(heights[-1])
+
+
+def _load(biped: Biped, leg: float, width: float, height: float, stride: float) -> float:
+    """The largest torque of hip pitch and knee in a step, over its limit; infinite where that is out of reach."""
+    size, gait = leg / PACKAGED.leg, GaitConfig()
+    duration = gait.ticks_per_step * gait.tick * math.sqrt(size)
+    swing = duration * (1.0 - gait.double_support_ticks / gait.ticks_per_step)
+    seen = preview(biped, Step(stride, width, height, gait.swing_height * size, duration, swing))
+    shares = (seen.torques / biped.effort_limits).reshape(2, -1)
+    return math.inf if seen.missed else float(shares[:, [ROLES.index("hip_pitch"), ROLES.index("knee_pitch")]].max())
 
 
 def _longest_step(biped: Biped, leg: float, width: float, height: float) -> float:

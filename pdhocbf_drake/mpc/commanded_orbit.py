@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 _CLOSE = 2e-6  # how far a gait may miss its start [m]
 _AHEAD = 8  # steps of which the divergent component at the start is made
-_FARTHEST = 0.5  # of a gait's way, by which the next start may be beyond its end
+_FARTHEST = 0.01  # from a gait's end to the next start [m]
 
 
 def settling(mpc: PeriodicMpc) -> Iterator[Array | None]:
@@ -43,8 +43,7 @@ def settling(mpc: PeriodicMpc) -> Iterator[Array | None]:
         missed = float(np.abs(way).max())
         if recurrence.reached(missed, missed):
             break
-        start = end if before is None else end - _share(way, way - before[1]) * (end - before[0])
-        before = end, way
+        start, before = end if before is None else _extrapolated(end, way, *before), (end, way)
     steps = np.split(_repeated(mpc, step, states, com), 2, axis=1)
     yield np.stack(steps if mpc.gait.support(step) == LEFT else steps[::-1])
 
@@ -89,10 +88,19 @@ def _seen(mpc: PeriodicMpc, step: int, points: Array) -> Array:
     return np.asarray(rotation(-mpc.gait.step(step).yaw) @ (points - mpc.gait.foothold(step)[:, None]))
 
 
-def _share(way: Array, change: Array) -> float:
-    """The share of its last change that a gait's way is best made up of, within `_FARTHEST`."""
-    share = float(np.vdot(way, change) / np.vdot(change, change)) if change.any() else 0.0
-    return min(max(share, -_FARTHEST), _FARTHEST)
+def _extrapolated(end: Array, way: Array, end_before: Array, way_before: Array) -> Array:
+    """The next start by the secant method: what shrinks slowly, as under a slow turn, is gone in one gait.
+
+    Where a way is longer than the one before it, or as long, it is the end of the gait.
+
+    Args:
+        end, way: G(z) and G(z) − z, and those of the gait before.
+    """
+    change = way - way_before
+    if not change.any() or np.abs(way).max() > np.abs(way_before).max():
+        return end
+    beyond = np.vdot(way, change) / np.vdot(change, change) * (end - end_before)
+    return np.asarray(end - beyond * min(1.0, _FARTHEST / max(float(np.abs(beyond).max()), _FARTHEST)))
 
 
 def _repeated(mpc: PeriodicMpc, step: int, states: Array, com: Array) -> Array:

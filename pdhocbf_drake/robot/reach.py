@@ -14,6 +14,7 @@ from pdhocbf_drake.robot.posture import Posture, sole_pose
 
 _RESOLUTION = 1.0 / 60.0  # of the limits named in messages, over the length of a leg
 _FARTHEST = 10.0 / 3.0  # step that is tried, likewise
+_BELOW = 6  # parts of the largest length between which it is looked for impossible ones
 
 
 def upright_posture(biped: Biped, com: np.ndarray, left: np.ndarray, right: np.ndarray) -> np.ndarray:
@@ -93,7 +94,7 @@ def _check_stride(biped: Biped, stride: float, stance_width: float, height: floa
         return
     longest = longest_stride(biped, stance_width, height)
     raise ModelError(
-        f"stride {stride:g} m is beyond the legs' reach of robot {biped.config.name!r} "
+        f"gait.stride: a step of {stride:g} m is beyond the legs' reach of robot {biped.config.name!r} "
         f"at a CoM height of {height:g} m; allowed is up to {longest:.3g} m"
     )
 
@@ -115,8 +116,17 @@ def reaches(biped: Biped, height: float, width: float, stride: float) -> bool:
 
 
 def _largest(possible: Callable[[float], bool], leg: float) -> float:
+    """The largest length up to which all are possible, by bisection [m].
+
+    Stops of the ankles may forbid lengths below possible ones, so that some of these are tried too.
+    """
     low, high = 0.0, leg * _FARTHEST
-    while high - low > leg * _RESOLUTION:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if possible(middle) else (low, middle)
-    return low
+    while True:
+        while high - low > leg * _RESOLUTION:
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if possible(middle) else (low, middle)
+        tried = [low * part / _BELOW for part in range(_BELOW)]
+        gap = next((i for i in range(1, _BELOW) if low and not possible(tried[i])), None)
+        if gap is None:
+            return low
+        low, high = tried[gap - 1], tried[gap]

@@ -71,6 +71,11 @@ class TaskSpace(ABC):
     def forces(self, vdot: np.ndarray) -> np.ndarray:
         """M(q) v̇ + C(q, v) v − τ_g(q) (18,), which joints and ground have to apply, damping included [N m, N]."""
 
+    def inertial_forces(self, accelerations: np.ndarray) -> np.ndarray:
+        """M(q) a for each column a of the accelerations (18, n), reflected inertia included, (18, n) [N m, N]."""
+        rest = self.forces(np.zeros(len(accelerations)))
+        return np.array([self.forces(column) - rest for column in accelerations.T.copy()]).T
+
     @abstractmethod
     def _place(self, q: np.ndarray) -> None:
         """Sets q (19,), another one than the last."""

@@ -70,6 +70,13 @@ class TreeTaskSpace(TaskSpace):
         kernels.write_forces(self._v, vdot, self._lift, self._links, self._numbers, self._work, forces)
         return forces
 
+    def inertial_forces(self, accelerations: np.ndarray) -> np.ndarray:
+        """M a for each column a of the accelerations (18, n), in one call."""
+        columns = np.ascontiguousarray(accelerations.T)
+        forces = np.empty_like(columns)
+        kernels.write_inertial_forces(columns, np.zeros(18), self._links, self._numbers, self._work, forces)
+        return forces.T
+
     def approach(self, goal: TargetPoses, q: np.ndarray) -> tuple[np.ndarray, int, float]:
         """Newton's method in one call; where that gives up, as that of `TaskSpace`, which takes half a revolution."""
         q = q.copy()

@@ -14,7 +14,6 @@ from pydrake.systems.primitives import MatrixGain
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview
 from pdhocbf_drake.ground.bodies import add_ground
 from pdhocbf_drake.robot import Biped, sole_pose, swing_lever, upright_posture
-from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.diagram import (
@@ -26,11 +25,13 @@ from pdhocbf_drake.simulation.diagram import (
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, tilted_gravity, timed_forces
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.drives import connect_sampled_drives
+from pdhocbf_drake.simulation.feeling import add_loads, connect_footing, footing_of
 from pdhocbf_drake.simulation.granted import grip_of
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
+from pdhocbf_drake.systems.footing import Footing
 from pdhocbf_drake.systems.fused_controller import BodyBlocks
 from pdhocbf_drake.systems.ground_reference import GroundReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
@@ -72,7 +73,9 @@ def biped_diagram(
     wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
     add_model_error(wiring, scenario.model_error, plant, real or biped)
 
-    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick, walk.gait.uneven)))
+    footing = footing_of(scenario, walk, biped)
+    uneven = walk.gait.uneven or footing is not None
+    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, config.tick, uneven)))
     wiring.connect(estimator, "robot_state", "contact_forces")
     add_joint_sensors(wiring, plant, biped)
     sensed = scenario.measurement.source == "sensors"
@@ -84,23 +87,33 @@ def biped_diagram(
         seed = scenario.seed if scenario.measurement.seed is None else scenario.measurement.seed
         add_sensors(wiring, scenario.measurement, seed, plant, biped, posture[biped.q_index])
         add_estimator(wiring, scenario.measurement, biped, walk.gait.step(-1))
+    if footing is not None:
+        add_loads(wiring, plant, biped, sensed)
     soles = np.zeros((2, 6))
     soles[:, :2], soles[:, 5] = walk.gait.feet_at_start, walk.gait.step(-1).yaw
     soles[:, 2] = walk.gait.step(-1).height
     starts = {"lip_state": walk.at_rest.ravel(), "foot_state": soles.ravel()}
+    starts |= {} if footing is None else {"foot_load": np.full(2, 0.5 * biped.weight)}
     add_measurement(wiring, scenario.measurement, scenario.seed, **starts)
 
     add_walking = _add_fused if form == "fused" else _add_blocks
-    add_walking(wiring, walk, _body_blocks(walk, biped, posture, grip_of(biped, scenario)), LATENCY * plant.time_step())
+    body = _body_blocks(scenario, walk, biped, posture, footing)
+    add_walking(wiring, walk, body, LATENCY * plant.time_step())
     targets = wiring.add("joint_targets", joint_targets(biped, posture[biped.q_index], plant.time_step()))
     terrain = None if scenario.terrain.flat else scenario.terrain
     detector = wiring.add("fall_detector", FallDetector(config.com_height, config.tick, terrain))
 
     if walk.gait.turns:
         wiring.log("turn_reference")
+    if scenario.whole_body.kind != "closed_form":
+        wiring.log("whole_body")
     if walk.gait.uneven:
-        wiring.connect(estimator, "ground_reference")
         wiring.log("ground_reference")
+    if footing is not None:
+        wiring.log("foot_target", "ground_target")
+    if uneven:
+        ground = wiring.port("ground_reference" if footing is None else "ground_target")
+        wiring.builder.Connect(ground, estimator.GetInputPort("ground_reference"))
     if sensed:
         connect_estimator(wiring)
     wiring.connect(detector, "com_z", *["lip_state"] * (terrain is not None))
@@ -119,19 +132,23 @@ def biped_diagram(
     return wiring.build("biped_walk")
 
 
-def _body_blocks(walk: Walk, biped: Biped, posture: np.ndarray, grip: Grip) -> BodyBlocks:
+def _body_blocks(
+    scenario: Scenario, walk: Walk, biped: Biped, posture: np.ndarray, footing: Footing | None
+) -> BodyBlocks:
     """Planned soles, inverse kinematics, and the ZMP offset that the legs cause."""
-    gait = walk.gait
+    gait, grip, layer = walk.gait, grip_of(biped, scenario), scenario.whole_body
+    uneven = gait.uneven or footing is not None
     lever = swing_lever(biped, standing_posture(walk, biped))
     # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.
     mirrored = is_mirrored(preview(biped, Step.of(gait.config)), leg_length(biped))
     zmp_offset = ZmpOffset if mirrored and not gait.turns else TurningZmpOffset
     return BodyBlocks(
         FootReference(gait),
-        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, gait.uneven),
+        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, uneven, layer, gait.period),
         zmp_offset(gait, walk.mpc.config.horizon, lever),
         TurnReference(gait) if gait.turns else None,
         GroundReference(gait) if gait.uneven else None,
+        footing,
     )
 
 
@@ -145,7 +162,8 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
     wiring.connect(controller, "zmp_offset")
     wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
-    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
+    wiring.connect(kinematics, *["actuation"] * body.kinematics.has_layer)
+    wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference")
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
     wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
@@ -156,14 +174,19 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
     if body.ground is not None:
         ground_reference = wiring.add("ground_reference", body.ground)
         wiring.connect(ground_reference, "gait_phase", "com_reference", "zmp_reference", *changes)
-        wiring.connect(kinematics, "ground_reference")
+    if body.footing is not None:
+        connect_footing(wiring, wiring.add("footing", unbundled(body.footing)), kinematics)
+        return
+    wiring.connect(kinematics, "foot_reference", *["ground_reference"] * (body.ground is not None))
 
 
 def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> None:
     """The same in one block."""
     controller = add_fused_controller(wiring, walk, latency, body)
     connect_fused_controller(wiring, walk, controller)
-    wiring.connect(controller, "foot_state", measured=True)
+    wiring.connect(controller, *["actuation"] * body.kinematics.has_layer)
+    measured = "foot_state", *["foot_load"] * (body.footing is not None)
+    wiring.connect(controller, *measured, measured=True)
 
 
 def initial_posture(walk: Walk, biped: Biped) -> np.ndarray:

@@ -113,6 +113,9 @@ def _check_lengths(scenario: Scenario) -> None:
     if width < least:
         _refuse("gait.stance_width", f"must be at least mpc.stance_width_min, {least:g} m", width)
     lengths = {"gait.stride": abs(gait.stride), "gait.stance_width": width}
+    if scenario.system == "vhip" and lengths["gait.stride"] > 2.0 * gait.com_height:
+        longest = f"{2.0 * gait.com_height:g} m, twice gait.com_height: in a longer step it leans by more than 45°"
+        _refuse("gait.stride", f"must be at most {longest}", gait.stride)
     for (key, length), reach in zip(lengths.items(), mpc.step_reach or (math.inf, math.inf), strict=True):
         if length > reach:
             _refuse(key, f"must be within mpc.step_reach, {reach:g} m", length)

@@ -29,13 +29,13 @@ def commanded_gait(scenario: Scenario) -> Gait:
     ground = known_ground(scenario)
     if ground is None:
         return _on_level_ground(scenario)
-    if _goes_ahead(scenario):
+    if goes_ahead(scenario):
         return _prepared(Gait(scenario.gait, uneven_footsteps(scenario.gait, ground)))
     level = _on_level_ground(scenario)
     return _prepared(Gait(scenario.gait, replace(level.footsteps, known_ground=ground)))
 
 
-def _goes_ahead(scenario: Scenario) -> bool:
+def goes_ahead(scenario: Scenario) -> bool:
     """Whether it walks straight ahead along x from x = 0."""
     start = Pose(*scenario.start.position, scenario.start.yaw)
     return not scenario.path and not scenario.commands and start == Pose(0.0, 0.0, 0.0)
@@ -70,7 +70,7 @@ def _on_level_ground(scenario: Scenario) -> Gait:
     if scenario.path:
         along = _along_path(scenario, start)
         return Gait(config, CommandedFootsteps.of(config, along, start, limits_of(scenario), keeps_path=True))
-    if _goes_ahead(scenario):
+    if goes_ahead(scenario):
         return Gait(config)
     if not scenario.commands:
         forward = Command(config.stride / (config.ticks_per_step * config.tick))

@@ -9,7 +9,7 @@ import numpy as np
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.fitting.steady_motion import OutOfReach, SteadyMotion, steady_motion
 from pdhocbf_drake.mpc.programs import ProgramCache
-from pdhocbf_drake.robot import ROLES, Biped, sole_pose, upright_posture
+from pdhocbf_drake.robot import ROLES, SIDES, Biped, sole_pose, upright_posture
 from pdhocbf_drake.robot.grip import Grip
 from pdhocbf_drake.simulation.build import nominal_mpc
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -116,14 +116,15 @@ def _of_ankles(biped: Biped, scenario: Scenario) -> str:
     """Which ankle joints leave the ZMP too little of the soles for a walk that can't be planned, if any do."""
     limits, half = scenario.mpc.plan_limits, np.array(scenario.gait.zmp_box) / 2.0
     assert limits is not None
-    for role, low, high, edge in (
-        ("ankle_pitch", limits.zmp_behind, limits.zmp_ahead, half[0]),
-        ("ankle_roll", limits.zmp_inward, limits.zmp_outward, half[1]),
+    soles = np.min([biped.soles[side].half_size for side in SIDES], axis=0)
+    for role, low, high, edge, end in (
+        ("ankle_pitch", limits.zmp_behind, limits.zmp_ahead, half[0], soles[0]),
+        ("ankle_roll", limits.zmp_inward, limits.zmp_outward, half[1], soles[1]),
     ):
         if min(low, high) < edge:
             has = biped.effort_limits.reshape(2, -1)[:, ROLES.index(role)].min()
             return (
-                f"{role} has {has:.3g} N m, which leaves the ZMP only from {-1e3 * min(low, edge):.0f} to "
-                f"{1e3 * min(high, edge):.0f} mm of the soles' centres, too little to plan it"
+                f"{role} has {has:.3g} N m, which leaves the ZMP only from {-1e3 * min(low, end):.0f} to "
+                f"{1e3 * min(high, end):.0f} mm of the soles' centres, too little to plan it"
             )
     return ""

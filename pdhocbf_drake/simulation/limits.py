@@ -16,6 +16,7 @@ from pdhocbf_drake.simulation.commands import commanded_stride
 from pdhocbf_drake.simulation.granted import Asked, exceeded, longest_granted
 from pdhocbf_drake.simulation.ground_checks import check_start
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.uneven_checks import check_known_ground, known_ground_findings
 
 _FAR = 0.7  # share of a joint's limit below which a walk is taken as it is, by its preview
 _SLIPPERY = 0.3  # friction below which it is looked at; a walk uses some 0.08 and 20 mm about the vertical
@@ -42,7 +43,7 @@ def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
 
     Raises:
         ModelError: a box, height or stride is out of the robot's reach, or as `within_limits`.
-        InputError: the walk starts on an edge or a slope.
+        InputError: the walk starts on an edge or a slope, or as `check_known_ground`.
     """
     biped, gait, recovery = Biped.load(scenario.robot), scenario.gait, scenario.mpc.recovery
     check_start(scenario, biped)
@@ -50,6 +51,7 @@ def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
     check_walk(biped, stride=gait.stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=gait.zmp_box)
     if recovery is not None and recovery.zmp_box is not None:
         check_zmp_box(biped, recovery.zmp_box, "mpc.recovery.zmp_box")
+    check_known_ground(scenario, biped)
     return biped, within_limits(scenario, biped)
 
 
@@ -113,7 +115,8 @@ def findings_within_limits(scenario: Scenario, biped: Biped) -> list[Finding]:
     except ModelError as error:
         fix = "null leaves them to the motors"
         return [*found, Finding("limits", "fault", "mpc.limits, friction_belief", str(error), fix)]
-    return [*walk_findings(biped, kept.scenario.gait, box, kept.motion), *_limits(kept)]
+    found = [*walk_findings(biped, kept.scenario.gait, box, kept.motion), *_limits(kept)]
+    return [*found, *known_ground_findings(kept.scenario, biped)]
 
 
 def _limits(kept: Kept) -> list[Finding]:

@@ -17,6 +17,7 @@ from pdhocbf_drake.walking.barrier_changes import BarrierChange
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.commands import CommandConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
+from pdhocbf_drake.whole_body.config import WholeBodyConfig
 
 DEFAULT_ROBOT = "biped"
 System = Literal["biped", "vhip", "van_der_pol"]
@@ -117,14 +118,17 @@ class MeasurementConfig(SensorsConfig):
 
 
 class BipedConfig(Config):
-    """The robot before it walks.
+    """The robot itself.
 
     Attributes:
         weigh: whether the robot is weighed in a stand of a second before the walk: the controller's model of it, for
             inverse kinematics, torques and the estimator, gets a torso such that weight and CoM are those measured.
+        feels_ground: whether the feet stop where they meet the ground early, go on down where they meet it late, and
+            take its tilt; null is where there is `ground`.
     """
 
     weigh: bool = False
+    feels_ground: bool | None = None
 
 
 class StartConfig(Config):
@@ -157,11 +161,12 @@ class Scenario(Config):
         seed: seed of all random numbers.
         from_time: start of the steady state, from which barriers are judged, eq. (38) [s].
         robot: a robot that comes with the package, or the path of a robot YAML.
-        biped: what is done with the robot before it walks.
+        biped: whether the robot is weighed before it walks, and whether its feet feel the ground.
         ground: pieces of the ground that are not flat, each at its place along x; z = 0 where the walk starts.
         friction: Coulomb coefficient between soles and ground [1].
         friction_belief: that for which the walk is planned: where its motion asks more of the soles about the vertical,
             the torso's yaw gives way; null is `friction` [1].
+        whole_body: how the planned motion keeps the limits of joints and soles.
         gait, mpc, vhip, van_der_pol: the configs of those parts; the default CoM height and stance width are those of
             the robot.
         barriers: the barriers to keep, by name; null removes one that a scenario extends.
@@ -191,6 +196,7 @@ class Scenario(Config):
     ground: Annotated[_Ground, AfterValidator(_apart)] = ()
     friction: float = Field(0.8, gt=0, le=10)
     friction_belief: float | None = Field(None, gt=0, le=10)
+    whole_body: WholeBodyConfig = WholeBodyConfig()
     gait: GaitConfig = GaitConfig()
     mpc: MpcConfig = MpcConfig()
     barriers: dict[Name, WalkBarrierConfig] = Field({})

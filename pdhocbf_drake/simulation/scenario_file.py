@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pdhocbf_drake.fitting.defaults import Fitted
 
 _PACKAGED = Path(__file__).resolve().parent.parent / "scenarios"
+GROUND_KEYS = "gait.com_height", "gait.ticks_per_step", "mpc.horizon"  # which the ground chooses where nobody does
 _Layers = tuple[dict[str, Any], dict[str, Any]]  # a scenario's values, and the keys that a user's file gives
 
 
@@ -33,7 +34,8 @@ def scenario_names() -> list[str]:
 def load_scenario(scenario: str, text: str = "") -> Scenario:
     """The scenario called `scenario` (a name, `FILE` or `FILE:NAME`) with the YAML `text` merged on top.
 
-    Values that neither the file nor `text` gives fit the scenario's robot, see `fitting.rules`.
+    Values that neither the file nor `text` gives fit the scenario's robot, see `fitting.rules`, and its ground, see
+    `ground_choice`.
 
     Raises:
         InputError: it does not exist, is not YAML, or holds a wrong key or value.
@@ -45,6 +47,15 @@ def load_scenario(scenario: str, text: str = "") -> Scenario:
 def load_fitted(scenario: str, text: str = "") -> tuple[Scenario, Fitted | None]:
     """The same, with what has been made to fit the robot; None where nothing had to be."""
     written = load_written(scenario, text)
+    found, fit = _fitted_to_robot(written)
+    if found.ground:
+        from pdhocbf_drake.simulation.ground_choice import chosen_for_ground  # here, since it loads Drake
+
+        found = chosen_for_ground(found, written.free).scenario
+    return found, fit
+
+
+def _fitted_to_robot(written: Written) -> tuple[Scenario, Fitted | None]:
     found = written.scenario
     if found.system != "biped" or found.robot == DEFAULT_ROBOT:
         return found, None
@@ -63,11 +74,13 @@ class Written(NamedTuple):
 
     Attributes:
         given: the keys that a user's file or overrides give. where: its name in messages.
+        free: `GROUND_KEYS` that none of its layers gives.
     """
 
     scenario: Scenario
     given: dict[str, Any]
     where: str
+    free: frozenset[str]
 
 
 def load_written(scenario: str, text: str = "") -> Written:
@@ -84,7 +97,15 @@ def load_written(scenario: str, text: str = "") -> Written:
         given = merge(given, overrides)
     named = data["name"]
     where = named if isinstance(named, str) and as_name(named) == named else name
-    return Written(Scenario.from_dict(_completed(data), where), given, where)
+    return Written(Scenario.from_dict(_completed(data), where), given, where, _free(data))
+
+
+def _free(data: dict[str, Any]) -> frozenset[str]:
+    """Those of `GROUND_KEYS` that a scenario's data do not give."""
+    parts = {key: data.get(key.partition(".")[0]) for key in GROUND_KEYS}
+    return frozenset(
+        key for key, part in parts.items() if not (isinstance(part, dict) and key.partition(".")[2] in part)
+    )
 
 
 def _completed(data: dict[str, Any]) -> dict[str, Any]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydrake.systems.framework import System
 
+from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import Measurement, control
@@ -19,6 +20,7 @@ from pdhocbf_drake.simulation.limits import within_its_limits
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.unbundled import unbundled
+from pdhocbf_drake.walking.stance_system import stance_system
 
 
 class WalkController:
@@ -74,8 +76,9 @@ class WalkController:
             zmp_offset: expected real minus template ZMP at k + 1 … k + H per axis, shape (2, H) [m]; None is zero.
             bounds: V̄(k) … V̄(k + H) of each barrier by name, shape (H + 1,); None takes the barriers' own.
             command: of a walk that follows commands, in place of the scenario's: velocity ahead and to the left [m/s],
-                turn rate [rad/s], and 1 for a stop or 0, shape (4,). It is taken up at the next touchdown, and limited
-                to what the robot can do; where a number is not finite, the last command holds on.
+                turn rate [rad/s], and 1 for a stop or 0, shape (4,). It is taken up at the next touchdown, in the last
+                eighth of a step, unless it stops, at the one after that, and limited to what the robot can do; where a
+                number is not finite, the last command holds on.
 
         Returns:
             The plan: `inputs` are the ZMP velocities of the horizon, `footholds` the coming stance centres, and
@@ -85,6 +88,25 @@ class WalkController:
         measurement = Measurement(tick, np.asarray(state, dtype=float), feet, zmp_offset, bounds, given)
         self.memory, plan = control(self.mpc, self.memory, measurement, self.latency)
         return plan
+
+    def template(
+        self, axis: int, moves: ArrayLike | None = None
+    ) -> tuple[PeriodicAffineSystem, Sequence[AffineBarrier]]:
+        """The template of an axis of a straight walk from its stance foot, and its barriers.
+
+        As `barriers.BarrierFilter` and `barriers.record` take them. The state is c, v, p, c and p from the stance foot
+        [m, m/s, m], the input the ZMP velocity [m/s]; the bounds are those of the settled walk, and tick 0 begins an
+        even step.
+
+        Args:
+            axis: 0 (x) or 1 (y).
+            moves: from one foot to the next one, of an even and of an odd step, (2,); None for those commanded, from
+                which the controller moves footholds by some millimetres across the heading [m].
+
+        Raises:
+            InputError: another axis or shape, or a walk that follows commands.
+        """
+        return stance_system(self.mpc.vhip, self.mpc.gait, axis, moves), self.mpc.barriers[axis]
 
     def system(self) -> System:
         """The controller as a Drake block that starts from `memory` at tick 0 and updates every tick.

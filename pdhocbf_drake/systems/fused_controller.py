@@ -15,6 +15,7 @@ from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.foot_reference import FootReference
+from pdhocbf_drake.systems.footing import Footing
 from pdhocbf_drake.systems.gait_reference import GaitReference
 from pdhocbf_drake.systems.ground_reference import GroundReference
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
@@ -37,13 +38,17 @@ class ControllerBlocks(NamedTuple):
 
 
 class BodyBlocks(NamedTuple):
-    """The blocks that a robot has and the template has not; `turn` of a walk that turns, `ground` of an uneven one."""
+    """The blocks that a robot has and the template has not; `turn` of a walk that turns, `ground` of an uneven one.
+
+    `footing` is that of feet that feel the ground.
+    """
 
     feet: FootReference
     kinematics: InverseKinematics
     offset: ZmpOffset
     turn: TurnReference | None
     ground: GroundReference | None = None
+    footing: Footing | None = None
 
 
 class _Known(NamedTuple):
@@ -64,11 +69,13 @@ class FusedController(Block):
 
     Input ports:
         lip_state (6), foot_state (12), command (4): as of `MpcController`; foot_state is needed on a robot.
+        actuation (12): as of `InverseKinematics`, where that has a whole-body layer.
+        foot_load (2): as of `Footing`, where there is one.
         true_state (6): lip_state without measurement errors, from which h is computed; where there are barriers.
     Output parts, see `unbundled`:
         gait_phase, com_height, path, command_asked, barrier_bound, foot_reference, turn_reference, ground_reference,
-        zmp_offset, desired_state, feedforward, whole_body_zmp, ik_status, and those of `MpcController`, as far as the
-        walk has them.
+        foot_target, ground_target, zmp_offset, desired_state, feedforward, whole_body_zmp, ik_status, and those of
+        `MpcController`, as far as the walk has them.
     Output ports:
         h (n_b): where there are barriers.
 
@@ -90,22 +97,31 @@ class FusedController(Block):
             self.parts |= {"foot_reference": size("foot_reference")}
             self.parts |= {"turn_reference": size("turn_reference")} if body.turn else {}
             self.parts |= {"ground_reference": size("ground_reference")} if body.ground else {}
+            self.parts |= body.footing.parts if body.footing else {}
             self.parts |= {"zmp_offset": size("zmp_offset", horizon=self.mpc.config.horizon)}
             self.parts |= body.kinematics.parts
         self.parts |= controller.parts
         sizes, kept = controller.layout.sizes, {} if body is None else {"motion": body.kinematics.start}
         kept |= {} if body is None else {"table": np.zeros(2 * gait.period * body.offset.tables)}
+        footing = None if body is None else body.footing
+        kept |= {} if footing is None else {"footing": footing.start}
         behind = {name: count for name, count in sizes.items() if name not in controller.parts}
         self._places = layout({**self.parts, **behind, **{name: len(start) for name, start in kept.items()}})
+        if body is not None:
+            places = [self._places[name] for name in body.kinematics.parts]
+            self._kinematics = slice(places[0].start, places[-1].stop)
         self._plan = slice(self._places[next(iter(sizes))].start, self._places[next(reversed(sizes))].stop)
         before = {name: np.zeros(size(name)) for name in ("foot_reference", "turn_reference")} | kept
         self._last = self._following(0, controller.start[1], before)
         self._lip = self.DeclareVectorInputPort("lip_state", size("lip_state"))
         feet = self.DeclareVectorInputPort("foot_state", size("foot_state")) if body else None
+        self._loads = self.DeclareVectorInputPort("foot_load", size("foot_load")) if footing else None
         command = self.DeclareVectorInputPort("command", 4) if gait.turns else None
         self._feet, self._command = (None if port is None else OptionalInput(port) for port in (feet, command))
         self.DeclareStateOutputPort("outputs", self.DeclareDiscreteState(self._last.state))
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
+        layer = body is not None and body.kinematics.has_layer
+        self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if layer else None
         if schedule is not None:
             self._true = self.DeclareVectorInputPort("true_state", size("lip_state"))
             self.DeclareVectorOutputPort("h", self._count, weakly(self._h), {self._true.ticket(), self.xd_ticket()})
@@ -145,11 +161,28 @@ class FusedController(Block):
             names = ("gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "table", "motion")
             phase, zmp, planned, feet, table, motion = [state[part[name]] for name in names]
             table = self._body.offset.learned(phase, zmp, planned, feet, table, known.gait)
+            if self._applied is not None:
+                parts = state[self._kinematics]
+                motion = self._body.kinematics.learned(motion, phase, parts, self._applied.Eval(context))
             before = {"foot_reference": feet, "table": table, "motion": motion}
             if self._body.turn is not None:
                 before["turn_reference"] = state[part["turn_reference"]]
+            if self._body.footing is not None:
+                before["footing"] = self._felt(context, self._body.footing, known, phase, feet)
         self._last = self._following(known.tick + 1, memory, before)
         values.set_value(self._last.state)
+
+    def _felt(
+        self, context: Context, footing: Footing, known: _Known, phase: np.ndarray, feet: np.ndarray
+    ) -> np.ndarray:
+        """What `footing` remembers for the next tick."""
+        assert self._feet is not None and self._loads is not None
+        state, part, measured = known.state, self._places, self._feet(context)
+        ground = state[part["ground_reference"]] if "ground_reference" in part else None
+        measured = np.full(size("foot_state"), np.nan) if measured is None else measured
+        return footing.felt(
+            state[part["footing"]], phase, feet, ground, known.gait, measured, self._loads.Eval(context)
+        )
 
     def _following(self, tick: int, memory: Memory, before: dict[str, np.ndarray]) -> _Known:
         """The block's state for tick k, from the MPC's memory and what the other blocks remember."""
@@ -171,11 +204,16 @@ class FusedController(Block):
                 turn = body.turn.headings(tick % self._n, step, before["turn_reference"], gait)
             ground = None if body.ground is None else body.ground.reference(phase, com, zmp, gait)
             offset = body.offset.expected(phase, feet, foot_plan, stances, before["table"], gait)
-            solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, feet, turn, ground)
+            own, felt = [part for part in (turn, ground) if part is not None], []
+            soles = feet
+            if body.footing is not None:
+                felt = [before["footing"]]
+                soles, ground = body.footing.targets(before["footing"], phase, feet, ground, gait)
+                own += [soles, ground]
+            solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, soles, turn, ground)
             coming = body.kinematics.coming
-            own = [part for part in (turn, ground) if part is not None]
             front += [feet, *own, offset, solution[: coming.start]]
-            behind = [solution[coming], before["table"]]
+            behind = [solution[coming], before["table"], *felt]
         parts = self._controller.layout.parts(memory)
         return _Known(np.concatenate([*front, *parts, *behind], axis=None), tick, gait, memory)
 

@@ -23,12 +23,13 @@ from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes, stretch
 from pdhocbf_drake.systems.torso_yaw import TorsoYaw, add_to
+from pdhocbf_drake.whole_body.config import WholeBodyConfig
+from pdhocbf_drake.whole_body.ticks import BodyTicks, Clock
 
 _INPUTS = ("gait_phase", "com_height", "com_reference", "zmp_reference", "foot_reference")
 _OUTPUTS = ("desired_state", "feedforward", "whole_body_zmp", "ik_status")
 _SWING_FOOT: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the stance foot
 _TURNS = [turn.start + 2 for turn in (LEFT_TURN, RIGHT_TURN, TORSO_TURN)]  # about the vertical
-_YAW = -len(TorsoYaw())  # where the deviation of the torso's yaw begins
 _LARGEST_ERROR = 1e3  # in ik_status, where a refused target has an infinite one
 (_SUPPORT,) = places("gait_phase", "support")
 _ZMP = places("zmp_reference", "x_zmp", "y_zmp")
@@ -44,6 +45,7 @@ class InverseKinematics(Block):
     block's discrete state (q, v, v̇ and the v̇ before: 19 + 3 · 18): the iteration starts where that motion leads. Two
     more numbers are the deviation of the torso's yaw from its reference and its rate: where the planned motion asks
     more of the ground about the vertical than the soles' grip, the torso's yaw acceleration gives way, and comes back.
+    Behind them is what the whole-body layer remembers, see `whole_body`, where there is one.
 
     Input ports:
         com_height (3), com_reference (6), zmp_reference (4), foot_reference (18): as in `systems.signals`.
@@ -51,11 +53,13 @@ class InverseKinematics(Block):
         ground_reference (18): as in `systems.signals`, of a walk on uneven ground; in others it is level, at z = 0.
         gait_phase (3): its support determines the swing foot, which is the one to miss its target where the legs are
             too short; may be left unconnected.
+        actuation (12): torques applied, which the whole-body layer learns from.
     Output parts, see `unbundled`:
         desired_state (24): joint targets, and the constant rates that lead there from the last ones [rad, rad/s].
         feedforward (12): torques of the planned motion [N m].
         whole_body_zmp (2): ZMP of the planned motion of all links [m].
         ik_status (3): met (1 or 0), greatest error [m, rad], iterations.
+        whole_body (5): as in `systems.signals`, first among the parts; of a walk with a whole-body layer.
 
     Args:
         initial: q at the start (19,).
@@ -63,18 +67,22 @@ class InverseKinematics(Block):
         turns: whether the walk may turn.
         grip: of the soles; without one the torso always keeps to its reference.
         uneven: whether the ground is not level.
+        whole_body, ticks_per_step: config of the whole-body layer, which needs a grip, and N; None for no layer.
     """
 
     def __init__(
         self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False, grip: Grip | None = None,
-        uneven: bool = False,
+        uneven: bool = False, whole_body: WholeBodyConfig | None = None, ticks_per_step: int = 1,
     ) -> None:  # fmt: skip
         super().__init__()
         self.parts = sizes(*_OUTPUTS)
         self._tick, self._grip = tick, grip
         self._ik = WholeBodyIk(biped)
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
-        self._joints = biped.q_index
+        self._joints, self._layer = biped.q_index, None
+        if whole_body is not None and whole_body.kind != "closed_form" and grip is not None:
+            clock, self.parts = Clock(tick, ticks_per_step), sizes("whole_body") | self.parts
+            self._layer = BodyTicks(biped, self._ik.task_space, whole_body, grip, clock, initial)
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         phase, self._height, self._com, self._zmp, self._feet = ports
         self._phase = OptionalInput(phase)
@@ -83,16 +91,44 @@ class InverseKinematics(Block):
         ports += [port for port in (self._turn, self._ground) if port is not None]
         positions, self._velocities = len(initial), biped.plant.num_velocities()
         self._q = slice(positions)
-        self.start = np.concatenate([initial, np.zeros(3 * self._velocities + len(TorsoYaw()))])
+        self._motion = slice(positions + 3 * self._velocities)  # in the state, in front of the torso's yaw
+        self._yaw = slice(self._motion.stop, self._motion.stop + len(TorsoYaw()))
+        own = np.zeros(0) if self._layer is None else self._layer.start
+        self.start = np.concatenate([initial, np.zeros(self._yaw.stop - positions), own])
+        self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if self.has_layer else None
         self.coming = slice(sum(self.parts.values()), None)  # state, behind the parts
         self.DeclareDiscreteState(self.start)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
         self._size = self.coming.start + len(self.start)
+        first = size("whole_body") * self.has_layer
+        self._own = slice(first, self.coming.start + self._yaw.start)  # what `write_motion` writes
+        start = first + size("desired_state")
+        self._feedforward = slice(start, start + size("feedforward"))
         self._solution = self.DeclareVectorOutputPort("solution", self._size, weakly(self._calc), prerequisites)
 
+    @property
+    def has_layer(self) -> bool:
+        """Whether there is a whole-body layer."""
+        return self._layer is not None
+
     def _update(self, context: Context, values: DiscreteValues) -> None:
-        values.set_value(self._solution.Eval(context)[self.coming])
+        solution = self._solution.Eval(context)
+        coming = solution[self.coming]
+        if self._applied is not None:
+            coming = self.learned(
+                coming, self._phase(context), solution[: self.coming.start], self._applied.Eval(context)
+            )
+        values.set_value(coming)
+
+    def learned(
+        self, state: np.ndarray, gait_phase: np.ndarray | None, parts: np.ndarray, applied: np.ndarray
+    ) -> np.ndarray:
+        """The state, with what the joints' PD added to the feedforward among the parts in the torques applied (12,)."""
+        state = state.copy()
+        if self._layer is not None:
+            self._layer.learn(state[self._yaw.stop :], gait_phase, applied, parts[self._feedforward])
+        return state
 
     def _calc(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state_vector().value()
@@ -111,9 +147,9 @@ class InverseKinematics(Block):
         `ground` are turn_reference and ground_reference, None on a walk without them.
         """
         swing = None if gait_phase is None else _SWING_FOOT.get(gait_phase[_SUPPORT])
-        state, yaw = state[:_YAW], TorsoYaw(*state[_YAW:].tolist())
-        last, step, wanted = state[self._q], np.empty(self._velocities), np.zeros((3, self._velocities))
-        write_step(state, self._tick, step)
+        motion, yaw = state[self._motion], TorsoYaw(*state[self._yaw].tolist())
+        last, step, wanted = motion[self._q], np.empty(self._velocities), np.zeros((3, self._velocities))
+        write_step(motion, self._tick, step)
         write_wanted(com, height, feet, wanted)
         seed = self._ik.task_space.moved(last, step)
         angles: tuple[float, ...] = LEVEL
@@ -128,7 +164,6 @@ class InverseKinematics(Block):
         if yaw.angle or yaw.rate:
             angles = (0.0, 0.0, angles[2] + yaw.angle, *angles[3:])
             add_to(wanted, _TURNS[2], yaw, turning)
-        q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
         # A foot in the air carries nothing; with both on the ground the ZMP determines their shares of the load.
         left, right = wanted[0, LEFT], wanted[0, RIGHT]
         if ground is not None:
@@ -136,6 +171,11 @@ class InverseKinematics(Block):
             share = _share(left, right, zmp[_ZMP], ground)
         else:
             share = left_share(left, right, zmp[_ZMP])
+        now = None
+        if self._layer is not None:
+            now = self._layer.now(state[self._yaw.stop :], gait_phase, share, swing)
+            angles = self._layer.add_to(now, wanted, angles)
+        q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
         torque = self._dynamics(q, v, vdot, share)
         if self._grip is not None:
             used = use_of_ground(torque.left, left, torque.right, right)
@@ -144,10 +184,15 @@ class InverseKinematics(Block):
                 wanted[2, _TURNS[2]] += yielding - turning
                 v, vdot = self._ik.derivatives(q, wanted[1], wanted[2])
                 torque, turning = self._dynamics(q, v, vdot, share), yielding
+        solution = np.empty(self._size)
+        if self._layer is not None and now is not None:
+            said, memory = solution[: self._own.start], solution[self._own.stop + len(yaw) :]
+            q, vdot, torque = self._layer.end(now, last, q, (v, vdot), torque, found.ok, said, memory)
         reached = zmp_of_wrenches(torque.left, left, torque.right, right)
-        status, solution = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), np.empty(self._size)
-        write_motion(q, v, vdot, state, self._joints, self._tick, torque.tau, reached, status, solution)
-        solution[_YAW:] = yaw.after(turning, self._tick)
+        status, out = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), solution[self._own]
+        write_motion(q, v, vdot, motion, self._joints, self._tick, torque.tau, reached, status, out)
+        start = self.coming.start
+        solution[start + self._yaw.start : start + self._yaw.stop] = yaw.after(turning, self._tick)
         return solution
 
 

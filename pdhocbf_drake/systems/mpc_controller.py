@@ -34,8 +34,8 @@ class MpcController(Block):
         zmp_offset (2 H): expected real minus template ZMP, x then y; may be left unconnected.
         command (4): of a walk that follows commands, in place of those of the scenario: velocity ahead and to the left
             [m/s], turn rate [rad/s], and 1 for a stop or 0; may be left unconnected. It is taken up at the next
-            touchdown, and limited to what the robot can do. Where one of the numbers is not finite, as of a sender that
-            is late, the last command holds on.
+            touchdown, in the last eighth of a step, unless it stops, at the one after that, and limited to what the
+            robot can do. Where one of the numbers is not finite, as of a late sender, the last command holds on.
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
     Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),

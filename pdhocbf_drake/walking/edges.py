@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-_STEP = 0.002  # between the places at which the ground is looked at [m]
-_JUMP = 0.003  # height between two of them from which on it is an edge [m]
+_BESIDE = 1e-6  # how far from an edge the ground beside it is looked at [m]
+_JUMP = 1e-3  # difference of height from which on it is an edge [m]
 
 
 class Edges(NamedTuple):
@@ -19,13 +20,20 @@ class Edges(NamedTuple):
     side: np.ndarray
 
     @classmethod
-    def between(cls, height: Callable[[float], float], low: float, high: float) -> Edges:
-        """Those of the ground of a height at each x, from `low` to `high` [m]."""
-        places = np.arange(low, high + _STEP, _STEP)
-        heights = np.array([height(x) for x in places.tolist()])
-        jumps = np.flatnonzero(np.abs(np.diff(heights)) > _JUMP)
-        top = np.maximum(heights[jumps], heights[jumps + 1])
-        return cls(places[jumps] + 0.5 * _STEP, top, np.sign(heights[jumps + 1] - heights[jumps]))
+    def between(cls, low: float, high: float, height: Callable[[float], float], end: Callable[[float], float]) -> Edges:
+        """Those of the ground from x = `low` to `high` [m].
+
+        Args:
+            height: of the ground at each x [m].
+            end: where the surface at each x ends [m].
+        """
+        found, x = [], end(low)
+        while x < high:
+            before, after = height(x - _BESIDE), height(x + _BESIDE)
+            if abs(after - before) > _JUMP:
+                found.append((x, max(before, after), math.copysign(1.0, after - before)))
+            x = max(end(x + _BESIDE), x + _BESIDE)
+        return cls(*np.array(found).reshape(-1, 3).T)
 
     def __bool__(self) -> bool:
         return bool(len(self.x))

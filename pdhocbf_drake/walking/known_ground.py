@@ -43,6 +43,7 @@ class KnownGround:
         self.stones = [(x, y) for piece in blocks for x, y, _ in sorted(piece.footsteps)]
         self.under = lru_cache(maxsize=1024)(self._under)
         self.swing = lru_cache(maxsize=_PROFILES)(self._swing)
+        self._clearing = lru_cache(maxsize=_PROFILES)(self._clearing_swing)
 
     def _under(self, x: float, y: float) -> Under:
         normal = self.terrain.normal(x, y)
@@ -58,41 +59,64 @@ class KnownGround:
         """The edges that a sole passes on its way from `start` to `end`, x and y [m]."""
         reach = self.half + 0.05
         low, high = min(start[0], end[0]) - reach, max(start[0], end[0]) + reach
-        return Edges.between(
-            lambda x: self.terrain.height(x, start[1] if x < 0.5 * (low + high) else end[1]), low, high
-        )
+        middle, terrain = 0.5 * (low + high), self.terrain
+
+        def y(x: float) -> float:
+            return (start if x < middle else end)[1]
+
+        return Edges.between(low, high, lambda x: terrain.height(x, y(x)), lambda x: terrain.window(x, y(x), 0.0)[1])
 
     def clearance(
         self, profile: SwingProfile, timing: Timing, start: tuple[float, float], end: tuple[float, float]
     ) -> float:
         """The least distance of a sole from the edges on its way [m]; infinite where there are none."""
-        edges = self.edges(start, end)
-        return edges.least_distance(*self._way(profile, timing, start, end), self.half) if edges else math.inf
+        edges, here, there = self.edges(start, end), self.under(*start), self.under(*end)
+        if not edges:
+            return math.inf
+        way, rise = (end[0] - start[0], end[1] - start[1]), there.height - here.height
+        x, z = _path(profile, timing, way, rise, here.slope, there.slope)
+        return edges.least_distance(start[0] + x, here.height + z, self.half)
 
     def _swing(
         self, start: tuple[float, float], end: tuple[float, float], timing: Timing, apex: float
     ) -> SwingProfile:  # fmt: skip
-        """The gentlest profile that clears the edges by `CLEARANCE`; where none does, the one that clears them most."""
-        edges, best, most = self.edges(start, end), SwingProfile(apex=apex), -math.inf
+        edges = self.edges(start, end)
         if not edges:
-            return best
-        rise = self.under(*end).height - self.under(*start).height
-        for profile in candidates(timing, apex, end[0] - start[0], rise):
-            least = edges.least_distance(*self._way(profile, timing, start, end), self.half)
+            return SwingProfile(apex=apex)
+        # Counted from the start, so that all steps of a staircase are one.
+        here, there = self.under(*start), self.under(*end)
+        kept = tuple((edges.x - start[0]).round(5)), tuple((edges.top - here.height).round(5)), tuple(edges.side)
+        way, rise = (end[0] - start[0], end[1] - start[1]), there.height - here.height
+        return self._clearing(
+            kept, (round(way[0], 5), round(way[1], 5)), round(rise, 5), here.slope, there.slope, timing, apex
+        )
+
+    def _clearing_swing(
+        self, edges: tuple[tuple[float, ...], ...], way: tuple[float, float], rise: float,
+        slope: tuple[float, float], other: tuple[float, float], timing: Timing, apex: float,
+    ) -> SwingProfile:  # fmt: skip
+        """The gentlest profile that clears the edges by `CLEARANCE`; where none does, the one that clears them most."""
+        passed, best, most = Edges(*map(np.array, edges)), SwingProfile(apex=apex), -math.inf
+        for profile in candidates(timing, apex, way[0], rise):
+            path = _path(profile, timing, way, rise, slope, other)
+            least = passed.least_distance(*path, self.half)
             if least >= CLEARANCE:
                 return profile
             if least > most:
                 best, most = profile, least
         return best
 
-    def _way(
-        self, profile: SwingProfile, timing: Timing, start: tuple[float, float], end: tuple[float, float]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """x and height of a sole's centre at the ticks of a swing [m]."""
-        ahead, changed, up = profile.shares(timing)
-        x, y = (np.array(a) + ahead * (b - a) for a, b in zip(start, end, strict=True))
-        grounds = []
-        for place in (start, end):
-            height, (along, across), _ = self.under(*place)
-            grounds.append(height + along * (x - place[0]) + across * (y - place[1]))
-        return x, grounds[0] + changed * (grounds[1] - grounds[0]) + up
+
+def _path(
+    profile: SwingProfile, timing: Timing, way: tuple[float, float], rise: float, slope: tuple[float, float],
+    other: tuple[float, float],
+) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """x and height of a sole's centre at the ticks of a swing, from where it starts [m].
+
+    Args:
+        way: along x and y [m]. rise: of the ground [m]. slope, other: of the ground at the start and at the end.
+    """
+    ahead, changed, up = profile.shares(timing)
+    left = ahead * (slope[0] * way[0] + slope[1] * way[1])
+    comes_to = rise - (1.0 - ahead) * (other[0] * way[0] + other[1] * way[1])
+    return ahead * way[0], left + changed * (comes_to - left) + up

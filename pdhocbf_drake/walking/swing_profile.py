@@ -57,11 +57,24 @@ class SwingProfile(NamedTuple):
 
     def shares(self, timing: Timing) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Of the way along x, and of the change of ground, at each tick of a swing; and its clearance [m]."""
-        ticks, (begin, end) = range(timing.ticks + 1), self.change
-        moving = timing.ticks - self.wait - self.early
-        ahead = [least_jerk_step((i - self.wait) / moving)[0] for i in ticks]
-        changed = [least_jerk_step((i / timing.ticks - begin) / (end - begin))[0] for i in ticks]
-        return np.array(ahead), np.array(changed), np.array([self.clearance(i / timing.ticks)[0] for i in ticks])
+        ticks = timing.ticks
+        return (
+            _moved(ticks, self.wait / ticks, 1.0 - self.early / ticks),
+            _moved(ticks, *self.change),
+            self.apex * _lifted(ticks, self.ramp),
+        )
+
+
+@lru_cache(maxsize=256)
+def _moved(ticks: int, begin: float, end: float) -> np.ndarray:
+    """The least-jerk step over a part of a swing, at each of its ticks."""
+    return np.array([least_jerk_step((i / ticks - begin) / (end - begin))[0] for i in range(ticks + 1)])
+
+
+@lru_cache(maxsize=64)
+def _lifted(ticks: int, ramp: float | None) -> np.ndarray:
+    """The clearance of a swing with an apex of 1, at each of its ticks."""
+    return np.array([SwingProfile(apex=1.0, ramp=ramp).clearance(i / ticks)[0] for i in range(ticks + 1)])
 
 
 def candidates(timing: Timing, apex: float, way: float, rise: float) -> Iterator[SwingProfile]:

@@ -60,14 +60,11 @@ def _places(config: GaitConfig, ground: KnownGround, first: Footstep) -> Iterato
         for _ in range(count):
             side, x = -side, x + step
             yield x, side * half
-        if stones:
-            for x, y in stones:
-                side = -side
-                yield x, y
-            low, high = ground.next_surface(x, y)
-            stones = []
-        else:
-            low, high = ground.next_surface(x, side * half)
+        for x, y in stones:
+            side = -side
+            yield x, y
+        stones = []
+        low, high = _next(ground, x, -side * half, config.stride)
         if low > high:
             needed = 2.0 * (ground.half + ROOM)
             raise InputError(
@@ -77,6 +74,12 @@ def _places(config: GaitConfig, ground: KnownGround, first: Footstep) -> Iterato
         side, x = -side, _onto(low, high, config.stride)
         yield x, side * half
     raise InputError(f"ground: a walk over it takes more than {_MOST} steps")
+
+
+def _next(ground: KnownGround, x: float, y: float, stride: float) -> tuple[float, float]:
+    """The window on the surface that the foot beside x, at y, comes to: the next one, or the one a stride ahead."""
+    windows = ground.next_surface(x, y), ground.under(x + stride, y).window
+    return min((window for window in windows if window[0] > x), default=windows[0])
 
 
 def _onto(low: float, high: float, stride: float) -> float:

@@ -70,7 +70,8 @@ class StepLimits(Term):
                 theta[low] = max(theta[low], least)
             else:
                 theta[high] = min(theta[high], -least)
-        left = gait.period - tick.phase - max(config.freeze_ticks, tick.ahead.early + _ARRIVING)
+        arriving = tick.ahead.early + _ARRIVING if tick.ahead.early else 0
+        left = gait.period - tick.phase - max(config.freeze_ticks, arriving)
         if left <= 0:
             theta[low] = theta[high] = tick.last.footholds[self.axis, 0] - tick.stance[self.axis, 1]
         elif config.swing_acceleration is not None and tick.phase > gait.config.double_support_ticks:

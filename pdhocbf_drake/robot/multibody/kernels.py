@@ -276,6 +276,16 @@ def write_forces(
 
 
 @compiled
+def write_inertial_forces(
+    accelerations: np.ndarray, rest: np.ndarray, links: np.ndarray, numbers: np.ndarray, work: np.ndarray,
+    forces: np.ndarray,
+) -> None:  # fmt: skip
+    """M a for each row a of the accelerations, after `place`, (n, 18) each; `rest` is a velocity of zero (18,)."""
+    for i in range(len(accelerations)):
+        write_forces(rest, accelerations[i], (0.0, 0.0, 0.0), links, numbers, work, forces[i])
+
+
+@compiled
 def write_com_velocity(
     v: np.ndarray, links: np.ndarray, numbers: np.ndarray, work: np.ndarray, velocity: np.ndarray
 ) -> None:

@@ -18,8 +18,8 @@ from pdhocbf_drake.studies.directions import (
     template,
     waypoints,
 )
-from pdhocbf_drake.studies.directions.work import Work
 from pdhocbf_drake.studies.shared.checks import Outcome
+from pdhocbf_drake.studies.shared.work import Work
 
 _MODULES: Final = {
     **dict.fromkeys(steady.ROWS, steady),

@@ -7,10 +7,10 @@ from typing import Any, Final
 
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.directions.work import Work
 from pdhocbf_drake.studies.shared.cases import PERIODIC
 from pdhocbf_drake.studies.shared.checks import Outcome, least
 from pdhocbf_drake.studies.shared.push_search import Settings, search_all
+from pdhocbf_drake.studies.shared.work import Work
 
 ROW: Final = "pushes"
 _COMMANDS = {"straight ahead": {"turn": 0.0}, "turning": {"turn": 0.4}}

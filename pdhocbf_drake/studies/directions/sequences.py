@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, Final
 
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.studies.directions.work import Work, fallen, upright, walked
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, least
 from pdhocbf_drake.studies.shared.command_sequences import drawn_sequence, packaged_sequence
+from pdhocbf_drake.studies.shared.work import Work, fallen, upright, walked
 
 ROW: Final = "random"
 _QUICK = 6.0  # [s]

@@ -6,8 +6,8 @@ import math
 from typing import Any, Final, NamedTuple
 
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.studies.directions.work import Work, bounded, fallen, upright, walked
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, most
+from pdhocbf_drake.studies.shared.work import Work, bounded, fallen, upright, walked
 
 
 class Steady(NamedTuple):

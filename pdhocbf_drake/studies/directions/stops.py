@@ -8,8 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from pdhocbf_drake.simulation.run_log import RunLog
-from pdhocbf_drake.studies.directions.work import Work, bounded, fallen, upright, walked
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, most
+from pdhocbf_drake.studies.shared.work import Work, bounded, fallen, upright, walked
 
 ROW: Final = "stop and start"
 _PHASES, _QUICK_PHASES = 16, 2

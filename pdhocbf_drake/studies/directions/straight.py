@@ -9,8 +9,8 @@ from pdhocbf_drake.analysis.report import metrics_of
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.directions.work import Work, fallen, upright, walked
 from pdhocbf_drake.studies.shared.checks import Outcome, most
+from pdhocbf_drake.studies.shared.work import Work, fallen, upright, walked
 
 ROW: Final = "straight"
 _DURATION, _QUICK = 10.0, 4.0  # [s]

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.directions.plan import ROWS, measure, plan
-from pdhocbf_drake.studies.directions.work import Work
 from pdhocbf_drake.studies.shared.checks import Check, combined
 from pdhocbf_drake.studies.shared.table_study import measured_table
+from pdhocbf_drake.studies.shared.work import Work
 
 
 def directions(

@@ -10,8 +10,8 @@ import numpy as np
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.directions.motions import BODY, WORLD, difference, mirrored, moved
-from pdhocbf_drake.studies.directions.work import Work
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, most
+from pdhocbf_drake.studies.shared.work import Work
 
 ROW: Final = "symmetry"
 _DURATION, _QUICK = 5.0, 2.4  # [s]

@@ -11,8 +11,8 @@ from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.studies.directions.work import Work
 from pdhocbf_drake.studies.shared.checks import Outcome, most
+from pdhocbf_drake.studies.shared.work import Work
 
 ROW: Final = "template"
 _SCENARIO = "vhip_nobarrier"

@@ -7,8 +7,8 @@ from typing import Final
 
 import numpy as np
 
-from pdhocbf_drake.studies.directions.work import Work, bounded, fallen, upright, walked
 from pdhocbf_drake.studies.shared.checks import Outcome, least, most
+from pdhocbf_drake.studies.shared.work import Work, bounded, fallen, upright, walked
 
 _SIDE = 2.0  # [m]
 _QUICK = {"square": (0.4, 22.0), "S": (0.8, 16.0)}  # side [m] and duration [s]; of a shorter S turns are too sharp

@@ -1,0 +1,118 @@
+"""Whether a walk over the ground of its map can be walked, by name: legs, edges, time of a step, the largest rise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from pdhocbf_drake.errors import InputError, ModelError, PdhocbfError
+from pdhocbf_drake.fitting.findings import Finding
+from pdhocbf_drake.fitting.uneven_walk import HURRIED, LEAST_CLEARANCE, UnevenStep, uneven_steps
+from pdhocbf_drake.ground.config import Piece, Stairs
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.commands import commanded_gait, goes_ahead
+from pdhocbf_drake.simulation.scenario import Scenario
+
+_HALVINGS = 6  # of the rise
+_HEIGHTS = 1.0, 0.95, 0.9, 0.85  # of the CoM, over the scenario's
+_HIGHEST = 0.5  # rise that is tried, over the CoM's height
+_EDGED = "stairs", "blocks", "boards", "rough"  # kinds whose edges feet have to keep off
+
+
+def check_known_ground(scenario: Scenario, biped: Biped) -> None:
+    """Refuses a walk over known ground whose steps are out of reach or can't be swung.
+
+    Raises:
+        InputError: it follows commands over edges, or a surface is shorter than the soles.
+        ModelError: a step is out of the legs' reach, or its swing foot can't keep off the edges.
+    """
+    known = [(i, piece) for i, piece in enumerate(scenario.ground) if piece.known]
+    if not known:
+        return
+    for index, piece in known:
+        if piece.kind in _EDGED and not goes_ahead(scenario):
+            raise InputError(
+                f"ground.{index}: {piece.kind} on the map can be walked straight ahead from x = 0 alone, without "
+                "commands, path or start; with known: false it is ground that nobody expects"
+            )
+    for step in uneven_steps(biped, commanded_gait(scenario), reserve=0.0):
+        if step.missed:
+            raise ModelError(
+                f"{_named(scenario, step)} is beyond the legs' reach: {step.missed}{_allowed(scenario, biped)}"
+            )
+        if step.clearance < LEAST_CLEARANCE:
+            raise ModelError(
+                f"{_named(scenario, step)} brings the swing foot to {1e3 * step.clearance:.0f} mm from an edge, where "
+                f"{1e3 * LEAST_CLEARANCE:g} mm are needed: longer treads, or a lower rise"
+            )
+
+
+def known_ground_findings(scenario: Scenario, biped: Biped) -> Iterator[Finding]:
+    """What `check_known_ground` says, and where it refuses nothing, how the walk takes its steps."""
+    if not any(piece.known for piece in scenario.ground):
+        return
+    key = "ground, gait.com_height, gait.ticks_per_step"
+    try:
+        check_known_ground(scenario, biped)
+        steps = list(uneven_steps(biped, commanded_gait(scenario)))
+    except PdhocbfError as error:
+        yield Finding("ground", "fault", key, str(error), "lower rises, longer treads, or another gait.com_height")
+        return
+    gait, hurried = scenario.gait, max(step.acceleration for step in steps)
+    least = min(step.clearance for step in steps)
+    edges = f"; the swing foot stays {1e3 * least:.0f} mm from edges and takes {hurried:.2g} g" if least < 1.0 else ""
+    said = f"steps of {gait.ticks_per_step * gait.tick:g} s with the CoM at {gait.com_height:g} m{edges}"
+    yield Finding("ground", "ok", key, said)
+    if hurried > HURRIED:
+        fix = "longer steps (gait.ticks_per_step, with mpc.horizon)"
+        yield Finding("ground", "note", key, f"the swing foot takes {hurried:.2g} g, more than {HURRIED:g} g", fix)
+    for step in steps:
+        if step.missed:
+            said = f"{_named(scenario, step)} stretches the legs: {step.missed} with the CoM 2 cm higher"
+            yield Finding("ground", "note", key, said, "a lower gait.com_height")
+            break
+    for index, piece in enumerate(scenario.ground):
+        if isinstance(piece, Stairs) and piece.known:
+            most = largest_rise(scenario, biped, index)
+            yield Finding("ground", "ok", f"ground.{index}.rise", f"a rise of up to {most:.2g} m is within reach")
+
+
+def largest_rise(scenario: Scenario, biped: Biped, index: int) -> float:
+    """The largest rise of stairs that the legs reach, of the sign of theirs, at the scenario's CoM height [m]."""
+    stairs = scenario.ground[index]
+    assert isinstance(stairs, Stairs)
+    sign, low, high = (1.0 if stairs.rise > 0.0 else -1.0), 0.0, _HIGHEST * scenario.gait.com_height
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _reached(scenario, biped, stairs, sign * middle) else (low, middle)
+    return sign * low
+
+
+def _reached(scenario: Scenario, biped: Biped, stairs: Stairs, rise: float) -> bool:
+    alone: tuple[Piece, ...] = (stairs.model_copy(update={"rise": rise, "count": min(stairs.count, 3)}),)
+    gait = commanded_gait(scenario.model_copy(update={"ground": alone}))
+    return not any(step.missed for step in uneven_steps(biped, gait, reserve=0.0))
+
+
+def _named(scenario: Scenario, step: UnevenStep) -> str:
+    """The step and the piece of ground that it is on."""
+    spans = [(piece.span(), index, piece.kind) for index, piece in enumerate(scenario.ground) if piece.known]
+    reach = scenario.gait.com_height
+    near = [f" on ground.{i} ({kind})" for (low, high), i, kind in spans if low - reach <= step.place <= high + reach]
+    return f"the step at x = {step.place:.2f} m{near[0] if near else ''}"
+
+
+def _allowed(scenario: Scenario, biped: Biped) -> str:
+    """The largest rise of the first stairs, at the scenario's CoM height or a lower one."""
+    for index, piece in enumerate(scenario.ground):
+        if isinstance(piece, Stairs) and piece.known:
+            heights = [round(factor * scenario.gait.com_height, 3) for factor in _HEIGHTS]
+            most, height = max(
+                ((largest_rise(_at_height(scenario, height), biped, index), height) for height in heights),
+                key=lambda found: abs(found[0]),
+            )
+            return f"; a rise of up to {most:.2g} m is possible, with the CoM at {height:g} m (given: {piece.rise:g})"
+    return ""
+
+
+def _at_height(scenario: Scenario, height: float) -> Scenario:
+    return scenario.model_copy(update={"gait": scenario.gait.model_copy(update={"com_height": height})})

@@ -1,0 +1,1 @@
+"""Walks over ground that is not flat, on the map and not: what they reach beside what they must."""
