@@ -162,7 +162,7 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
     wiring.connect(controller, "zmp_offset")
     wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
-    wiring.connect(kinematics, *["actuation"] * body.kinematics.has_layer)
+    wiring.connect(kinematics, *["actuation"] * (body.kinematics.layer is not None))
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference")
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
@@ -184,7 +184,7 @@ def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> 
     """The same in one block."""
     controller = add_fused_controller(wiring, walk, latency, body)
     connect_fused_controller(wiring, walk, controller)
-    wiring.connect(controller, *["actuation"] * body.kinematics.has_layer)
+    wiring.connect(controller, *["actuation"] * (body.kinematics.layer is not None))
     measured = "foot_state", *["foot_load"] * (body.footing is not None)
     wiring.connect(controller, *measured, measured=True)
 
