@@ -23,7 +23,8 @@ SLOW = {
     "test_simulate", "test_stand_robot", "test_stepping", "test_studies_shared", "test_van_der_pol",
     "test_import_command", "test_import_copy", "test_import_formats", "test_import_reading",
     "test_walk_barriers", "test_walk_controller", "test_commands", "test_commands_robot", "test_command_port",
-    "test_commanded_bounds", "test_directions", "test_any_size", "test_fused", "test_sensing_study",
+    "test_commanded_bounds", "test_directions", "test_uneven_ground", "test_any_size", "test_fused",
+    "test_sensing_study",
     "test_sensors_robot", "test_named_robots", "test_certify_disturbance", "test_robust_study", "test_tune",
     "test_friction", "test_joint_limits", "test_whole_body_robot", "test_footing",
 }  # fmt: skip

@@ -24,7 +24,10 @@ from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.simulation.uneven_checks import largest_rise
+from pdhocbf_drake.studies.ground.courses import course
 from pdhocbf_drake.studies.ground.measures import from_edges
+from pdhocbf_drake.studies.ground.plan import plan
+from pdhocbf_drake.studies.ground.study import ground
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.com_line import ComLine
 from pdhocbf_drake.walking.edges import Edges
@@ -225,7 +228,7 @@ def test_its_metrics_are_those_of_a_walk_over_that_ground(walk) -> None:
     scenario = load_scenario("walking_nobarrier", OVER)
     found = compute_metrics(scenario, walk, 1.0, robot_limits(scenario))
     assert found.com_rms_error is not None and found.com_rms_error[2] < 2e-3
-    assert found.steps_taken == round((walk.time[-1] - 0.8) / 0.4)
+    assert found.steps_taken == int(walk["gait_phase"][-1, 1]) - scenario.gait.start_steps
     assert found.zmp_margin_min is not None and -0.005 < found.zmp_margin_min < 0.06
     assert found.distance == pytest.approx(found.distance_commanded, abs=0.02)
 
@@ -235,13 +238,12 @@ def test_swinging_soles_touch_no_edge(walk) -> None:
 
 
 def test_level_ground_is_walked_alike_as_a_slope_of_no_angle() -> None:
-    level, slope = (
-        simulate(load_scenario("walking", f"{{duration: 1.6, plant: {{time_step: 0.005}}, gait: {{com_height: 0.58, "
-                               f"ticks_per_step: 40}}, ground: {ground}}}"))
-        for ground in ("[]", "[{kind: slope, at: 0.5, length: 1.0}]")
-    )  # fmt: skip
+    level = load_scenario("walking", "{duration: 1.6, plant: {time_step: 0.005}, biped: {feels_ground: false}}")
+    slope = level.model_copy(update={"ground": (Slope(at=0.5, length=1.0),)})
+    one, other = simulate(level), simulate(slope)
+    assert "ground_reference" in other
     for name in ("lip_state", "com_reference", "foot_state", "stance_plan", "joint_state", "h"):
-        np.testing.assert_allclose(slope[name], level[name], atol=1e-5, err_msg=name)
+        np.testing.assert_allclose(other[name], one[name], atol=1e-5, err_msg=name)
 
 
 def test_both_forms_of_the_controller_walk_alike_over_uneven_ground() -> None:
@@ -343,3 +345,30 @@ def test_a_bound_that_follows_the_orbit_encloses_that_of_the_climb() -> None:
     assert level.mpc.on(40) is level.mpc
     bounds = [np.array(walk.barriers[0].bound.values) for walk in (level, climbing)]
     assert min(bounds[1] - bounds[0]) > 0.1
+
+
+# The study.
+
+
+def test_a_slice_of_the_table_holds_and_is_written(tmp_path) -> None:
+    checks, notes = ground(load_scenario("walking"), rows=["stairs up 0.05"], quick=True, out=tmp_path / "table")
+    assert [check.what for check in checks if not check.holds] == []
+    assert {"falls", "ticks of recovery", "swinging soles from edges", "h of forward_speed"} <= {c.what for c in checks}
+    assert notes[0].startswith("stairs up 0.05: steps of 0.4 s, CoM at 0.5")
+    assert (tmp_path / "table" / "ground.json").exists()
+
+
+def test_what_is_no_row_and_what_is_no_flat_walk_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^rows: some of stairs up 0\.05, .* are needed \(given: 'moon'\)$"):
+        plan(load_scenario("walking"), ["moon"])
+    with pytest.raises(InputError, match=r"^scenario 'walking_stairs': a walk of a robot on flat ground"):
+        plan(load_scenario("walking_stairs"))
+
+
+def test_courses_are_drawn_by_their_seed_and_stay_within_what_is_asked() -> None:
+    one, again, other = course(1, 0, 12, 0.16), course(1, 0, 12, 0.16), course(2, 0, 12, 0.16)
+    assert one == again != other
+    x, y, z = np.array(one).T
+    assert np.all(np.abs(z) <= 0.04)
+    assert np.all(np.abs(np.diff(x) / 0.2 - 1.0) <= 0.2 + 1e-3)
+    np.testing.assert_allclose(y, 0.08 * (-1.0) ** np.arange(12))
