@@ -71,8 +71,7 @@ def plan(row: str, scenario: str, seed: int, count: int) -> list[Work]:
 
 def measure(work: Work) -> Outcome:
     """Walks over one draw of the row's ground."""
-    unknown, draw = ROWS[work.row], int(work.setting["draw"])
-    scenario = _walk(work, unknown, int(work.setting["seed"]), draw)
+    unknown, draw, scenario = ROWS[work.row], int(work.setting["draw"]), scenario_of(work)
     log, metrics = walked(scenario)
     survived = float(metrics.ending == "finished")
     found = [
@@ -84,7 +83,9 @@ def measure(work: Work) -> Outcome:
     return Outcome(found, [f"{sentence}, {_cause(log)}" for sentence in fallen(f"{work.row}, walk {draw}", metrics)])
 
 
-def _walk(work: Work, unknown: Unknown, seed: int, draw: int) -> Scenario:
+def scenario_of(work: Work) -> Scenario:
+    """The walk of a piece of work."""
+    unknown, seed, draw = ROWS[work.row], int(work.setting["seed"]), int(work.setting["draw"])
     scenario = Scenario.model_validate_json(work.scenario)
     gait = scenario.gait
     two_steps = 2.0 * abs(gait.stride)
