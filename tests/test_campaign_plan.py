@@ -171,7 +171,8 @@ def test_a_campaign_that_cannot_be_built_is_refused_before_it_runs(tmp_path) -> 
 def test_a_campaign_that_does_not_exist_is_refused() -> None:
     with pytest.raises(
         InputError,
-        match="unknown campaign 'pushes'; there are vhip_pushes, walking_commands, walking_margin, walking_pushes",
+        match="unknown campaign 'pushes'; there are vhip_pushes, walking_commands, walking_margin, walking_pushes, "
+        "walking_terrain",
     ):
         load_campaign("pushes")
 

@@ -20,6 +20,7 @@ NAMES = [
     "06_an_obstacle_that_moves",
     "07_a_walk_that_turns",
     "08_g1_walks_in_drake",
+    "09_up_a_staircase",
 ]
 
 

@@ -24,13 +24,17 @@ from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.simulation.uneven_checks import largest_rise
+from pdhocbf_drake.studies.ground.courses import course
 from pdhocbf_drake.studies.ground.measures import from_edges
+from pdhocbf_drake.studies.ground.plan import plan
+from pdhocbf_drake.studies.ground.study import ground
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.com_line import ComLine
 from pdhocbf_drake.walking.edges import Edges
 from pdhocbf_drake.walking.known_ground import CLEARANCE, KnownGround
 from pdhocbf_drake.walking.swing import Swing
 from pdhocbf_drake.walking.swing_profile import SwingProfile, Timing, change_of_ground
+from pdhocbf_drake.walking.uneven_eta import UnevenEta
 from pdhocbf_drake.walking.uneven_footsteps import uneven_footsteps
 
 HALF = 0.108
@@ -224,7 +228,7 @@ def test_its_metrics_are_those_of_a_walk_over_that_ground(walk) -> None:
     scenario = load_scenario("walking_nobarrier", OVER)
     found = compute_metrics(scenario, walk, 1.0, robot_limits(scenario))
     assert found.com_rms_error is not None and found.com_rms_error[2] < 2e-3
-    assert found.steps_taken == round((walk.time[-1] - 0.8) / 0.4)
+    assert found.steps_taken == int(walk["gait_phase"][-1, 1]) - scenario.gait.start_steps
     assert found.zmp_margin_min is not None and -0.005 < found.zmp_margin_min < 0.06
     assert found.distance == pytest.approx(found.distance_commanded, abs=0.02)
 
@@ -234,13 +238,12 @@ def test_swinging_soles_touch_no_edge(walk) -> None:
 
 
 def test_level_ground_is_walked_alike_as_a_slope_of_no_angle() -> None:
-    level, slope = (
-        simulate(load_scenario("walking", f"{{duration: 1.6, plant: {{time_step: 0.005}}, gait: {{com_height: 0.58, "
-                               f"ticks_per_step: 40}}, ground: {ground}}}"))
-        for ground in ("[]", "[{kind: slope, at: 0.5, length: 1.0}]")
-    )  # fmt: skip
+    level = load_scenario("walking", "{duration: 1.6, plant: {time_step: 0.005}, biped: {feels_ground: false}}")
+    slope = level.model_copy(update={"ground": (Slope(at=0.5, length=1.0),)})
+    one, other = simulate(level), simulate(slope)
+    assert "ground_reference" in other
     for name in ("lip_state", "com_reference", "foot_state", "stance_plan", "joint_state", "h"):
-        np.testing.assert_allclose(slope[name], level[name], atol=1e-5, err_msg=name)
+        np.testing.assert_allclose(other[name], one[name], atol=1e-5, err_msg=name)
 
 
 def test_both_forms_of_the_controller_walk_alike_over_uneven_ground() -> None:
@@ -312,6 +315,22 @@ def test_eta_of_a_rise_is_that_of_the_heights_of_com_and_zmp_and_repeats() -> No
     assert gait.rises == {rise}
 
 
+@given(st.integers(0, PERIOD - 1), st.integers(0, 2**32 - 1))
+def test_eta_at_a_tick_is_that_of_an_even_rise_on_stairs_and_that_of_level_ground_on_a_slope(q: int, seed: int) -> None:
+    state = np.random.default_rng(seed).normal(scale=0.1, size=(2, 3))
+    over_stairs, over_slope = gait_over(STAIRS), gait_over(Slope(at=-9.0, length=99.0, angle_deg=8.0, roll_deg=-3.0))
+    assert UnevenEta(over_stairs)(9 * PERIOD + q, state) == pytest.approx(over_stairs.eta(STAIRS.rise)[q])
+    assert UnevenEta(over_slope)(9 * PERIOD + q, state) == pytest.approx(over_slope.eta()[q])
+
+
+def test_on_the_template_h_stays_positive_over_stairs_as_on_level_ground() -> None:
+    text = "{duration: 6.0, gait: {com_height: 0.55, stride: 0.25, ticks_per_step: 40}, mpc: {horizon: 80}, ground: "
+    log = simulate(load_scenario("vhip", text + "[{kind: stairs, at: 1.0, rise: 0.05, tread: 0.25, count: 6}]}"))
+    assert log.ending == "finished"
+    assert log["h"].min() >= 0.0
+    assert log.element("stance_plan", "x_now")[-1] > 2.5
+
+
 def test_a_bound_that_follows_the_orbit_encloses_that_of_the_climb() -> None:
     over = "{gait: {com_height: 0.55, ticks_per_step: 40}, mpc: {horizon: 80}, ground: "
     level, climbing = (
@@ -326,3 +345,30 @@ def test_a_bound_that_follows_the_orbit_encloses_that_of_the_climb() -> None:
     assert level.mpc.on(40) is level.mpc
     bounds = [np.array(walk.barriers[0].bound.values) for walk in (level, climbing)]
     assert min(bounds[1] - bounds[0]) > 0.1
+
+
+# The study.
+
+
+def test_a_slice_of_the_table_holds_and_is_written(tmp_path) -> None:
+    checks, notes = ground(load_scenario("walking"), rows=["stairs up 0.05"], quick=True, out=tmp_path / "table")
+    assert [check.what for check in checks if not check.holds] == []
+    assert {"falls", "ticks of recovery", "swinging soles from edges", "h of forward_speed"} <= {c.what for c in checks}
+    assert notes[0].startswith("stairs up 0.05: steps of 0.4 s, CoM at 0.5")
+    assert (tmp_path / "table" / "ground.json").exists()
+
+
+def test_what_is_no_row_and_what_is_no_flat_walk_is_refused() -> None:
+    with pytest.raises(InputError, match=r"^rows: some of stairs up 0\.05, .* are needed \(given: 'moon'\)$"):
+        plan(load_scenario("walking"), ["moon"])
+    with pytest.raises(InputError, match=r"^scenario 'walking_stairs': a walk of a robot on flat ground"):
+        plan(load_scenario("walking_stairs"))
+
+
+def test_courses_are_drawn_by_their_seed_and_stay_within_what_is_asked() -> None:
+    one, again, other = course(1, 0, 12, 0.16), course(1, 0, 12, 0.16), course(2, 0, 12, 0.16)
+    assert one == again != other
+    x, y, z = np.array(one).T
+    assert np.all(np.abs(z) <= 0.04)
+    assert np.all(np.abs(np.diff(x) / 0.2 - 1.0) <= 0.2 + 1e-3)
+    np.testing.assert_allclose(y, 0.08 * (-1.0) ** np.arange(12))

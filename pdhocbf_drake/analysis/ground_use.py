@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from pdhocbf_drake.analysis.heights import zmp_height
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.systems.kernels import LEAST_LOAD
@@ -24,7 +25,8 @@ def yaw_moment_used(log: RunLog, body: RobotLimits) -> Array:
     With M and F the ground's wrench about the base's origin b, and r = b − ZMP, M_z = M_z,b + r_x F_y − r_y F_x.
     """
     moment, force = _ground_wrench(log, body)
-    place = log["robot_state"][:, body.base_origin]
+    place = log["robot_state"][:, body.base_origin].copy()
+    place[:, 2] -= zmp_height(log)
     with np.errstate(divide="ignore", invalid="ignore"):  # ZMP − b as in `StateEstimator`
         ahead = -(moment[:, 1] + place[:, 2] * force[:, 0]) / force[:, 2]
         aside = (moment[:, 0] - place[:, 2] * force[:, 1]) / force[:, 2]

@@ -12,9 +12,21 @@ Array = NDArray[np.float64]
 
 
 def commanded_com_height(log: RunLog) -> Array:
-    """Commanded height of the CoM in the world, (T,) [m]: above the ground's line, on uneven ground of the map."""
+    """Commanded height of the CoM in the world, (T,) [m]: above the ground's line, where the ground is uneven."""
     height: Array = log.element("com_height", "z")
-    return height + log.element("ground_reference", "z") if "ground_reference" in log else height
+    return height + _of_ground(log, "z")
+
+
+def zmp_height(log: RunLog) -> Array:
+    """Height of the plane in which the ZMP is, in the world, (T,) [m]."""
+    return _of_ground(log, "z_zmp") + np.zeros(len(log))
+
+
+def _of_ground(log: RunLog, element: str) -> Array | float:
+    """As planned and, where the feet feel the ground, as they have met it; 0 on level ground."""
+    names = (name for name in ("ground_target", "ground_reference") if name in log)
+    name = next(names, None)
+    return 0.0 if name is None else log.element(name, element)
 
 
 def above_ground(places: Array, terrain: Terrain | None) -> Array:

@@ -8,6 +8,7 @@ from pdhocbf_drake.estimation import kernels
 from pdhocbf_drake.estimation.base_filter import BaseFilter
 from pdhocbf_drake.estimation.kernels import ACCELEROMETER_BIAS, GYRO_BIAS, SOLES, P, R, V
 from pdhocbf_drake.estimation.memory import Memory
+from pdhocbf_drake.estimation.met_ground import meet
 from pdhocbf_drake.estimation.sample import Notice
 
 _TILT = 0.02  # share of a tick by which the tilt follows that of the standing foot
@@ -38,19 +39,26 @@ class AnchorFilter(BaseFilter):
             loads /= loads.sum()
             estimate[GYRO_BIAS:ACCELEROMETER_BIAS] += _BIAS * (loads @ spins)
             rotation, turn, step = estimate[R:V].reshape(3, 3), np.zeros(3), np.empty(9)
-            x, y, _ = rotation @ (loads @ legs.turns.reshape(2, 3, 3)[:, :, 2])
+            normals = legs.turns.reshape(2, 3, 3)[:, :, 2] @ rotation.T
+            x, y, _ = loads @ normals
+            for side in np.flatnonzero(loads).tolist():
+                seen = np.array([*normals[side, :2], estimate[SOLES + 3 * side + 2]])
+                tilted = loads[side] * meet(memory.ground, side, seen)
+                x, y = x - tilted[0], y - tilted[1]
             turn[:2] = _TILT * y, -_TILT * x
             kernels.write_exp(turn, step)
             rotation[:] = step.reshape(3, 3) @ rotation
             places, velocity = np.zeros(3), np.zeros(3)
             for side, share in enumerate(loads.tolist()):
                 sole = estimate[SOLES + 3 * side : SOLES + 3 * side + 3]
-                places += share * (np.array([sole[0], sole[1], 0.0]) - rotation @ legs.ways[side])
+                height = memory.ground[side, 2] if share else 0.0
+                places += share * (np.array([sole[0], sole[1], height]) - rotation @ legs.ways[side])
                 velocity -= share * (np.cross(rate, legs.ways[side]) + legs.way_rates[side] @ rates)
             estimate[P : P + 3] = places
             estimate[V:P] += _VELOCITY * (rotation @ velocity - estimate[V:P])
         for side in (0, 1):
             if not loads[side]:
+                memory.ground[side] = np.nan
                 self._place(memory, side)
         memory.covariance[:] = 0.0
         return 0.0, 0, notice if memory.standing.any() else notice | Notice.IN_THE_AIR

@@ -9,6 +9,7 @@ from pdhocbf_drake.estimation.base_filter import BaseFilter
 from pdhocbf_drake.estimation.config import SensorsConfig
 from pdhocbf_drake.estimation.kernels import DACCELEROMETER, DGYRO, DP, DV, ERRORS, OFFSETS, PHI, P
 from pdhocbf_drake.estimation.memory import Memory
+from pdhocbf_drake.estimation.met_ground import meet
 from pdhocbf_drake.estimation.sample import Notice
 from pdhocbf_drake.robot import Biped
 
@@ -29,7 +30,7 @@ class ContactEkf(BaseFilter):
 
         R s(θ) − (d − p) = δp − δd + R ∂s/∂θ ε               the joints place the sole
         (R F(θ) e_z)_xy  = ((φ + R J_ω ε) × e_z)_xy           it is flat
-        d_z              = (φ × d + δd)_z                     on level ground at height 0
+        d_z              = (φ × d + δd)_z                     on level ground at height 0 (else less what `meet` says)
         (R Ω)_z          = −(R δb)_z                          and does not turn about the vertical
 
     Here ε is the error of the encoders' zero positions, which is considered and not estimated, F the sole's rotation
@@ -74,6 +75,8 @@ class ContactEkf(BaseFilter):
                     memory.estimate, side, legs.ways[side], legs.way_rates[side], legs.turns[side],
                     legs.turn_rates[side], spins[side], rows[part], residuals[part],
                 )  # fmt: skip
+                met = slice(count + 3, count + 6)
+                residuals[met] -= meet(memory.ground, side, residuals[met])
                 places = slice(count, count + 3)
                 off = kernels.farthest(memory.covariance, rows[places], residuals[places], self._variances[places])
                 if off < _GATE:
@@ -81,6 +84,7 @@ class ContactEkf(BaseFilter):
                     continue
                 notice |= Notice.SLIP
                 memory.standing[side] = 0.0
+            memory.ground[side] = np.nan
             self._place(memory, side)
         nis = kernels.update(
             memory.estimate, memory.covariance, rows[:count], residuals[:count], self._variances[:count]

@@ -12,7 +12,7 @@ from pdhocbf_drake.estimation.kernels import ERRORS, ESTIMATE
 _PARTS: Final[dict[str, tuple[int, ...]]] = {
     "started": (1,), "estimate": (ESTIMATE,), "turns": (2, 9), "loaded": (2,), "standing": (2,), "above": (2,),
     "anchor": (5,), "zmp": (2,), "imu": (9,), "joints": (12,), "gap": (12,), "moved": (12,), "force_torque": (12,),
-    "repeats": (4,), "changes": (2,), "covariance": (ERRORS, ERRORS),
+    "repeats": (4,), "changes": (2,), "ground": (2, 3), "covariance": (ERRORS, ERRORS),
 }  # fmt: skip
 _ENDS: Final = np.cumsum([math.prod(shape) for shape in _PARTS.values()]).tolist()
 _PLACES: Final = [
@@ -37,6 +37,8 @@ class Memory:
         gap: angle less target when the encoder last changed (12,). moved: target at that time (12,).
         repeats: ticks in a row in which gyroscope, accelerometer, left and right force sensor said the same (4,).
         changes: decaying number of changes of each foot's load (2,).
+        ground: under each foot, x and y of its normal and its height, see `met_ground.meet` (2, 3); NaN under a foot
+            that has not come to it.
     """
 
     started: np.ndarray
@@ -54,6 +56,7 @@ class Memory:
     force_torque: np.ndarray
     repeats: np.ndarray
     changes: np.ndarray
+    ground: np.ndarray
     covariance: np.ndarray
 
     def __init__(self, vector: np.ndarray | None = None) -> None:

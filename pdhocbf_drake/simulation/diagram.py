@@ -25,7 +25,7 @@ def vhip_diagram(scenario: Scenario, walk: Walk, form: Form = "blocks") -> Logge
     """clock, barriers -> MPC -> template -> MPC."""
     wiring, fused = Wiring(walk.gait.config.tick), form == "fused"
     controller = add_fused_controller(wiring, walk) if fused else add_controller(wiring, walk)
-    plant = wiring.add("vhip", VhipPlant(walk.vhip, walk.at_rest, scenario.vhip.mass))
+    plant = wiring.add("vhip", VhipPlant(walk.vhip, walk.at_rest, scenario.vhip.mass, walk.gait))
     wiring.connect(plant, "gait_phase", "zmp_reference")
     if scenario.pushes or any(scenario.wind):
         wiring.add("push_schedule", PushSchedule(timed_forces(scenario), wiring.tick))

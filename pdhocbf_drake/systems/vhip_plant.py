@@ -8,6 +8,8 @@ from pydrake.systems.framework import Context, DiscreteValues
 from pdhocbf_drake.systems.block import Block
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.uneven_eta import UnevenEta
 from pdhocbf_drake.walking.vhip import Vhip
 
 _ZMP_VELOCITY = places("zmp_reference", "ux", "uy")
@@ -31,11 +33,14 @@ class VhipPlant(Block):
     Args:
         initial: c, v, p of x, then of y at the start, shape (2, 3).
         mass: m [kg].
+        gait: the walk, whose ground determines eta where it is uneven.
     """
 
-    def __init__(self, vhip: Vhip, initial: np.ndarray, mass: float) -> None:
+    def __init__(self, vhip: Vhip, initial: np.ndarray, mass: float, gait: Gait | None = None) -> None:
         super().__init__()
         self._vhip, self._mass = vhip, mass
+        self._eta = UnevenEta(gait) if gait is not None and gait.uneven else None
+        self._period = vhip.period
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in ("gait_phase", "zmp_reference", "push")]
         self._phase, self._zmp, push = ports
         self._push = OptionalInput(push)
@@ -44,11 +49,15 @@ class VhipPlant(Block):
         self.DeclareStateOutputPort("lip_state", state)
 
     def _step(self, context: Context, values: DiscreteValues) -> None:
-        tick, _, _ = self._phase.Eval(context)
+        tick, step, _ = self._phase.Eval(context)
         phase = round(tick) - 1  # half a tick after the clock's update gait_phase is that of the coming tick
         velocity = self._zmp.Eval(context)[_ZMP_VELOCITY]
         state = context.get_discrete_state_vector().value().reshape(2, 3)
-        following = self._vhip.step_axes(phase, state, velocity)
+        vhip = self._vhip
+        if self._eta is not None:
+            eta = self._eta(round(step) * self._period + phase, state)
+            vhip, phase = Vhip(np.array([eta]), vhip.tick, vhip.flow), 0
+        following = vhip.step_axes(phase, state, velocity)
         force = self._push(context)
         if force is not None:
             following[:, 1] += self._vhip.tick * force[_HORIZONTAL] / self._mass

@@ -15,7 +15,7 @@ from pdhocbf_drake.walking.swing_profile import SwingProfile, Timing, candidates
 
 ROOM = 0.002
 """How far a sole in its window stays from an edge [m]."""
-CLEARANCE = 0.012
+CLEARANCE = 0.014
 """How far a swinging sole is planned to stay from edges [m]; what tracking needs of it leaves 5 mm."""
 _PROFILES = 256  # kept
 
@@ -95,12 +95,17 @@ class KnownGround:
         self, edges: tuple[tuple[float, ...], ...], way: tuple[float, float], rise: float,
         slope: tuple[float, float], other: tuple[float, float], timing: Timing, apex: float,
     ) -> SwingProfile:  # fmt: skip
-        """The gentlest profile that clears the edges by `CLEARANCE`; where none does, the one that clears them most."""
+        """The gentlest profile that clears the edges by `CLEARANCE`, or by as much as the sole does where it stands.
+
+        Where none does, the one that clears them most.
+        """
         passed, best, most = Edges(*map(np.array, edges)), SwingProfile(apex=apex), -math.inf
+        standing = passed.least_distance(np.array([0.0, way[0]]), np.array([0.0, rise]), self.half)
+        enough = min(CLEARANCE, standing - 1e-9)
         for profile in candidates(timing, apex, way[0], rise):
             path = _path(profile, timing, way, rise, slope, other)
             least = passed.least_distance(*path, self.half)
-            if least >= CLEARANCE:
+            if least >= enough:
                 return profile
             if least > most:
                 best, most = profile, least

@@ -8,11 +8,12 @@ from typing import Final
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.ground import courses, known, pushes
+from pdhocbf_drake.studies.ground import courses, held, known, pushes, unknown
 from pdhocbf_drake.studies.shared.checks import Outcome
 from pdhocbf_drake.studies.shared.work import Work
 
-_MODULES: Final = {**dict.fromkeys(known.ROWS, known), courses.ROW: courses, pushes.ROW: pushes}
+_MODULES = {**dict.fromkeys(known.ROWS, known), courses.ROW: courses, pushes.ROW: pushes, held.ROW: held}
+_MODULES |= dict.fromkeys(unknown.ROWS, unknown)
 ROWS: Final = tuple(_MODULES)
 """The rows of the table, in its order."""
 _QUICK_WALKS = 2
@@ -42,6 +43,10 @@ def plan(
 def _plan(row: str, text: str, quick: bool, walks: int, seed: int) -> list[Work]:
     if row == courses.ROW:
         return courses.plan(text, seed, walks, quick)
+    if row == held.ROW:
+        return held.plan(text)
+    if row in unknown.ROWS:
+        return unknown.plan(row, text, seed, walks)
     return pushes.plan(text, quick) if row == pushes.ROW else known.plan(row, text, quick)
 
 
