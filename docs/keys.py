@@ -23,10 +23,12 @@ from pdhocbf_drake.simulation.scenario import (
 )
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.config import GaitConfig, VhipConfig
+from pdhocbf_drake.whole_body.config import WholeBodyConfig
 
 PAGE = Path(__file__).parent / "scenario.md"
 CONFIGS: dict[str, type[BaseModel]] = {
     "": Scenario,
+    "whole_body.": WholeBodyConfig,
     "gait.": GaitConfig,
     "barriers.NAME.": WalkBarrierConfig,
     "barriers.NAME.bound.": WalkBoundConfig,

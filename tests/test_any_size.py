@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
+import json
+import os
 from collections.abc import Collection
 from pathlib import Path
 
 import bipeds
 import pytest
-from sound_walks import check_sound
+from sound_walks import OTHER_WALKS, check_sound, check_walked, other_walk
 
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.fitting.walk_checks import motion_findings
 from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.limits import within_its_limits
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 
@@ -22,6 +25,8 @@ SHAPES = {f"{size} of the packaged biped": bipeds.resized(size) for size in (0.3
 SHAPES |= {f"generated {seed}": bipeds.random_shape(seed) for seed in range(10)}
 SHAPES |= {"wide hips and narrow soles": bipeds.narrow()}
 GAITS = 9  # walked, after a standing start
+EVERY = "PDHOCBF_ROBOTS" in os.environ  # walks for which the tests of every day have no time
+SEEDS, WALKS = (range(10), OTHER_WALKS) if EVERY else ((2,), ("push y 2/4",))
 
 
 def walked(folder: Path, shape: bipeds.Shape, text: str = "", levels: Collection[str] = ("ok",)) -> Metrics:
@@ -60,3 +65,12 @@ def test_other_strides_than_the_robots_own(stride: float, drift: float, tmp_path
     assert found.mpc is not None
     assert found.mpc.degraded == {}
     assert found.barriers["forward_speed"].violations == 0
+
+
+@pytest.mark.parametrize("walk", WALKS)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_generated_robot_in_other_walks(seed: int, walk: str, tmp_path: Path) -> None:
+    robot = {"robot": str(bipeds.write(tmp_path, bipeds.random_shape(seed)))}
+    changes = robot | other_walk(load_scenario("walking", json.dumps(robot)), walk)
+    scenario = within_its_limits(load_scenario("walking", json.dumps(changes)))
+    check_walked(compute_metrics(scenario, simulate(scenario), 1.0, robot_limits(scenario)), walk)

@@ -292,6 +292,20 @@ def test_steps_in_place_of_a_stand_have_the_bound_of_a_foot(commands: tuple, sid
     assert np.all(stepping > 0.05)
 
 
+def test_a_stop_after_a_turn_is_that_of_a_walk_without_the_barrier_that_it_is_far_from() -> None:
+    """The bound goes from orbit to orbit at each touchdown, and a stand does not: no row compares h across that."""
+    robot = load_scenario("walking").to_dict()
+    commands = ({"time": 0.0, "velocity": (0.1, 0.08), "turn": -0.4}, {"time": 4.0, "stop": True})
+    walk, free = (
+        walk_of(commands, barriers, gait=robot["gait"], mpc=robot["mpc"])
+        for barriers in ({"b": on("forward_speed", margin=0.0266)}, {})
+    )
+    rows = walked(walk, 16 * N)
+    states, without = (np.array([row.state for row in each]) for each in (rows, walked(free, 16 * N)))
+    np.testing.assert_allclose(states, without, atol=2e-3)
+    assert sum(bool(row.plan.acting.any()) for row in rows) < N
+
+
 def test_a_command_that_has_no_orbit_has_no_bound() -> None:
     walk = walk_of(TURN, {"b": on("com_x")})
     (barrier,) = walk.barriers

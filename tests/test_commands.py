@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+import hypothesis
 import numpy as np
 import pytest
+from hypothesis.strategies import booleans, floats, integers, tuples
 
 from pdhocbf_drake import certify
 from pdhocbf_drake.errors import InputError
@@ -71,7 +73,9 @@ def test_a_constant_forward_command_gives_the_footsteps_of_the_stride() -> None:
     straight = build_walk(load_scenario("vhip_nobarrier")).gait
     walk = commanded([{"time": 0.0, "velocity": [straight.config.stride / STEP, 0.0]}]).gait
     for step in range(-3, 30):
-        np.testing.assert_allclose(walk.step(step), straight.step(step), atol=1e-12)
+        (*place, slope, window), (*other, level, anywhere) = walk.step(step), straight.step(step)
+        np.testing.assert_allclose(place, other, atol=1e-12)
+        assert (slope, window) == (level, anywhere)
 
 
 @pytest.mark.parametrize("command", [Command(0.3, 0.0, 0.5), Command(-0.2, 0.1, -0.3), Command(0.0, -0.12, 0.0)])
@@ -261,6 +265,36 @@ def test_the_template_walks_alike_from_anywhere(yaw: float) -> None:
     other = np.array([row.state for row in template(there, 800)])
     moved = rotation(yaw) @ one + np.array([[100.0, 0.0, 100.0], [-40.0, 0.0, -40.0]])
     np.testing.assert_allclose(other, moved, atol=1e-8)
+
+
+@hypothesis.settings(max_examples=25)
+@hypothesis.given(
+    yaw=floats(-4.0, 4.0), place=tuples(floats(-90.0, 90.0), floats(-90.0, 90.0)), i=integers(200, 1000),
+    seed=integers(0, 1000), recovering=booleans(),
+)  # fmt: skip
+def test_a_plan_is_the_same_from_any_place_and_heading(
+    turning: tuple[Walk, list], yaw: float, place: tuple[float, float], i: int, seed: int, recovering: bool
+) -> None:
+    """From a disturbed state, an expected ZMP offset and the last plan with its active set."""
+    walk, rows = turning
+    draw = np.random.default_rng(seed)
+    row, last = rows[i], rows[i - 1].plan
+    state, offset = row.state + draw.normal(size=(2, 3)) * [1e-3, 0.02, 1e-3], draw.normal(size=(2, 80)) * 2e-3
+    line = walk.gait.footsteps.line
+    moved = CommandedFootsteps.of(GAIT, lambda time: line.asked(0), Pose(*place, yaw), line.limits)
+    other = walk.mpc.walking(lambda gait: Gait(gait.config, moved))
+    turn, away = rotation(yaw), np.array(place)[:, None]
+    there = last._replace(inputs=turn @ last.inputs, footholds=turn @ last.footholds + away)
+    arguments = state, row.before.stance, {}, offset, last, recovering
+    one = walk.mpc.solve(row.tick, *arguments)
+    found = other.solve(
+        row.tick, turn @ state + away * [1.0, 0.0, 1.0], turn @ row.before.stance + away, {}, turn @ offset, there,
+        recovering,
+    )  # fmt: skip
+    assert found.reason == one.reason
+    np.testing.assert_allclose(found.inputs, turn @ one.inputs, atol=1e-7)
+    np.testing.assert_allclose(found.footholds, turn @ one.footholds + away, atol=1e-9)
+    assert [np.flatnonzero(a).tolist() for a in found.active] == [np.flatnonzero(a).tolist() for a in one.active]
 
 
 def test_mirrored_commands_give_the_mirrored_walk() -> None:

@@ -18,7 +18,7 @@ from pdhocbf_drake.robot.posture import TORSO_TURN
 from pdhocbf_drake.simulation.limits import within_limits
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.systems.torso_yaw import TorsoYaw
+from pdhocbf_drake.systems.torso_yaw import FASTEST, TorsoYaw
 
 GRIP = Grip(friction=0.1, radius=0.08, lever=6e-4)
 
@@ -55,6 +55,20 @@ def test_the_torso_gives_way_only_as_far_as_it_must() -> None:
     for moment in (0.02, -0.02):
         given = yaw.yielding(GRIP, 3.0, 0.05, moment)
         assert moment + GRIP.lever * (given - 3.0) == pytest.approx(math.copysign(most, moment))
+
+
+@pytest.mark.parametrize("moment", [0.2, -30.0, 1e9, -1e18, math.inf])
+@pytest.mark.parametrize("used", [0.0, 0.05, 1e15])
+def test_it_never_gives_way_faster_than_a_torso_can(moment: float, used: float) -> None:
+    given = TorsoYaw(0.1, -0.2).yielding(GRIP, 3.0, used, moment)
+    assert given == -math.copysign(FASTEST, moment)
+
+
+def test_a_plan_that_hardly_loads_the_soles_asks_no_joint_for_the_impossible() -> None:
+    push = "{time: 2.4, duration: 0.1, force: [-230.0, 0.0, 0.0]}"
+    log = simulate(load_scenario("walking_nobarrier", f"{{gait: {{stride: 0.1}}, duration: 3.2, pushes: [{push}]}}"))
+    assert log.ending == "finished"
+    assert np.abs(log["feedforward"]).max() < 1e3
 
 
 def test_the_torso_comes_back_to_rest() -> None:

@@ -19,6 +19,7 @@ from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures, peaks_by_role, steady_walk
 from pdhocbf_drake.studies.shared.gait_variants import KEYS
 from pdhocbf_drake.studies.tune.aims import AIMS, cost
+from pdhocbf_drake.studies.tune.chosen import chosen
 from pdhocbf_drake.studies.tune.joint_limits import JointLimits
 from pdhocbf_drake.studies.tune.search import Space, search
 from pdhocbf_drake.studies.tune.study import tune
@@ -103,6 +104,21 @@ def test_less_of_what_is_aimed_at_costs_more() -> None:
 def test_what_asks_too_much_is_never_chosen(bad: GaitMeasures) -> None:
     for aim in AIMS:
         assert math.isinf(cost(bad, aim, None, LIMITS, 0.0))
+
+
+def test_every_second_gait_that_is_simulated_keeps_its_zmp_as_far_inside() -> None:
+    own = gait(zmp_inside=0.01)
+    tried = [gait(zmp_inside=inside)._replace(values={"n": n}) for n, inside in enumerate([0.002, 0.003, 0.012, 0.02])]
+    costs = {0.1 * (n + 1): other for n, other in enumerate(tried)} | {math.inf: gait(zmp_inside=0.5)}
+    for count, numbers in ((1, [0]), (2, [0, 2]), (3, [0, 2, 1]), (9, [0, 2, 1, 3])):
+        assert [found.values["n"] for found in chosen(costs, own, count)] == numbers
+    assert [found.values["n"] for found in chosen(costs, gait(zmp_inside=None), 2)] == [0, 1]
+
+
+def test_a_gait_that_is_granted_less_than_commanded_is_none_for_the_aim() -> None:
+    assert cost(gait(), "torque", None, LIMITS, 0.0, 0.4) < math.inf
+    assert math.isinf(cost(gait(speed=0.3), "torque", None, LIMITS, 0.0, 0.4))
+    assert cost(gait(speed=0.3), "speed", None, LIMITS, 0.0, 0.4) < math.inf
 
 
 def test_a_higher_com_spares_the_knee_and_the_file_walks_like_it(

@@ -8,15 +8,14 @@ from pydrake.multibody.tree import JacobianWrtVariable
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
 from whole_body_ticks import NOWHERE, TICK, Body
 
-from pdhocbf_drake.barriers import psi
+from pdhocbf_drake.barriers import psi, record
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
-from pdhocbf_drake.whole_body import layer as layers
+from pdhocbf_drake.studies.limits.joints import random_postures, stop
 from pdhocbf_drake.whole_body.columns import along_tasks, columns
 from pdhocbf_drake.whole_body.joint_barriers import JointBarriers, angle_barrier, joint_system
 from pdhocbf_drake.whole_body.layer import Moving
-from pdhocbf_drake.whole_body.memory import BodyMemory
 from pdhocbf_drake.whole_body.reason import Reason
 from pdhocbf_drake.whole_body.solver import Program, solve_with_clarabel, solve_with_daqp
 
@@ -143,22 +142,22 @@ def test_drake_finds_the_same_motion_in_all_unknowns(log: RunLog, joint: int | N
     assert changed >= 5
 
 
-def recorded_programs(log: RunLog, body: Body, monkeypatch: pytest.MonkeyPatch) -> list[Program]:
+def recorded_programs(log: RunLog, body: Body) -> list[Program]:
     programs: list[Program] = []
 
     def recording(program: Program) -> np.ndarray | None:
         programs.append(program)
         return solve_with_daqp(program)
 
-    monkeypatch.setattr(layers, "solve", recording)
     keep = body.layer(kind="auto")
+    keep.solve = recording
     for moving in body.ticks(log):
         keep(moving, NOWHERE)
     return programs
 
 
-def test_clarabel_agrees_on_programs_of_a_walk(log: RunLog, monkeypatch: pytest.MonkeyPatch) -> None:
-    programs = recorded_programs(log, Body(0.7 * peaks(log), 0.1), monkeypatch)
+def test_clarabel_agrees_on_programs_of_a_walk(log: RunLog) -> None:
+    programs = recorded_programs(log, Body(0.7 * peaks(log), 0.1))
     assert len(programs) > 50
     for program in programs:
         ours, theirs = solve_with_daqp(program), solve_with_clarabel(program)
@@ -194,42 +193,32 @@ def test_the_torsos_yaw_gives_way_to_friction_about_the_vertical(log: RunLog) ->
     assert yaw > 10.0 * max(height, roll, pitch)
 
 
-def random_state(body: Body, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Joints with ψ_0, ψ_1 ≥ 0 of their angles and within their speeds, often at an edge; a body of any motion."""
-    biped, tick = body.biped, TICK
-    lower, upper = biped.position_limits.T
-    q, v = biped.bent_knee.copy(), rng.normal(size=18)
-    share = np.clip(rng.uniform(-0.3, 1.3, 12), 0.0, 1.0)
-    angles = lower + share * (upper - lower)
-    most = np.minimum(GAMMAS[0] * (upper - angles) / tick, biped.velocity_limits)
-    least = np.maximum(GAMMAS[0] * (lower - angles) / tick, -biped.velocity_limits)
-    q[biped.q_index] = angles
-    v[biped.v_index] = least + np.clip(rng.uniform(-0.3, 1.3, 12), 0.0, 1.0) * (most - least)
-    return q, v
-
-
 def test_no_joint_leaves_its_limits_from_within_the_viable_set() -> None:
-    body, rng, reasons = Body(), np.random.default_rng(3), list[Reason]()
-    keep, task, biped = body.layer(kind="auto"), body.ik.task_space, body.biped
-    lower, upper = biped.position_limits.T
-    for _ in range(1000):
-        q, v = random_state(body, rng)
-        share = float(rng.choice([0.0, 0.5, 1.0]))
-        swing = {0.0: "left", 1.0: "right"}.get(share)
-        task.set_state(q, v)
-        vdot = task.solve(30.0 * rng.normal(size=18) - task.bias())
-        vdot = 100.0 * rng.normal(size=18) if vdot is None else vdot
-        torque = body.dynamics(q, v, vdot, share)
-        kept = keep(Moving(q, v, vdot, torque, share, swing, BodyMemory.start(torque.tau, 1), 0), NOWHERE)
-        reasons.append(kept.reason)
-        assert np.isfinite(kept.vdot).all()
-        angle, rate = q[biped.q_index], v[biped.v_index]
-        for _ in range(2):  # the second tick shows the acceleration
-            angle, rate = angle + TICK * rate, rate + TICK * kept.vdot[biped.v_index]
-            assert (angle <= upper + 1e-6).all()
-            assert (angle >= lower - 1e-6).all()
-    assert Reason.NOT_OPTIMAL not in reasons
-    assert {Reason.KEPT, Reason.JOINTS} <= set(reasons)
+    found = random_postures(load_scenario("walking"), 1000)
+    assert found.beyond <= 1e-6
+    assert Reason.NOT_OPTIMAL not in found.reasons
+    assert {Reason.KEPT, Reason.JOINTS} <= set(found.reasons)
+
+
+@pytest.mark.parametrize("tick", [0.01, 0.1, 0.15])
+def test_at_large_ticks_a_barrier_of_continuous_time_is_overrun_and_this_one_is_not(tick: float) -> None:
+    own, other, clamp = (stop(kind, tick) for kind in ("barrier", "continuous", "clamp"))
+    assert own.beyond <= 1e-6
+    assert (other.beyond > 0.2) == (tick > 0.05)
+    assert clamp.beyond <= 0.0
+    assert clamp.acceleration > 2.0 * own.acceleration
+
+
+def test_along_a_stop_the_recursion_holds() -> None:
+    barriers = JointBarriers.of(np.array([-0.5]), np.array([0.5]), np.array([np.inf]), GAMMAS, TICK)
+    states = [np.zeros(2)]
+    for _ in range(100):
+        q, v = states[-1]
+        a = min(40.0, barriers.interval(np.array([q]), np.array([v]))[1][0])
+        states.append(np.array([q + TICK * v, v + TICK * a]))
+    found = record(angle_barrier(0.5, 1, GAMMAS), states)
+    assert found.violations == 0
+    assert found.psi_min == pytest.approx(0.0, abs=1e-12)
 
 
 def test_an_angles_barrier_is_the_recursion() -> None:

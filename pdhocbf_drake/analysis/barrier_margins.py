@@ -62,7 +62,8 @@ def barriers_of(scenario: Scenario) -> dict[str, BarrierUse]:
     return {
         name: BarrierUse(
             column, config.make_class_k(), config.gamma, config.relative_degree or len(config.gamma), config.unit,
-            config.bounded.period(scenario.gait.ticks_per_step), config.bounded, config.bounded.seen_anew,
+            config.bounded.period(scenario.gait.ticks_per_step), config.bounded,
+            config.bounded.seen_anew or bool(scenario.commands or scenario.path),
             tuple(change.time for change in scenario.barrier_changes if change.name == name),
         )
         for column, (name, config) in enumerate(scenario.barriers.items())

@@ -65,6 +65,10 @@ _VERBS: Final[dict[str, tuple[str, str]]] = {
         "walks with late, noisy and wrong knowledge of the robot, beside what they must reach",
         "studies.sensing.command",
     ),
+    "limits": (
+        "walks at the limits of joints and ground, beside what they must reach",
+        "studies.limits.command",
+    ),
     "reproduce": ("every figure and number of the paper beside ours", "studies.reproduce.command"),
     "campaign": ("many runs with fields varied, on all cores or a Dask cluster", "studies.campaign.command"),
 }

@@ -9,11 +9,13 @@ from typing import Any
 from pydrake.multibody.tree import JointActuator
 
 from pdhocbf_drake.errors import ModelError
-from pdhocbf_drake.importing.inferred import Inferred
+from pdhocbf_drake.importing.inferred import Inferred, Sure
 from pdhocbf_drake.importing.parsed import ParsedModel
 from pdhocbf_drake.importing.robot_file import Legs
 from pdhocbf_drake.robot.model_text import JointText, joint_texts
 from pdhocbf_drake.robot.per_joint import ROLES
+
+_NO_LIMIT = 1e6  # [N m]: more than any joint has
 
 
 def motor_entries(
@@ -43,7 +45,10 @@ def motor_entries(
         half = len(ROLES)
         entries["effort_limits"] = {"left": known[:half], "right": known[half:]}
     source = "the model's actuators or limits" if not lacking else f"--effort for {', '.join(lacking)}"
-    facts = [Inferred("effort limits", f"{min(known):.4g} to {max(known):.4g} N m", source)]
+    if max(known) > _NO_LIMIT:
+        source += ", which says so that it has none for some"
+    sure: Sure = "certain" if max(known) <= _NO_LIMIT else "guess"
+    facts = [Inferred("effort limits", f"{min(known):.4g} to {max(known):.4g} N m", source, sure)]
     reflected = [_reflected(actuators.get(joint.name())) for joint in found.joints()]
     if min(reflected) <= 0.0:
         entries["reflected_inertia"] = inertia

@@ -94,6 +94,7 @@ class RobotConfig(Config):
         kd: derivative gains of the joints; null takes kp times 0.137 √(z/g) [N m s/rad].
         effort_limits: greatest joint torques [N m]; null takes those of the model's actuators, or where it has none,
             of its `<limit>` tags.
+        velocity_limits: greatest joint speeds; null takes the model's [rad/s].
         reflected_inertia: rotor inertia reflected to the joint [kg m²]; null takes the model's.
     """
 
@@ -112,6 +113,7 @@ class RobotConfig(Config):
     kp: Annotated[PerJoint | None, per_joint_within(0.0, 1e6, "N m/rad", above=True)] = None
     kd: Annotated[PerJoint | None, per_joint_within(0.0, 1e5, "N m s/rad")] = None
     effort_limits: Annotated[PerJoint | None, per_joint_within(0.0, 1e6, "N m", above=True)] = None
+    velocity_limits: Annotated[PerJoint | None, per_joint_within(0.0, 1e4, "rad/s", above=True)] = None
     reflected_inertia: Annotated[PerJoint | None, per_joint_within(0.0, 1e3, "kg m²")] = None
 
     @model_validator(mode="after")

@@ -38,7 +38,7 @@ def add_model(plant: MultibodyPlant, config: RobotConfig) -> ModelInstanceIndex:
     """Adds the robot to a plant that is not finalized.
 
     The plant gets frames `left_sole_centre` and `right_sole_centre`; joints in `fixed_joints` are welded;
-    effort limits and reflected inertias of the config replace the model's, and where the plant has a scene graph,
+    limits and reflected inertias of the config replace the model's, and where the plant has a scene graph,
     four spheres at the corners of each sole the feet's contact geometry.
 
     Raises:
@@ -157,10 +157,13 @@ def _complete_actuators(plant: MultibodyPlant, instance: ModelInstanceIndex, con
     if efforts is None and not set(config.joint_names) <= set(actuators):
         efforts = _model_efforts(config, actuators)
     inertias = None if config.reflected_inertia is None else per_joint(config.reflected_inertia)
+    speeds = None if config.velocity_limits is None else per_joint(config.velocity_limits)
     for number, (name, joint) in enumerate(joints.items()):
         actuator = actuators.get(name) or plant.AddJointActuator(f"{name}_actuator", joint)
         if efforts is not None:
             actuator.set_effort_limit(efforts[number])
+        if speeds is not None:
+            joint.set_velocity_limits([-speeds[number]], [speeds[number]])
         if inertias is not None:
             actuator.set_default_gear_ratio(1.0)
             actuator.set_default_rotor_inertia(inertias[number])

@@ -28,6 +28,7 @@ from pdhocbf_drake.simulation.drives import connect_sampled_drives
 from pdhocbf_drake.simulation.feeling import add_loads, connect_footing, footing_of
 from pdhocbf_drake.simulation.granted import grip_of
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.start_axes import add_base, positions_to_world, state_to_world, velocities_to_world
 from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram, Wiring
 from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.foot_reference import FootReference
@@ -62,15 +63,14 @@ def biped_diagram(
     wiring = Wiring(config.tick)
     posture = initial_posture(walk, biped)
     sampled = scenario.measurement.drives == "sampled"
-    plant = add_robot(wiring.builder, scenario, biped, posture, pd=not sampled)
-    robot = model_instance(plant, biped)
+    yaw = walk.gait.step(-1).yaw
+    plant = add_robot(wiring.builder, scenario, biped, posture, not sampled, yaw)
     if meshcat is not None:
         # This loads matplotlib, which a run that is not shown does not need.
         from pydrake.visualization import AddDefaultVisualization
 
         AddDefaultVisualization(wiring.builder, meshcat)
-    wiring.offer("robot_state", plant.get_state_output_port())
-    wiring.offer("contact_forces", plant.get_generalized_contact_forces_output_port(robot))
+    _offer_in_world(wiring, plant, biped, yaw)
     add_model_error(wiring, scenario.model_error, plant, real or biped)
 
     footing = footing_of(scenario, walk, biped)
@@ -162,7 +162,7 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
     wiring.connect(controller, "zmp_offset")
     wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
-    wiring.connect(kinematics, *["actuation"] * body.kinematics.has_layer)
+    wiring.connect(kinematics, *["actuation"] * (body.kinematics.layer is not None))
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference")
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
@@ -184,7 +184,7 @@ def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> 
     """The same in one block."""
     controller = add_fused_controller(wiring, walk, latency, body)
     connect_fused_controller(wiring, walk, controller)
-    wiring.connect(controller, *["actuation"] * body.kinematics.has_layer)
+    wiring.connect(controller, *["actuation"] * (body.kinematics.layer is not None))
     measured = "foot_state", *["foot_load"] * (body.footing is not None)
     wiring.connect(controller, *measured, measured=True)
 
@@ -207,14 +207,33 @@ def standing_posture(walk: Walk, biped: Biped) -> np.ndarray:
     return upright_posture(biped, np.array([0.0, 0.0, walk.gait.height(0)[0]]), left, right)
 
 
+def _offer_in_world(wiring: Wiring, plant: MultibodyPlant, biped: Biped, yaw: float) -> None:
+    """Offers the plant's state and contact forces along the world's axes."""
+    forces = plant.get_generalized_contact_forces_output_port(model_instance(plant, biped))
+    for name, port, matrix in (
+        ("robot_state", plant.get_state_output_port(), state_to_world),
+        ("contact_forces", forces, velocities_to_world),
+    ):
+        if yaw:
+            turn = wiring.builder.AddNamedSystem(f"{name}_in_world", MatrixGain(matrix(biped, yaw)))
+            wiring.builder.Connect(port, turn.get_input_port())
+            port = turn.get_output_port()
+        wiring.offer(name, port)
+
+
 def add_robot(
-    builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray, pd: bool = True
+    builder: DiagramBuilder, scenario: Scenario, biped: Biped, posture: np.ndarray, pd: bool = True, yaw: float = 0.0
 ) -> MultibodyPlant:
-    """The robot on the scenario's ground, standing in `posture` (19,) by default, with or without the plant's PD."""
+    """The robot on the scenario's ground, standing in `posture` (19,) by default, with or without the plant's PD.
+
+    With a `yaw` the plant's coordinates are along axes at that heading, see `start_axes` [rad].
+    """
     plant, scene_graph = AddMultibodyPlant(plant_config(scenario.plant), builder)
     plant.set_name("plant")
     scene_graph.set_name("scene_graph")
     biped.add_to(plant)
+    if yaw:
+        add_base(plant, biped, yaw)
     _set_friction(plant, scene_graph, CoulombFriction(scenario.friction, scenario.friction))
     add_ground(plant, scenario.terrain, scenario.friction)
     if pd:
@@ -223,7 +242,7 @@ def add_robot(
         gravity = plant.mutable_gravity_field()
         gravity.set_gravity_vector(tilted_gravity(scenario.model_error, gravity.gravity_vector()))
     plant.Finalize()
-    plant.SetDefaultPositions(posture)
+    plant.SetDefaultPositions(positions_to_world(biped, yaw).T @ posture if yaw else posture)
     return plant
 
 

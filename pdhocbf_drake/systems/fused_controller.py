@@ -120,7 +120,7 @@ class FusedController(Block):
         self._feet, self._command = (None if port is None else OptionalInput(port) for port in (feet, command))
         self.DeclareStateOutputPort("outputs", self.DeclareDiscreteState(self._last.state))
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
-        layer = body is not None and body.kinematics.has_layer
+        layer = body is not None and body.kinematics.layer is not None
         self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if layer else None
         if schedule is not None:
             self._true = self.DeclareVectorInputPort("true_state", size("lip_state"))

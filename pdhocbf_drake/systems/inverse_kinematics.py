@@ -61,6 +61,9 @@ class InverseKinematics(Block):
         ik_status (3): met (1 or 0), greatest error [m, rad], iterations.
         whole_body (5): as in `systems.signals`, first among the parts; of a walk with a whole-body layer.
 
+    Attributes:
+        layer: the whole-body layer, of a walk that has one.
+
     Args:
         initial: q at the start (19,).
         tick: δ [s].
@@ -79,10 +82,11 @@ class InverseKinematics(Block):
         self._tick, self._grip = tick, grip
         self._ik = WholeBodyIk(biped)
         self._dynamics = InverseDynamics(biped, self._ik.task_space)
-        self._joints, self._layer = biped.q_index, None
+        self._joints = biped.q_index
+        self.layer: BodyTicks | None = None
         if whole_body is not None and whole_body.kind != "closed_form" and grip is not None:
             clock, self.parts = Clock(tick, ticks_per_step), sizes("whole_body") | self.parts
-            self._layer = BodyTicks(biped, self._ik.task_space, whole_body, grip, clock, initial)
+            self.layer = BodyTicks(biped, self._ik.task_space, whole_body, grip, clock, initial)
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         phase, self._height, self._com, self._zmp, self._feet = ports
         self._phase = OptionalInput(phase)
@@ -93,24 +97,19 @@ class InverseKinematics(Block):
         self._q = slice(positions)
         self._motion = slice(positions + 3 * self._velocities)  # in the state, in front of the torso's yaw
         self._yaw = slice(self._motion.stop, self._motion.stop + len(TorsoYaw()))
-        own = np.zeros(0) if self._layer is None else self._layer.start
+        own = np.zeros(0) if self.layer is None else self.layer.start
         self.start = np.concatenate([initial, np.zeros(self._yaw.stop - positions), own])
-        self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if self.has_layer else None
+        self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if self.layer else None
         self.coming = slice(sum(self.parts.values()), None)  # state, behind the parts
         self.DeclareDiscreteState(self.start)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
         prerequisites = {self.xd_ticket(), *(port.ticket() for port in ports)}
         self._size = self.coming.start + len(self.start)
-        first = size("whole_body") * self.has_layer
+        first = size("whole_body") if self.layer else 0
         self._own = slice(first, self.coming.start + self._yaw.start)  # what `write_motion` writes
         start = first + size("desired_state")
         self._feedforward = slice(start, start + size("feedforward"))
         self._solution = self.DeclareVectorOutputPort("solution", self._size, weakly(self._calc), prerequisites)
-
-    @property
-    def has_layer(self) -> bool:
-        """Whether there is a whole-body layer."""
-        return self._layer is not None
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         solution = self._solution.Eval(context)
@@ -126,8 +125,8 @@ class InverseKinematics(Block):
     ) -> np.ndarray:
         """The state, with what the joints' PD added to the feedforward among the parts in the torques applied (12,)."""
         state = state.copy()
-        if self._layer is not None:
-            self._layer.learn(state[self._yaw.stop :], gait_phase, applied, parts[self._feedforward])
+        if self.layer is not None:
+            self.layer.learn(state[self._yaw.stop :], gait_phase, applied, parts[self._feedforward])
         return state
 
     def _calc(self, context: Context, output: BasicVector) -> None:
@@ -172,9 +171,9 @@ class InverseKinematics(Block):
         else:
             share = left_share(left, right, zmp[_ZMP])
         now = None
-        if self._layer is not None:
-            now = self._layer.now(state[self._yaw.stop :], gait_phase, share, swing)
-            angles = self._layer.add_to(now, wanted, angles)
+        if self.layer is not None:
+            now = self.layer.now(state[self._yaw.stop :], gait_phase, share, swing)
+            angles = self.layer.add_to(now, wanted, angles)
         q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
         torque = self._dynamics(q, v, vdot, share)
         if self._grip is not None:
@@ -185,9 +184,9 @@ class InverseKinematics(Block):
                 v, vdot = self._ik.derivatives(q, wanted[1], wanted[2])
                 torque, turning = self._dynamics(q, v, vdot, share), yielding
         solution = np.empty(self._size)
-        if self._layer is not None and now is not None:
+        if self.layer is not None and now is not None:
             said, memory = solution[: self._own.start], solution[self._own.stop + len(yaw) :]
-            q, vdot, torque = self._layer.end(now, last, q, (v, vdot), torque, found.ok, said, memory)
+            q, vdot, torque = self.layer.end(now, last, q, (v, vdot), torque, found.ok, said, memory)
         reached = zmp_of_wrenches(torque.left, left, torque.right, right)
         status, out = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), solution[self._own]
         write_motion(q, v, vdot, motion, self._joints, self._tick, torque.tau, reached, status, out)

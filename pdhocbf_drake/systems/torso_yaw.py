@@ -11,6 +11,9 @@ from pdhocbf_drake.robot.grip import Grip
 RETURN = 4.0  # [rad/s]: with which the torso comes back, critically damped
 _REST = 1e-7  # [rad, rad/s]: below it, it is back
 _LARGEST = 0.5  # [rad]: beyond it the torso gives way no more
+FASTEST = (
+    40.0  # [rad/s²], twice what a walk at a friction of 0.1 needs; a plan that hardly loads the soles asks for any
+)
 
 
 class TorsoYaw(NamedTuple):
@@ -25,7 +28,7 @@ class TorsoYaw(NamedTuple):
         return -RETURN * (2.0 * self.rate + RETURN * self.angle)
 
     def yielding(self, grip: Grip, acceleration: float, used: float, moment: float) -> float:
-        """The acceleration nearest to a planned one at which the soles keep their grip [rad/s²].
+        """The acceleration nearest to a planned one at which the soles keep their grip, at most `FASTEST` [rad/s²].
 
         Args:
             grip: of the soles.
@@ -35,7 +38,8 @@ class TorsoYaw(NamedTuple):
         most = grip.largest_moment(used)
         if -most <= moment <= most or abs(self.angle) > _LARGEST:
             return acceleration
-        return acceleration + (max(-most, min(moment, most)) - moment) / grip.lever
+        keeping = acceleration + (max(-most, min(moment, most)) - moment) / grip.lever
+        return max(-FASTEST, min(keeping, FASTEST))
 
     def after(self, acceleration: float, tick: float) -> TorsoYaw:
         """A tick later [s]; at rest where it is back."""

@@ -95,6 +95,14 @@ class WalkBarrier(AffineBarrier):
         """Whether c and p are seen from the stance foot."""
         return self.quantity.frame == "stance"
 
+    @property
+    def seen_anew(self) -> bool:
+        """Whether h jumps where another foot becomes the stance, and the recursion starts again.
+
+        So it is under commands for every quantity: the heading changes there, and V̄ goes over to another orbit.
+        """
+        return self.quantity.seen_anew or self.orbits is not None
+
     def foot_gains(self, k: int, count: int) -> Array:
         """g_k, …, g_{k+count−1}: what a metre of the stance foot's place adds to V̄, shape (count,)."""
         return np.asarray(self.normals(k, count) @ self.quantity.origin)

@@ -18,16 +18,17 @@ class WholeBodyConfig(Config):
     A price is that of a squared acceleration away from the reference, [s⁴/m²] or [s⁴/rad²].
 
     Attributes:
-        kind: "closed_form" leaves limits to the motors and the ground; "auto" solves a quadratic program in ticks in
-            which the closed form exceeds one; "qp" solves it in every tick.
-        height: price of the CoM's height.
-        torso: price of the torso's roll and pitch. torso_yaw: that of its yaw.
+        kind: "auto" solves a quadratic program in ticks in which the closed form exceeds a limit; "qp" solves it in
+            every tick; "closed_form" leaves limits to the motors and the ground.
+        height: price of the CoM's height. It is dear, since a CoM that gives way downwards bends the knees further.
+        torso: price of the torso's roll and pitch.
+        torso_yaw: price of the torso's yaw.
         swing: price of the swinging foot's place.
         joint_gamma: γ_1, γ_2 of the barriers on joint angles, at most 1 together [1].
         torque_rate: largest rate of the feedforward torques; null leaves it free [N m/s].
     """
 
-    kind: Literal["auto", "closed_form", "qp"] = "closed_form"
+    kind: Literal["auto", "closed_form", "qp"] = "auto"
     height: _Price = 100.0
     torso: _Price = 0.05
     torso_yaw: _Price = 0.001

@@ -77,6 +77,7 @@ class WholeBody:
 
     Attributes:
         barriers: on the joints. step: most that they move in a tick (12,) [rad].
+        solve: what solves the programs.
 
     Args:
         task: the robot's task space, in which the motion at hand is set.
@@ -86,6 +87,7 @@ class WholeBody:
 
     def __init__(self, biped: Biped, task: TaskSpace, config: WholeBodyConfig, tick: float, grip: Grip) -> None:
         self._always, self._biped, self._task, self._tick = config.kind == "qp", biped, task, tick
+        self.solve = solve
         self._usable, self._joints = _USABLE * biped.effort_limits, biped.v_index
         self._change = np.inf if config.torque_rate is None else config.torque_rate * tick
         lower, upper = np.ascontiguousarray(biped.position_limits.T)
@@ -120,7 +122,7 @@ class WholeBody:
             bounded = self._bounded(np.diag(price[tasks]), low[tasks], high[tasks], change)
             rows = self._rows(change, moving.share)
             for make in (hard_program, soft_program):
-                found = solve(make(use, rows, bounded))
+                found = self.solve(make(use, rows, bounded))
                 if found is not None:
                     return self._changed(moving, use, change, found, tasks)
         return self._of_joints(moving, use, price)
@@ -151,7 +153,7 @@ class WholeBody:
         hessian = ordered.T @ (price[:, None] * ordered) + _FIRM * np.eye(TASKS)
         bounded, soft = self._bounded(hessian, low, high, change), use.kinds > 0
         others = Use(use.use[soft], use.low[soft], use.high[soft], use.kinds[soft], use.worst)
-        found = solve(soft_program(others, self._rows(change, moving.share)[soft], bounded))
+        found = self.solve(soft_program(others, self._rows(change, moving.share)[soft], bounded))
         if found is None:
             return self._clipped(moving, use)
         kept = self._changed(moving, use, change, found, np.zeros(0, dtype=int))

@@ -52,6 +52,7 @@ class BodyTicks:
 
     Attributes:
         start: its memory before the first tick, one vector.
+        keep: what keeps the limits in a tick.
 
     Args:
         q: posture at the start (19,).
@@ -60,7 +61,7 @@ class BodyTicks:
     def __init__(
         self, biped: Biped, task: TaskSpace, config: WholeBodyConfig, grip: Grip, clock: Clock, q: np.ndarray
     ) -> None:
-        self._keep, self._clock = WholeBody(biped, task, config, clock.tick, grip), clock
+        self.keep, self._clock = WholeBody(biped, task, config, clock.tick, grip), clock
         self._joints, rest = biped.q_index, np.zeros(TASKS)
         torque = InverseDynamics(biped, task)(q, rest, rest, 0.5).tau
         self.start = BodyMemory.start(torque, 2 * clock.ticks_per_step)
@@ -96,15 +97,15 @@ class BodyTicks:
         """
         (v, vdot), yields, tick = moving, now.aloft if now.left >= 1.0 else None, self._clock.tick
         motion = Moving(q, v, vdot, torque, now.share, yields, now.memory, now.tick)
-        if met and not now.memory[AWAY] and self._keep.passes(motion, last, memory):
+        if met and not now.memory[AWAY] and self.keep.passes(motion, last, memory):
             said[:] = 0.0
             return q, vdot, torque
         deviation = self._deviation(now)
-        kept = self._keep(motion, deviation) if met else self._keep.unreached(motion)
+        kept = self.keep(motion, deviation) if met else self.keep.unreached(motion)
         if deviation.is_any or kept.given.any():
             deviation = deviation.after(deviation.returning(tick) + kept.given, tick)
         reason, miss, limited = kept.reason, kept.miss, q.copy()
-        beyond = limit_step(last, self._keep.step, self._joints, limited)
+        beyond = limit_step(last, self.keep.step, self._joints, limited)
         if beyond > EXCEEDED and reason <= Reason.KEPT:
             reason, miss = Reason.RATE, beyond
         BodyMemory.of(now.memory).after(deviation, kept.torque.tau, memory)

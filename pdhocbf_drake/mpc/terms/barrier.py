@@ -38,7 +38,7 @@ class BarrierTerm(Term):
     def __init__(self, setting: Setting, barrier: AffineBarrier, soft: bool) -> None:
         super().__init__(setting)
         self.barrier, self._soft = barrier, soft
-        self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.quantity.seen_anew
+        self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.seen_anew
         self._part, self._name = f"bound_{barrier.name}", rows_of(barrier.name)
         nearer = nearer_bound(barrier, setting.vhip, setting.config)
         count = setting.config.horizon + 1

@@ -24,7 +24,7 @@ def sparse_qp(walk: Walk, axis: int, phase: int) -> ParametricQp:
     config, horizon, n_f = mpc.config, mpc.config.horizon, mpc.footholds
     barriers = mpc.barriers[axis]
     for barrier in barriers:
-        if isinstance(barrier, WalkBarrier) and barrier.quantity.seen_anew:
+        if isinstance(barrier, WalkBarrier) and barrier.seen_anew:
             raise InputError(
                 f'barrier "{barrier.name}": other solvers are compared on barriers that do not change with the stance '
                 f"foot, given one on {barrier.quantity.name}"

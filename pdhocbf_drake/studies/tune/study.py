@@ -15,6 +15,7 @@ from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures, measure
 from pdhocbf_drake.studies.shared.gait_variants import KEYS, Work, varied
 from pdhocbf_drake.studies.shared.pool import in_processes
 from pdhocbf_drake.studies.tune.aims import AIMS, cost
+from pdhocbf_drake.studies.tune.chosen import chosen
 from pdhocbf_drake.studies.tune.joint_limits import JointLimits
 from pdhocbf_drake.studies.tune.quick import quick_measure
 from pdhocbf_drake.studies.tune.search import STRIDE, Space, Values, search
@@ -55,7 +56,7 @@ def tune(
         aim: of `aims.AIMS`.
         joint: for the aim "torque" the role of `robot.ROLES` whose torque counts; None for the shares of all limits.
         keys: of `gait`, what is searched in place of all of these.
-        confirmed: how many of the best gaits are simulated, beside the scenario's own.
+        confirmed: how many of the best gaits are simulated, beside the scenario's own, see `chosen`.
         workers: processes; with more than one, the calling script needs `if __name__ == "__main__":`.
         progress: called with the number of gaits measured so far.
 
@@ -87,20 +88,22 @@ def tune(
                 progress(done)
         return [found[str(values)] for values in all_values]
 
-    least_inside = 0.0
+    least_inside, seen = 0.0, dict[str, GaitMeasures]()
 
     def cost_of(gait: GaitMeasures) -> float:
         return cost(gait, aim, joint, limits, least_inside, speed)
 
     def costs(all_values: list[Values]) -> list[float]:
-        return [cost_of(gait) for gait in measured(quick_measure, all_values)]
+        found = measured(quick_measure, all_values)
+        seen.update((str(gait.values), gait) for gait in found)
+        return [cost_of(gait) for gait in found]
 
     space = Space(scenario, searched)
     tried = search(space, costs)
     own = space.values(space.start)
     # Gaits of the same cost are the same: without an amplitude, its phase does not matter.
-    good = {value: values for value, values in reversed(tried) if math.isfinite(value) and values != own}
-    gaits = measured(measure, [own, *(good[value] for value in sorted(good)[:confirmed])])
+    others = {value: seen[str(values)] for value, values in reversed(tried) if values != own}
+    gaits = measured(measure, [own, *(gait.values for gait in chosen(others, seen[str(own)], confirmed))])
     if gaits[0].ending == FINISHED:
         least_inside = min(0.0, gaits[0].zmp_inside or 0.0)
     best = min(gaits, key=cost_of)

@@ -1,0 +1,89 @@
+"""`pdhocbf limits`: what is planned, robots with other limits, and a slice on the robot."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pdhocbf_drake.cli.main import main
+from pdhocbf_drake.errors import InputError
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.limits.rows import ALL, BARRIERS
+from pdhocbf_drake.studies.limits.study import in_order, plan
+from pdhocbf_drake.studies.limits.weak import write_weak
+from pdhocbf_drake.studies.shared.checks import most
+
+
+def test_a_robot_has_the_limit_on_both_legs_and_its_own_elsewhere(tmp_path: Path) -> None:
+    scenario = write_weak(load_scenario("walking"), ("knee_pitch", 34.0), ("hip_roll", 2.0), tmp_path / "weak.yaml")
+    weak, own = Biped.load(scenario.robot), Biped.load("biped")
+    for found, theirs, joint, value in (
+        (weak.effort_limits, own.effort_limits, 3, 34.0), (weak.velocity_limits, own.velocity_limits, 1, 2.0)
+    ):  # fmt: skip
+        expected = theirs.reshape(2, 6).copy()
+        expected[:, joint] = value
+        np.testing.assert_array_equal(found.reshape(2, 6), expected)
+
+
+@pytest.mark.parametrize(("key", "value"), [("velocity_limits", 0.0), ("effort_limits", -1.0)])
+def test_limits_of_zero_or_less_are_refused(tmp_path: Path, key: str, value: float) -> None:
+    file = tmp_path / "weak.yaml"
+    write_weak(load_scenario("walking"), ("knee_pitch", 34.0), ("hip_roll", 2.0), file)
+    file.write_text(file.read_text(encoding="utf-8") + f"{key}: {value}\n", encoding="utf-8")
+    with pytest.raises(InputError, match=key):
+        Biped.load(str(file))
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ({"friction_belief": 0.0}, "friction_belief"),
+        ({"whole_body": {"kind": "qqp"}}, "whole_body.kind"),
+        ({"whole_body": {"height": 0.0}}, "whole_body.height: must be from 1e-06"),
+        ({"whole_body": {"joint_gamma": (0.7, 0.7)}}, r"at most 1 together \(given: 1.4\)"),
+        ({"whole_body": {"joint_gamma": (0.0, 0.3)}}, r"outside \(0, 1\]"),
+        ({"whole_body": {"torque_rate": -1.0}}, "whole_body.torque_rate"),
+    ],
+)
+def test_what_can_not_be_kept_is_refused_with_its_key(data: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        Scenario.from_dict(data, "walk")
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "message"),
+    [
+        ("vhip", None, "scenario 'vhip': a walk of a robot without an end is needed"),
+        ("walking", ["ice"], "rows: some of the walk itself, hip_yaw torque 80 %"),
+        ("walking", [], "rows: some of"),
+    ],
+)
+def test_what_can_not_be_studied_is_refused(name: str, rows: list[str] | None, message: str) -> None:
+    with pytest.raises(InputError) as error:
+        plan(load_scenario(name), rows)
+    assert str(error.value).startswith(message)
+
+
+def test_a_walk_is_planned_with_the_program_and_without(tmp_path: Path) -> None:
+    work = plan(load_scenario("walking"))
+    assert [piece.row for piece in work if getattr(piece, "kind", "auto") == "auto"] == list(ALL)
+    assert {piece.row for piece in work if getattr(piece, "kind", "auto") == "closed_form"} < set(ALL)
+    rows = ["joint barriers", "knee_pitch torque 80 %, closed form", "knee_pitch torque 80 %"]
+    assert [check.row for check in in_order(most(row, "falls", 0.0, 0.0) for row in rows)] == rows[::-1]
+
+
+def test_a_slice_of_the_table_holds_and_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = tmp_path / "table"
+    rows = f"hip_pitch torque 80 %;{BARRIERS}"
+    assert main(["limits", "walking_nobarrier", "--quick", "--rows", rows, "--workers", "1", "--out", str(out)]) == 0
+    found = json.loads((out / "limits.json").read_text(encoding="utf-8"))
+    assert [check for check in found["checks"] if not check["holds"]] == []
+    assert {check["row"] for check in found["checks"]} == {"hip_pitch torque 80 %", BARRIERS}
+    active = next(check["value"] for check in found["checks"] if check["what"] == "active ticks")
+    assert active > 20
+    assert (out / "limits.txt").read_text(encoding="utf-8").strip() in capsys.readouterr().out
