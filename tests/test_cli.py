@@ -149,7 +149,7 @@ def test_compare_begins_where_the_first_runs_scenario_does(tmp_path, capsys):
     [
         (["run", "wlaking"], "unknown scenario 'wlaking'; there are "),
         (["run", "nowhere.yaml"], "nowhere.yaml does not exist"),
-        (["run", "vhip", "--text", "gaitt: {}"], "vhip.gaitt: unknown key; allowed here: barriers"),
+        (["run", "vhip", "--text", "gaitt: {}"], "vhip.gaitt: unknown key; allowed here: barrier_changes"),
         (["run", "vhip", "--text", "gait: {stride: .nan}"], "vhip.gait.stride: must be a finite number"),
         (["run", "vhip", "--text", "gait: {zmp_box: [0.1]}"], "vhip.gait.zmp_box"),
         (["run", "vhip", "--text", "gait: {tick: -0.01}"], "vhip.gait.tick: must be from 0.0001 to 0.1 s"),

@@ -137,7 +137,10 @@ _BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("gaitt: {}", r"walking\.gaitt: unknown key; allowed here: barrier_changes, barriers, biped, commands, description, duration"),
+        (
+            "gaitt: {}",
+            r"walking\.gaitt: unknown key; allowed here: barrier_changes, barriers, biped, commands, descr",
+        ),
         ("gait: {stridee: 1}", r"walking\.gait\.stridee: unknown key; allowed here: .*stride, swing_height"),
         ("barriers: {forward_speed: {bound: {marginn: 1}}}", r"bound\.marginn: unknown key; allowed here: .*margin"),
         ("pushes: [{force: [1, 2, 3], time: 1.0, fource: 2}]", r"fource: unknown key; allowed here: body, duration"),
