@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from pdhocbf_drake import simulate
+from pdhocbf_drake.estimation.sample import Notice
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.systems.foot_loads import SensedLoads
 from pdhocbf_drake.systems.footing import Footing
 from pdhocbf_drake.systems.signals import places
 from pdhocbf_drake.walking import Gait, GaitConfig
@@ -121,6 +123,17 @@ def test_what_is_not_finite_is_not_felt():
     rows = Walk(0.012).run(3 * N, broken=range(2 * N))
     assert np.isfinite(rows).all()
     assert rows[: 2 * N, :2].min() >= 0.0
+
+
+@pytest.mark.parametrize("notice", [Notice.NONE, Notice.SLIP, Notice.FORCE_TORQUE, Notice.FLICKER | Notice.SLIP])
+def test_forces_that_are_not_trusted_are_no_loads(notice: Notice):
+    block = SensedLoads()
+    context = block.CreateDefaultContext()
+    block.get_input_port(0).FixValue(context, np.arange(12.0))
+    block.get_input_port(1).FixValue(context, np.array([float(notice), *np.zeros(7)]))
+    found = block.get_output_port().Eval(context)
+    trusted = not notice & (Notice.FORCE_TORQUE | Notice.FLICKER)
+    assert found == pytest.approx([5.0, 11.0] if trusted else [np.nan] * 2, nan_ok=True)
 
 
 STEP = "{kind: stairs, at: 0.6, rise: -0.02, tread: 3.0, count: 1, known: false}"

@@ -33,8 +33,8 @@ WALKING = (
     "atlas_minimal_contact", "valkyrie_D", "XBot-L", "T1_locomotion", "icub_reduced",
 )  # fmt: skip
 REFUSED = {
-    "solo12": "legs|feet|limbs", "bolt": "six revolute joints", "cassie": "joint", "cassie_v2": "form loops",
-    "h1": "has 5: ", "nao": "'RHipYawPitch' of a leg follows 'LHipYawPitch'",
+    "solo12": "legs|feet|limbs", "bolt": "six revolute joints|no foot geometry", "cassie": "joint",
+    "cassie_v2": "form loops", "h1": "has 5: ", "nao": "'RHipYawPitch' of a leg follows 'LHipYawPitch'",
 }  # fmt: skip
 
 

@@ -110,10 +110,10 @@ def in_all_unknowns(body: Body, moving: Moving) -> np.ndarray:
     prog.AddBoundingBoxConstraint(-effort, effort, tau)
     fx, fy, fz, mx, my, mz = wrench
     length, width = biped.soles["left"].half_size
-    along = body.friction / np.sqrt(2.0)
-    for value, most in (
-        (fx, along), (fy, along), (my, length), (mx, width), (mz, body.friction * body.grip.radius)
-    ):  # fmt: skip
+    for i in range(8):
+        way = i * np.pi / 4.0
+        prog.AddLinearConstraint(np.cos(way) * fx + np.sin(way) * fy <= body.friction * fz)
+    for value, most in ((my, length), (mx, width), (mz, body.friction * body.grip.radius)):
         prog.AddLinearConstraint(value <= most * fz)
         prog.AddLinearConstraint(value >= -most * fz)
     prog.AddLinearConstraint(fz >= 0.0)
@@ -125,7 +125,7 @@ def in_all_unknowns(body: Body, moving: Moving) -> np.ndarray:
     return result.GetSolution(vdot)
 
 
-@pytest.mark.parametrize(("joint", "friction"), [(3, 0.8), (1, 0.8), (None, 0.1)])
+@pytest.mark.parametrize(("joint", "friction"), [(3, 0.8), (1, 0.8), (None, 0.08)])
 def test_drake_finds_the_same_motion_in_all_unknowns(log: RunLog, joint: int | None, friction: float) -> None:
     effort = np.full(12, 1e3)
     if joint is not None:
@@ -134,7 +134,12 @@ def test_drake_finds_the_same_motion_in_all_unknowns(log: RunLog, joint: int | N
     keep, changed = body.layer(kind="auto"), 0
     for moving in body.ticks(log):
         kept = keep(moving, NOWHERE)
-        if kept.reason != Reason.KEPT or 0.0 < moving.share < 1.0 or np.abs(kept.given[[2, 3, 4]]).max() > 25.0:
+        if (
+            kept.reason != Reason.KEPT
+            or 0.0 < moving.share < 1.0
+            or abs(kept.given[2]) > 1.9
+            or np.abs(kept.given[[3, 4]]).max() > 25.0
+        ):
             continue
         changed += 1
         expected = in_all_unknowns(body, moving)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
+from pdhocbf_drake.simulation.scenario_file import load_written, scenario_names
 from pdhocbf_drake.terminal import table
 
 
@@ -14,5 +14,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Prints each scenario with its description."""
-    print(table([(name, load_scenario(name).description) for name in scenario_names()]))
+    print(table([(name, load_written(name).scenario.description) for name in scenario_names()]))
     return 0

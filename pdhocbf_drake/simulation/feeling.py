@@ -30,7 +30,7 @@ def add_loads(wiring: Wiring, plant: MultibodyPlant, biped: Biped, sensed: bool)
     wiring.builder.Connect(plant.get_contact_results_output_port(), loads.get_input_port())
     wiring.log("foot_load")
     if sensed:
-        wiring.connect(wiring.add("sensed_loads", SensedLoads()), "force_torque")
+        wiring.connect(wiring.add("sensed_loads", SensedLoads()), "force_torque", "estimator_status")
         wiring.offer("foot_load", wiring.port("foot_load_estimate"), measured=True)
 
 

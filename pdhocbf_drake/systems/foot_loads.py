@@ -7,12 +7,15 @@ from pydrake.common.value import AbstractValue
 from pydrake.multibody.plant import ContactResults, MultibodyPlant
 from pydrake.systems.framework import BasicVector, Context
 
+from pdhocbf_drake.estimation.sample import Notice
 from pdhocbf_drake.robot import SIDES, Biped
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.signals import places, size
 
 _WORLD = 0  # index of the body that the ground is
 _FORCES = places("force_torque", "left_fz", "right_fz")
+(_NOTICE,) = places("estimator_status", "notice")
+_WRONG = int(Notice.FORCE_TORQUE | Notice.FLICKER)
 
 
 class FootLoads(Block):
@@ -48,16 +51,21 @@ class FootLoads(Block):
 class SensedLoads(Block):
     """The forces above the soles, across them: on a tilted sole a little less than the vertical ones.
 
+    Where the estimator finds a force sensor wrong, NaN: what is not trusted is not felt.
+
     Input ports:
-        force_torque (12): as in `systems.signals`.
+        force_torque (12), estimator_status (8): as in `systems.signals`.
     Output ports:
         foot_load_estimate (2): likewise.
     """
 
     def __init__(self) -> None:
         super().__init__()
-        self._forces = self.DeclareVectorInputPort("force_torque", size("force_torque"))
+        names = "force_torque", "estimator_status"
+        self._forces, self._status = (self.DeclareVectorInputPort(name, size(name)) for name in names)
         self.DeclareVectorOutputPort("foot_load_estimate", size("foot_load_estimate"), weakly(self._calc))
 
     def _calc(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(self._forces.Eval(context)[_FORCES])
+        loads = self._forces.Eval(context)[_FORCES]
+        wrong = round(self._status.Eval(context)[_NOTICE]) & _WRONG
+        output.SetFromVector(np.full(len(loads), np.nan) if wrong else loads)

@@ -13,9 +13,9 @@ from pdhocbf_drake.jit import compiled
 
 Limits: TypeAlias = tuple[Any, ...]
 """Torques that the plan may use (12,), most by which one may change in a tick, places of the joints in q and v,
-coefficients, lower, upper and speed of `write_interval`, and of the soles' limits the rows (2, 11, 6), low and high."""
+coefficients, lower, upper and speed of `write_interval`, and of the soles' limits the rows (2, 15, 6), low and high."""
 
-JOINTS, PER_SOLE, WRENCH = 12, 11, 6
+JOINTS, PER_SOLE, WRENCH = 12, 15, 6
 AWAY, PLACE, RATE, LAST, ERROR, TABLE = 0, 1, 19, 37, 49, 61
 """Where parts of the memory's vector begin, see `BodyMemory`."""
 PERSISTS = 0.5  # share of the last error that the next tick is predicted to have

@@ -26,7 +26,9 @@ EXCEEDED = 1e-9
 """Share of a limit by which a motion may exceed it."""
 
 _USABLE = 0.95  # share of a joint's torque for the plan; the rest is for tracking
+_FAST = 0.98  # share of a joint's speed likewise; the rest is for the angles' way between two ticks
 _FAR, _TURNED = 0.05, 0.3  # largest deviation, over the CoM's height, and of the torso's turn [rad]
+_LIFT = 2.0  # [m/s²]: by which height gives way at most, since what is pressed now is missing later
 _DEARER = 100.0  # price of the tasks that give way last, over that of the CoM's height
 _OF_LOAD = 1e-2  # price of another share of the load, of the squared share of the weight [m²/s⁴]
 _FIRM = 1e-6  # price of squared joint accelerations where they are decisions [m²/rad²]
@@ -91,7 +93,7 @@ class WholeBody:
         self._usable, self._joints = _USABLE * biped.effort_limits, biped.v_index
         self._change = np.inf if config.torque_rate is None else config.torque_rate * tick
         lower, upper = np.ascontiguousarray(biped.position_limits.T)
-        self.barriers = JointBarriers.of(lower, upper, biped.velocity_limits, config.joint_gamma, tick)
+        self.barriers = JointBarriers.of(lower, upper, _FAST * biped.velocity_limits, config.joint_gamma, tick)
         self.step = tick * biped.velocity_limits
         room = np.full(TASKS, _FAR * biped.config.com_height)
         room[TORSO_TURN] = _TURNED
@@ -195,7 +197,10 @@ class WholeBody:
         """Least and largest accelerations of the tasks beside their return (18,), which keep them near."""
         low, high = self._room.interval(deviation.place, deviation.rate)
         returning = deviation.returning(self._tick)
-        return np.minimum(low - returning, 0.0), np.maximum(high - returning, 0.0)
+        low, high = np.minimum(low - returning, 0.0), np.maximum(high - returning, 0.0)
+        height = COM.start + 2
+        low[height], high[height] = max(low[height], -_LIFT), min(high[height], _LIFT)
+        return low, high
 
     def _bounded(self, hessian: np.ndarray, low: np.ndarray, high: np.ndarray, change: Columns) -> Bounded:
         """The decisions of these columns, the first of which have this cost and these bounds."""

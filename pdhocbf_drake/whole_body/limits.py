@@ -12,7 +12,8 @@ from pdhocbf_drake.robot.config import SIDES
 from pdhocbf_drake.whole_body.kernels import PER_SOLE
 from pdhocbf_drake.whole_body.reason import Reason
 
-_LOAD, _ALONG, _CENTRE, _TWIST = slice(0, 1), slice(1, 5), slice(5, 9), slice(9, 11)
+_SIDES = 8  # of the polygon around the circle of friction
+_LOAD, _ALONG, _CENTRE, _TWIST = slice(0, 1), slice(1, 9), slice(9, 13), slice(13, 15)
 
 OF_ROWS = np.empty(PER_SOLE, dtype=np.int64)
 """The `Reason` of each row of a sole."""
@@ -25,12 +26,14 @@ for _rows, _reason in (
 class SoleLimits(NamedTuple):
     """low ≤ rows · [force; moment] ≤ high of each sole, in its axes and about its centre, over the robot's weight:
 
-        f_z ≥ 0,   |f_x|, |f_y| ≤ μ/√2 f_z,   |m_y| ≤ l f_z,   |m_x| ≤ w f_z,   |m_z| ≤ r f_z,
+        f_z ≥ 0,   cos φ_i f_x + sin φ_i f_y ≤ μ f_z,   |m_y| ≤ l f_z,   |m_x| ≤ w f_z,   |m_z| ≤ μ r f_z,
 
-    with half length l and half width w, over which the moments are taken, and the twist r, see `robot.grip`.
+    with eight directions φ_i, half length l and half width w, and the arm r of friction about the vertical, see
+    `robot.grip`. Moments are taken over these lengths. The octagon lies around the circle of friction: the force along
+    the ground is that of the CoM in x and y, which the plan decides, and height is too weak a lever for it.
 
     Attributes:
-        rows: (2, 11, 6). low, high: (11,).
+        rows: (2, 15, 6). low, high: (15,).
     """
 
     rows: np.ndarray
@@ -40,18 +43,21 @@ class SoleLimits(NamedTuple):
     @classmethod
     def of(cls, biped: Biped, friction: float, radius: float) -> SoleLimits:
         """Those of a robot's soles for a friction [1] and the arm of the friction about the vertical [m]."""
-        rows, inside = np.zeros((2, PER_SOLE, 6)), friction / math.sqrt(2.0)
+        rows = np.zeros((2, PER_SOLE, 6))
         low, high = np.full(PER_SOLE, -np.inf), np.zeros(PER_SOLE)
         low[_LOAD], high[_LOAD] = 0.0, np.inf
-        for part in (_ALONG, _CENTRE, _TWIST):
+        for part in (_CENTRE, _TWIST):
             low[part.start + 1 : part.stop : 2], high[part.start + 1 : part.stop : 2] = 0.0, np.inf
+        ways = 2.0 * math.pi / _SIDES * np.arange(_SIDES)
         for sole, side in enumerate(SIDES):
             half_length, half_width = biped.soles[side].half_size
             rows[sole, 0, 2] = 1.0
-            for row, column, arm, of_load in (
-                (1, 0, 1.0, inside), (3, 1, 1.0, inside), (5, 4, half_length, 1.0), (7, 3, half_width, 1.0),
-                (9, 5, radius, friction),
+            rows[sole, _ALONG, :2] = np.column_stack([np.cos(ways), np.sin(ways)])
+            rows[sole, _ALONG, 2] = -friction
+            for first, column, arm, of_load in (
+                (_CENTRE.start, 4, half_length, 1.0), (_CENTRE.start + 2, 3, half_width, 1.0),
+                (_TWIST.start, 5, radius, friction),
             ):  # fmt: skip
-                rows[sole, row : row + 2, column] = 1.0 / arm
-                rows[sole, row : row + 2, 2] = -of_load, of_load
+                rows[sole, first : first + 2, column] = 1.0 / arm
+                rows[sole, first : first + 2, 2] = -of_load, of_load
         return cls(rows / biped.weight, low, high)

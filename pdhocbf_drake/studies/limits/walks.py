@@ -23,6 +23,7 @@ from pdhocbf_drake.studies.shared.checks import Check, Outcome, least, most
 from pdhocbf_drake.yaml_text import merge
 
 _AT_LIMIT = 1.0 - 1e-9  # share of a torque's limit from which on it counts as reached
+_WHOLE = 100.0 * (1.0 + 1e-9)  # [%]
 CLOSED = ", closed form"
 
 
@@ -78,9 +79,9 @@ def _checks(name: str, walk: Walk, scenario: Scenario, biped: Biped, log: RunLog
     found = [
         most(name, "falls", float(fell), limit(0.0)),
         least(name, "speed", speed, (row.fastest or 0.0) if judged else -math.inf, "%"),
-        most(name, "planned torque of its limit", 100.0 * (planned / biped.effort_limits).max(), limit(100.0), "%"),
+        most(name, "planned torque of its limit", 100.0 * (planned / biped.effort_limits).max(), limit(_WHOLE), "%"),
         most(name, "samples at a torque's limit", 100.0 * reached.mean(), limit(0.5), "%"),
-        most(name, "planned speed of its limit", 100.0 * (rates / biped.velocity_limits).max(), limit(100.0), "%"),
+        most(name, "planned speed of its limit", 100.0 * (rates / biped.velocity_limits).max(), limit(_WHOLE), "%"),
         most(name, "measured speed of its limit", 100.0 * (joints / biped.velocity_limits).max(), limit(105.0), "%"),
     ]
     metrics = metrics_of(Run.of(scenario, log, 0.0))
