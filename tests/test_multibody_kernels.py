@@ -147,6 +147,15 @@ def write_forces(random: np.random.Generator) -> tuple[Values, Values]:
     return (forces,), (robot.drake.forces(robot.vdot),)
 
 
+def write_inertial_forces(random: np.random.Generator) -> tuple[Values, Values]:
+    robot, forces, rest = Robot(random), np.empty((3, 18)), np.zeros(18)
+    accelerations = random.normal(size=(3, 18))
+    kernels.write_inertial_forces(accelerations, rest, robot.links, robot.numbers, robot.work, forces)
+    robot.drake.set_state(robot.q, rest)
+    still = robot.drake.forces(rest).copy()
+    return (forces,), (np.array([robot.drake.forces(row) - still for row in accelerations]),)
+
+
 def write_com_velocity(random: np.random.Generator) -> tuple[Values, Values]:
     robot, velocity = Robot(random), np.empty(3)
     kernels.write_com_velocity(robot.v, robot.links, robot.numbers, robot.work, velocity)
@@ -313,7 +322,7 @@ def follow(random: np.random.Generator) -> tuple[Values, Values]:
 
 CASES = by_name(
     vector, store, store_column, plus, times, cross, turned, turned_back, times_inertia, axis, place, write_poses,
-    write_jacobian, accelerate, write_bias, write_forces, write_com_velocity, write_poses_and_velocity, move,
+    write_jacobian, accelerate, write_bias, write_forces, write_inertial_forces, write_com_velocity, write_poses_and_velocity, move,
     factorize, substitute, within_limits, limit, largest, write_error, write_product, weigh, clip_joints, descend,
     approach, follow,
 )  # fmt: skip
