@@ -322,7 +322,8 @@ def follow(random: np.random.Generator) -> tuple[Values, Values]:
 
 CASES = by_name(
     vector, store, store_column, plus, times, cross, turned, turned_back, times_inertia, axis, place, write_poses,
-    write_jacobian, accelerate, write_bias, write_forces, write_inertial_forces, write_com_velocity, write_poses_and_velocity, move,
+    write_jacobian, accelerate, write_bias, write_forces, write_inertial_forces, write_com_velocity,
+    write_poses_and_velocity, move,
     factorize, substitute, within_limits, limit, largest, write_error, write_product, weigh, clip_joints, descend,
     approach, follow,
 )  # fmt: skip
