@@ -20,7 +20,8 @@ def compiled(function: F) -> F:
 
     Compiled functions (kernels) check no index: shapes are checked by their callers. Each room has its kernels in
     `kernels.py`, those of a large part in `PART_kernels.py`, and a kernel calls only those of its own file, because
-    numba recompiles it only when that file changes. A test compares each of them with a few lines of numpy. Division by zero is inf or NaN, as in numpy.
+    numba recompiles it only when that file changes. A test compares each of them with a few lines of numpy, or holds
+    what it is for. Division by zero is inf or NaN, as in numpy.
 
     With NUMBA_DISABLE_JIT=1 in the environment it is the function itself, for debuggers and for counting covered lines.
     """
