@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.robot.biped import Biped
-from pdhocbf_drake.robot.config import Side
+from pdhocbf_drake.robot.config import SIDES, Side
 from pdhocbf_drake.robot.feedforward import Feedforward
 from pdhocbf_drake.robot.grip import Grip
-from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT, TORSO_TURN
+from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN, TURNS
 from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.whole_body.columns import Columns, along_tasks, columns
 from pdhocbf_drake.whole_body.config import WholeBodyConfig
@@ -27,7 +27,7 @@ EXCEEDED = 1e-9
 
 _USABLE = 0.95  # share of a joint's torque for the plan; the rest is for tracking
 _FAST = 0.98  # share of a joint's speed likewise; the rest is for the angles' way between two ticks
-_FAR, _TURNED = 0.05, 0.3  # largest deviation, over the CoM's height, and of the torso's turn [rad]
+_FAR, _TURNED = 0.05, 0.3  # largest deviation, over the CoM's height, and of a turn [rad]
 _LIFT = 2.0  # [m/s²]: by which height gives way at most, since what is pressed now is missing later
 _DEARER = 100.0  # price of the tasks that give way last, over that of the CoM's height
 _OF_LOAD = 1e-2  # price of another share of the load, of the squared share of the weight [m²/s⁴]
@@ -39,7 +39,7 @@ class Moving(NamedTuple):
 
     Attributes:
         q, v, vdot: (19,), (18,), (18,). torque: that of inverse dynamics.
-        share: of the load, on the left sole. swing: a foot in the air that may give way.
+        share: of the load, on the left sole. swing: a foot in the air, or about to leave the ground, that may give way.
         memory: the layer's vector, see `BodyMemory`. tick: of the gait, whose entry of the memory holds.
     """
 
@@ -96,7 +96,7 @@ class WholeBody:
         self.barriers = JointBarriers.of(lower, upper, _FAST * biped.velocity_limits, config.joint_gamma, tick)
         self.step = tick * biped.velocity_limits
         room = np.full(TASKS, _FAR * biped.config.com_height)
-        room[TORSO_TURN] = _TURNED
+        room[np.r_[TURNS]] = _TURNED
         self._room = JointBarriers.of(-room, room, np.full(TASKS, np.inf), config.joint_gamma, tick)
         self._soles = soles = SoleLimits.of(biped, grip.friction, grip.radius)
         self._limits = (
@@ -105,7 +105,8 @@ class WholeBody:
         self._price = np.full(TASKS, _DEARER * config.height)
         self._price[COM.start + 2] = config.height
         self._price[TORSO_TURN] = config.torso, config.torso, config.torso_yaw
-        self._of_swing = config.swing
+        halves = [biped.soles[side].half_size for side in SIDES]
+        self._of_swing, self._of_turn = config.swing, [config.swing * float(half @ half) for half in halves]
         self._own = np.r_[COM.start + 2, TORSO_TURN]
         joints = np.repeat([Reason.TORQUE, 0], JOINTS)
         self._kinds = np.concatenate([joints, OF_ROWS, OF_ROWS])
@@ -136,9 +137,12 @@ class WholeBody:
     def _free(self, moving: Moving) -> tuple[np.ndarray, np.ndarray]:
         """The tasks that give way, and the prices of all (18,)."""
         tasks, price = self._own, self._price.copy()
-        for side, part, loaded in (("left", LEFT, moving.share > 0.0), ("right", RIGHT, moving.share < 1.0)):
-            if side == moving.swing and not loaded:
-                tasks, price[part] = np.r_[tasks, part], self._of_swing
+        places, loads = ((LEFT, LEFT_TURN), (RIGHT, RIGHT_TURN)), (moving.share, 1.0 - moving.share)
+        for side, (place, turn), load, own in zip(SIDES, places, loads, self._of_turn, strict=True):
+            if side == moving.swing:
+                tasks, price[turn] = np.r_[tasks, turn], own
+                if not load:
+                    tasks, price[place] = np.r_[tasks, place], self._of_swing
         return tasks, price
 
     def _of_joints(self, moving: Moving, use: Use, price: np.ndarray) -> Kept:
