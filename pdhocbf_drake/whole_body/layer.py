@@ -31,6 +31,7 @@ _FAR, _TURNED = 0.05, 0.3  # largest deviation, over the CoM's height, and of a 
 _LIFT = 2.0  # [m/s²]: by which height gives way at most, since what is pressed now is missing later
 _DEARER = 100.0  # price of the tasks that give way last, over that of the CoM's height
 _OF_LOAD = 1e-2  # price of another share of the load, of the squared share of the weight [m²/s⁴]
+_OF_LEG = JOINTS // 2
 _FIRM = 1e-6  # price of squared joint accelerations where they are decisions [m²/rad²]
 
 
@@ -117,7 +118,7 @@ class WholeBody:
         use = self._use(moving)
         if use.worst <= EXCEEDED and not self._always:
             return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), Reason.INSIDE)
-        tasks, price = self._free(moving)
+        tasks, price = self._free(moving, use)
         directions = along_tasks(self._task, tasks)
         if directions is not None:
             change = columns(self._biped, self._task, moving.q, directions, moving.share)
@@ -134,15 +135,18 @@ class WholeBody:
         """The closed form where inverse kinematics misses its target, its torques within their limits."""
         return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), Reason.UNREACHED)
 
-    def _free(self, moving: Moving) -> tuple[np.ndarray, np.ndarray]:
-        """The tasks that give way, and the prices of all (18,)."""
+    def _free(self, moving: Moving, use: Use) -> tuple[np.ndarray, np.ndarray]:
+        """The tasks that give way, and the prices of all (18,); a foot turns where a joint of its leg is at a limit."""
         tasks, price = self._own, self._price.copy()
         places, loads = ((LEFT, LEFT_TURN), (RIGHT, RIGHT_TURN)), (moving.share, 1.0 - moving.share)
-        for side, (place, turn), load, own in zip(SIDES, places, loads, self._of_turn, strict=True):
-            if side == moving.swing:
-                tasks, price[turn] = np.r_[tasks, turn], own
-                if not load:
-                    tasks, price[place] = np.r_[tasks, place], self._of_swing
+        for leg, (side, (place, turn), load) in enumerate(zip(SIDES, places, loads, strict=True)):
+            if side != moving.swing:
+                continue
+            own = slice(JOINTS + _OF_LEG * leg, JOINTS + _OF_LEG * (leg + 1))
+            if max(use.use[own] - use.high[own]) > EXCEEDED or max(use.low[own] - use.use[own]) > EXCEEDED:
+                tasks, price[turn] = np.r_[tasks, turn], self._of_turn[leg]
+            if not load:
+                tasks, price[place] = np.r_[tasks, place], self._of_swing
         return tasks, price
 
     def _of_joints(self, moving: Moving, use: Use, price: np.ndarray) -> Kept:
