@@ -13,8 +13,9 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.limits.rows import ALL, BARRIERS
-from pdhocbf_drake.studies.limits.study import in_order, plan
+from pdhocbf_drake.studies.limits.command import STUDY
+from pdhocbf_drake.studies.limits.rows import BARRIERS
+from pdhocbf_drake.studies.limits.table import TABLE, in_order
 from pdhocbf_drake.studies.limits.weak import write_weak
 from pdhocbf_drake.studies.shared.checks import most
 
@@ -55,24 +56,10 @@ def test_what_can_not_be_kept_is_refused_with_its_key(data: dict, message: str) 
         Scenario.from_dict(data, "walk")
 
 
-@pytest.mark.parametrize(
-    ("name", "rows", "message"),
-    [
-        ("vhip", None, "scenario 'vhip': a walk of a robot without an end is needed"),
-        ("walking", ["ice"], "rows: some of the walk itself, hip_yaw torque 80 %"),
-        ("walking", [], "rows: some of"),
-    ],
-)
-def test_what_can_not_be_studied_is_refused(name: str, rows: list[str] | None, message: str) -> None:
-    with pytest.raises(InputError) as error:
-        plan(load_scenario(name), rows)
-    assert str(error.value).startswith(message)
-
-
 def test_a_walk_is_planned_with_the_program_and_without(tmp_path: Path) -> None:
-    work = plan(load_scenario("walking"))
-    assert [piece.row for piece in work if getattr(piece, "kind", "auto") == "auto"] == list(ALL)
-    assert {piece.row for piece in work if getattr(piece, "kind", "auto") == "closed_form"} < set(ALL)
+    work = STUDY.plan(load_scenario("walking"))
+    assert [piece.row for piece in work if getattr(piece, "kind", "auto") == "auto"] == list(TABLE.kinds)
+    assert {piece.row for piece in work if getattr(piece, "kind", "auto") == "closed_form"} < set(TABLE.kinds)
     rows = ["joint barriers", "knee_pitch torque 80 %, closed form", "knee_pitch torque 80 %"]
     assert [check.row for check in in_order(most(row, "falls", 0.0, 0.0) for row in rows)] == rows[::-1]
 

@@ -146,9 +146,6 @@ def _check_push(where: str, push: Push, scenario: Scenario) -> None:
         _refuse(f"{where}.phase", f"must be below the {gait.ticks_per_gait} ticks of a gait", push.phase)
     if push.time is not None and push.phase:
         _refuse(f"{where}.phase", "belongs to a push at a step, not to one at a time", push.phase)
-    start = push.start(gait)
-    if start >= scenario.duration:
-        _refuse(where, f"must start before the run ends at {scenario.duration:g} s", f"a start at {start:g} s")
 
 
 def _check_plant(scenario: Scenario) -> None:

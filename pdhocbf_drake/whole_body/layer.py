@@ -117,7 +117,8 @@ class WholeBody:
         """The motion within the limits; nothing here raises."""
         use = self._use(moving)
         if use.worst <= EXCEEDED and not self._always:
-            return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), Reason.INSIDE)
+            reason, miss = (Reason.COP, use.outside) if use.outside > EXCEEDED else (Reason.INSIDE, 0.0)
+            return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), reason, miss)
         tasks, price = self._free(moving, use)
         directions = along_tasks(self._task, tasks)
         if directions is not None:
@@ -162,7 +163,7 @@ class WholeBody:
         ordered = jacobian[:, order]
         hessian = ordered.T @ (price[:, None] * ordered) + _FIRM * np.eye(TASKS)
         bounded, soft = self._bounded(hessian, low, high, change), use.kinds > 0
-        others = Use(use.use[soft], use.low[soft], use.high[soft], use.kinds[soft], use.worst)
+        others = Use(use.use[soft], use.low[soft], use.high[soft], use.kinds[soft], use.worst, use.outside)
         found = self.solve(soft_program(others, self._rows(change, moving.share)[soft], bounded))
         if found is None:
             return self._clipped(moving, use)
@@ -184,11 +185,11 @@ class WholeBody:
     def _use(self, moving: Moving) -> Use:
         """What the motion uses of all limits."""
         use, low, high = self._into
-        count, worst = write_use(
+        count, worst, outside = write_use(
             *moving.torque, moving.q, moving.v, moving.vdot, moving.memory, moving.tick, self._task.poses(),
             moving.share, self._limits, use, low, high,
         )  # fmt: skip
-        return Use(use[:count], low[:count], high[:count], self._kinds[:count], worst)
+        return Use(use[:count], low[:count], high[:count], self._kinds[:count], worst, outside)
 
     def _rows(self, change: Columns, share: float) -> np.ndarray:
         """How the use changes with the decisions (m, n)."""
@@ -229,6 +230,8 @@ class WholeBody:
         reason = Reason.INSIDE if use.worst <= EXCEEDED else Reason.KEPT
         if miss > EXCEEDED:
             reason = SOFTENED[int(slack.argmax())]
+        elif use.outside > EXCEEDED:
+            reason, miss = Reason.COP, use.outside
         vdot = moving.vdot + change.vdot @ decisions
         return Kept(vdot, self._within(torque, moving.last), given, reason, miss)
 
