@@ -21,7 +21,8 @@ from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_t
 from pdhocbf_drake.analysis.ground_use import friction_used, yaw_moment_used
 from pdhocbf_drake.analysis.heading import along, along_heading, commanded_path, settled_errors, zmp_seen
 from pdhocbf_drake.analysis.heights import commanded_com_height
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics, WholeBodyMetrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, Metrics, MpcMetrics, WholeBodyMetrics
+from pdhocbf_drake.analysis.plan_limits import at_plan_limits
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
 from pdhocbf_drake.errors import InputError
@@ -86,6 +87,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         mpc=_mpc_metrics(scenario, log),
         estimator=None if body is None else estimator_metrics(log, body, scenario.gait.ticks_per_gait),
         whole_body=_whole_body_metrics(log),
+        plan_limits=_plan_limits(scenario, log) if body else None,
     )
 
 
@@ -261,7 +263,7 @@ def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
     if "barrier_active" not in log:  # an older log
         return {}
     acted = log["barrier_active"][1:, column] > 0.0  # a row holds what was planned at the row before
-    found = {"active_ticks": int(acted.sum()), "active_first": float(log.time[:-1][acted][0]) if acted.any() else None}
+    found = _when(log.time[:-1], acted)
     if "lip_state" not in log or not acted.any():
         return found
     gait, step = scenario.gait, log.element("gait_phase", "step")[:-1]
@@ -275,6 +277,16 @@ def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
     commanded = abs(gait.stride) / (gait.ticks_per_step * gait.tick)
     forward = np.copysign(1.0, gait.stride) * log.element("lip_state", "vx")[:-1][rows]
     return {**found, "active_slower": _statistic(lambda speeds: commanded - np.mean(speeds), forward)}
+
+
+def _when(time: Array, active: NDArray[np.bool_]) -> dict[str, Any]:
+    """At how many ticks something was active, and when first [s]."""
+    return {"active_ticks": int(active.sum()), "active_first": float(time[active][0]) if active.any() else None}
+
+
+def _plan_limits(scenario: Scenario, log: RunLog) -> dict[str, BoundMetrics] | None:
+    at = at_plan_limits(scenario, log)
+    return {name: BoundMetrics(**_when(log.time, active)) for name, active in at.items()} or None
 
 
 def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:
