@@ -14,7 +14,7 @@ from pdhocbf_drake.analysis.barrier_margins import (
     psi_along_log,
     violated,
 )
-from pdhocbf_drake.analysis.finite import finite, statistic
+from pdhocbf_drake.analysis.finite import active, finite, statistic
 from pdhocbf_drake.analysis.heading import along_heading
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics
 from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
@@ -65,7 +65,7 @@ def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
     if "barrier_active" not in log:  # an older log
         return {}
     acted = log["barrier_active"][1:, column] > 0.0  # a row holds what was planned at the row before
-    found = {"active_ticks": int(acted.sum()), "active_first": float(log.time[:-1][acted][0]) if acted.any() else None}
+    found = active(log.time[:-1], acted)
     if "lip_state" not in log or not acted.any():
         return found
     gait, step = scenario.gait, log.element("gait_phase", "step")[:-1]

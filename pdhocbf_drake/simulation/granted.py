@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -56,15 +57,24 @@ def longest_granted(asked: Asked, stride: float) -> float | None:
     return round(low * stride, 4)
 
 
+def largest_torque(asked: Asked, stride: float) -> tuple[float, str]:
+    """The largest share of a joint's torque in the steady walk straight ahead at a stride [m], and that in words.
+
+    Infinite where it can't be walked.
+    """
+    motion = _steady(asked, stride)
+    if isinstance(motion, str):
+        return math.inf, motion
+    peaks, limits = np.abs(motion.torques).max(axis=0), asked.biped.effort_limits
+    joint = int((peaks / limits).argmax())
+    return float(peaks[joint] / limits[joint]), _needs(asked.biped, joint, peaks, limits, "N m")
+
+
 def exceeded(asked: Asked, stride: float) -> Excess:
     """What a steady walk straight ahead at a stride [m] asks of a joint, or of the ground, beyond its limit."""
-    biped, scenario = asked.biped, asked.scenario
-    try:
-        motion = steady_motion(biped, nominal_mpc(scenario, stride, asked.programs))
-    except PdhocbfError as error:
-        return Excess(_of_ankles(biped, scenario) or str(error))
-    if isinstance(motion, OutOfReach):
-        return Excess(motion.reason)
+    biped, scenario, motion = asked.biped, asked.scenario, _steady(asked, stride)
+    if isinstance(motion, str):
+        return Excess(motion)
     share = 1.0 if scenario.whole_body.kind == "closed_form" else _GIVES_WAY
     for values, limits, unit in (
         (motion.torques, biped.effort_limits, "N m"),
@@ -73,14 +83,28 @@ def exceeded(asked: Asked, stride: float) -> Excess:
         peaks = np.abs(values).max(axis=0)
         joint = int((peaks / limits).argmax())
         if share * peaks[joint] > limits[joint]:
-            missing = peaks[joint] - limits[joint]
-            return Excess(
-                f"{biped.joint_names[joint]} needs {peaks[joint]:.3g} {unit} and has {limits[joint]:.3g} {unit}, "
-                f"{missing:.2g} {unit} are missing"
-            )
+            return Excess(_needs(biped, joint, peaks, limits, unit))
     # In a turn the ground also gives the centripetal force.
     duration = scenario.gait.ticks_per_step * scenario.gait.tick
     return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)._replace(motion=motion)
+
+
+def _steady(asked: Asked, stride: float) -> SteadyMotion | str:
+    """The steady motion straight ahead, or why there is none."""
+    biped, scenario = asked.biped, asked.scenario
+    try:
+        motion = steady_motion(biped, nominal_mpc(scenario, stride, asked.programs))
+    except PdhocbfError as error:
+        return _of_ankles(biped, scenario) or str(error)
+    return motion.reason if isinstance(motion, OutOfReach) else motion
+
+
+def _needs(biped: Biped, joint: int, peaks: np.ndarray, limits: np.ndarray, unit: str) -> str:
+    need, has = peaks[joint], limits[joint]
+    return (
+        f"{biped.joint_names[joint]} needs {need:.3g} {unit} and has {has:.3g} {unit}, "
+        f"{need - has:.2g} {unit} are missing"
+    )
 
 
 def grip_of(biped: Biped, scenario: Scenario) -> Grip:
