@@ -13,7 +13,7 @@ from pdhocbf_drake.importing.mesh_axes import Y_UP, named_turn, to_z_up
 
 MISSING: Final = (
     "meshes are converted with the packages 'trimesh', 'fast-simplification' and 'pycollada'; "
-    "install them with pip install 'pdhocbf-drake[import]'"
+    "install them with pip install '.[import]' in this package's repository"
 )
 FOLDER: Final = "meshes"
 _MOST_FACES = 60_000  # of all visual meshes together: 3 to 5 MB in a replay
