@@ -21,7 +21,9 @@ class BarrierMetrics(_Table):
     active_ticks: int | None = Field(None, description="ticks, at any time, whose plan a row of it changed")
     active_first: float | None = Field(None, description="time of the first such tick [s]")
     active_slower: float | None = Field(
-        None, description="commanded speed of the walk less its mean speed, over the whole steps with such ticks [m/s]"
+        None,
+        description="commanded speed of the walk less its mean speed, over the whole steps with such ticks, from the "
+        "fifth step after the start and after a change of the command on [m/s]",
     )
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
     relative_degree: int = Field(description="declared relative degree, in ticks")
