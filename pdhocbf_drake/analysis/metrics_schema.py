@@ -30,6 +30,14 @@ class BarrierMetrics(_Table):
     unit: str = Field(description="unit of h")
 
 
+class GrantedCommand(_Table):
+    """A command that was granted in part, ahead and aside [m/s] and as a turn rate [rad/s]."""
+
+    time: float = Field(description="when it was taken up [s]")
+    asked: tuple[float, float, float] = Field(description="what was asked for")
+    granted: tuple[float, float, float] = Field(description="what was granted of it")
+
+
 class MpcMetrics(_Table):
     """The solves of the controller; on the oscillator, of its barrier filter."""
 
@@ -115,6 +123,9 @@ class Metrics(_Table):
         "from four steps after a change of the command on",
     )
     commands_limited: int | None = Field(None, description="commands that were granted in part")
+    commands_granted: tuple[GrantedCommand, ...] | None = Field(
+        None, description="these, the first twenty: `time` [s], and velocity and turn rate `asked` for and `granted`"
+    )
     stance_width: float | None = Field(
         None, description="mean lateral distance of successive planned footholds, of whole steps from from_time on [m]"
     )
@@ -152,7 +163,7 @@ class Metrics(_Table):
     joint_position_margin_min: float | None = Field(description="least distance of a joint from its stop [rad]")
     joint_speed_margin_min: float | None = Field(description="least distance of a joint's speed from its limit [rad/s]")
     late_ticks: float | None = Field(
-        None, description="share of the ticks of a driven walk that were late in real time"
+        None, description="share of the ticks of a driven walk that were late, where it was to keep real time"
     )
     barriers: dict[str, BarrierMetrics]
     mpc: MpcMetrics | None
