@@ -33,6 +33,8 @@ class PlanLimits(Config):
         step_reach: farthest that a foothold may lie from the stance foot in x and y, for the legs' length and the
             speed of the swinging leg's joints [m].
         stride: longest stride that is granted to a commanded walk; null is as far as the legs reach [m].
+        zmp_middle: how far ahead of the sole's centre and outward of it the middle of the ZMP box lies, for the torques
+            of knees, hips and ankles [m].
     """
 
     zmp_behind: Room
@@ -41,6 +43,14 @@ class PlanLimits(Config):
     zmp_outward: Room
     step_reach: tuple[Length, Length]
     stride: Shift | None = None
+    zmp_middle: tuple[Room, Room] = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _leave_room(self) -> PlanLimits:
+        for low, high in (("zmp_behind", "zmp_ahead"), ("zmp_inward", "zmp_outward")):
+            if (room := getattr(self, low) + getattr(self, high)) <= 0.0:
+                raise ValueError(f"{low} and {high} must be more than 0 m together, or no ZMP is allowed: {room:g} m")
+        return self
 
 
 class RecoveryConfig(Config):

@@ -123,17 +123,22 @@ def passes(
 
 
 @compiled
-def learn(memory: np.ndarray, tick: int, applied: np.ndarray, feedforward: np.ndarray) -> None:
+def learn(memory: np.ndarray, tick: int, applied: np.ndarray, feedforward: np.ndarray, stands: bool) -> None:
     """Writes what the PD added at a tick of the gait, applied less feedforward torques (12,), unless it is not finite.
 
-    The memory's error becomes its difference from what was added one gait before.
+    The memory's error becomes its difference from what was remembered of that tick. Ticks behind it that no gait has
+    shown, those with the same value as it had, are taken to have the new one; in a stand all are.
     """
-    start = TABLE + JOINTS * tick
+    start, ticks = TABLE + JOINTS * tick, (len(memory) - TABLE) // JOINTS
     for i in range(JOINTS):
-        added = applied[i] - feedforward[i]
-        if np.isfinite(added):
-            memory[ERROR + i] = added - memory[start + i]
-            memory[start + i] = added
+        added, before = applied[i] - feedforward[i], memory[start + i]
+        if not np.isfinite(added):
+            continue
+        memory[ERROR + i], memory[start + i] = added - before, added
+        for n in range(0 if stands else tick + 1, ticks):
+            if not stands and memory[TABLE + JOINTS * n + i] != before:
+                break
+            memory[TABLE + JOINTS * n + i] = added
 
 
 @compiled
