@@ -82,7 +82,11 @@ def _json(data: Any) -> str:
 
 
 def test_the_scenario_needs_nothing_more(packaged: Path) -> None:
-    assert yaml.safe_load((packaged / SCENARIO).read_text()) == {"extends": "walking", "robot": ROBOT}
+    assert yaml.safe_load((packaged / SCENARIO).read_text()) == {
+        "name": "biped-walking",
+        "extends": "walking",
+        "robot": ROBOT,
+    }
     assert load_scenario(str(packaged / SCENARIO)).gait.stride == 0.15
 
 

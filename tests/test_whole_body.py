@@ -140,6 +140,7 @@ def test_drake_finds_the_same_motion_in_all_unknowns(log: RunLog, joint: int | N
             or 0.0 < moving.share < 1.0
             or abs(kept.given[2]) > 1.9
             or np.abs(kept.given[[3, 4]]).max() > 25.0
+            or kept.given[[*LEFT_TURN, *RIGHT_TURN]].any()
         ):
             continue
         changed += 1

@@ -1,4 +1,4 @@
-"""Numbers of metrics, which are finite or None."""
+"""Numbers of metrics, which are finite or None, and when something acted."""
 
 from __future__ import annotations
 
@@ -19,3 +19,8 @@ def statistic(function: Callable[[Array], Any], values: Array) -> float | None:
 def finite(value: float | np.floating) -> float | None:
     """The value; None, which JSON writes as null, for NaN or infinity."""
     return float(value) if np.isfinite(value) else None
+
+
+def active(time: Array, acted: NDArray[np.bool_]) -> dict[str, Any]:
+    """At how many ticks something acted, `active_ticks`, and at which time first, `active_first` [s] or None."""
+    return {"active_ticks": int(acted.sum()), "active_first": float(time[acted][0]) if acted.any() else None}

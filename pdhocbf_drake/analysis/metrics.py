@@ -10,12 +10,13 @@ import numpy as np
 from pdhocbf_drake.analysis.barrier_metrics import barrier_metrics
 from pdhocbf_drake.analysis.estimate import estimator_metrics
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
-from pdhocbf_drake.analysis.finite import Array, finite, statistic
+from pdhocbf_drake.analysis.finite import Array, active, finite, statistic
 from pdhocbf_drake.analysis.ground_use import friction_used, yaw_moment_used
 from pdhocbf_drake.analysis.heading import zmp_seen
 from pdhocbf_drake.analysis.heights import commanded_com_height
-from pdhocbf_drake.analysis.metrics_schema import Metrics, MpcMetrics, WholeBodyMetrics
+from pdhocbf_drake.analysis.metrics_schema import BoundMetrics, Metrics, MpcMetrics, WholeBodyMetrics
 from pdhocbf_drake.analysis.path_metrics import path_metrics
+from pdhocbf_drake.analysis.plan_limits import at_plan_limits
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
@@ -73,6 +74,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         mpc=_mpc_metrics(scenario, log),
         estimator=None if body is None else estimator_metrics(log, body, scenario.gait.ticks_per_gait),
         whole_body=_whole_body_metrics(log),
+        plan_limits=_plan_limits(scenario, log) if body else None,
     )
 
 
@@ -112,6 +114,11 @@ def _of_ground(used: Callable[[RunLog, RobotLimits], Array], log: RunLog, body: 
 def _position_margin(log: RunLog, limits: RobotLimits) -> float | None:
     angles, (lowest, highest) = log["joint_state"][:, :12], limits.position.T
     return finite(np.minimum(angles - lowest, highest - angles).min())
+
+
+def _plan_limits(scenario: Scenario, log: RunLog) -> dict[str, BoundMetrics] | None:
+    at = at_plan_limits(scenario, log)
+    return {name: BoundMetrics(**active(log.time, acted)) for name, acted in at.items()} or None
 
 
 def _mpc_metrics(scenario: Scenario, log: RunLog) -> MpcMetrics | None:

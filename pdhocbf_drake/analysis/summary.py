@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, EstimatorMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, EstimatorMetrics, Metrics, MpcMetrics
+
+_ROUNDING = 1e-9
+_NAMED = 3  # of the commands that were granted in part
+_WAYS, _UNITS = ("ahead", "aside", "turning"), ("m/s", "m/s", "rad/s")
+_STRIDE = "the longest step limits velocities"
 
 
 def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
@@ -21,6 +26,8 @@ def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
         rows.append(("joints", _joints(metrics)))
     if metrics.friction_used_max is not None:
         rows.append(("ground", _ground(metrics)))
+    if at := [f"{name}{_when(limit)}" for name, limit in (metrics.plan_limits or {}).items() if limit.active_ticks]:
+        rows.append(("limits of the plan", "; ".join(at)))
     rows += [(f"barrier {name}", _barrier(barrier)) for name, barrier in metrics.barriers.items()]
     if metrics.mpc is not None:
         rows.append(("MPC" if metrics.steps_taken is not None else "filter", _mpc(metrics.mpc)))
@@ -107,7 +114,7 @@ def _action(barrier: BarrierMetrics) -> str:
         return ""
     if barrier.active_first is None:
         return "; it never acted"
-    text = f"; it acted at {count(barrier.active_ticks, 'tick')}, first at {barrier.active_first:.2f} s"
+    text = f"; it acted{_when(barrier)}"
     slower = barrier.active_slower
     if slower is None:
         return text
@@ -115,10 +122,16 @@ def _action(barrier: BarrierMetrics) -> str:
     return f"{text}, in steps that were {of(abs(slower), 'm/s')} {way} than commanded"
 
 
+def _when(acting: BarrierMetrics | BoundMetrics) -> str:
+    return f" at {count(acting.active_ticks or 0, 'tick')}, first at {acting.active_first:.2f} s"
+
+
 def _margin(barrier: BarrierMetrics) -> str:
     if barrier.violations is None:
         return "not judged: the run ended before from_time"
     violations = count(barrier.violations, "violation")
+    if barrier.violations and barrier.psi_min is not None and barrier.psi_min >= -_ROUNDING:
+        violations += " while h goes back to 0 after a change of command, bound or stance foot, as ψ ≥ 0 has it"
     if barrier.h_min is None:
         return f"h is no number at some ticks; {violations}, counting those"
     return (
@@ -134,7 +147,21 @@ def _commands(metrics: Metrics) -> str:
         text += f", settled within {of(ahead, 'm/s')} ahead, {of(aside, 'm/s')} aside"
         text += "" if turn is None else f", {of(turn, 'rad/s')}"
     limited = metrics.commands_limited
-    return f"{text}; {count(limited, 'command')} granted in part" if limited else text
+    return f"{text}; {count(limited, 'command')} granted in part{granted(metrics)}" if limited else text
+
+
+def granted(metrics: Metrics) -> str:
+    """What was granted of the first commands that were granted in part, and why not more."""
+    said, ways = [], set[str]()
+    for command in (metrics.commands_granted or ())[:_NAMED]:
+        parts = []
+        for name, unit, asked, had in zip(_WAYS, _UNITS, command.asked, command.granted, strict=True):
+            if asked != had:
+                parts.append(f"{had:.3g} of {asked:.3g} {unit} {name}")
+                ways.add("soles that would meet, and 0.3 rad a step, limit turns" if name == "turning" else _STRIDE)
+        if parts:
+            said.append(f"at {command.time:.2f} s {', '.join(parts)}")
+    return f" ({'; '.join(said)}: {', '.join(sorted(ways))})" if said else ""
 
 
 def _mpc(mpc: MpcMetrics) -> str:

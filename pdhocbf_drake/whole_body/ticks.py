@@ -19,6 +19,7 @@ from pdhocbf_drake.whole_body.layer import EXCEEDED, Moving, WholeBody
 from pdhocbf_drake.whole_body.memory import BodyMemory
 from pdhocbf_drake.whole_body.reason import Reason
 
+_SUPPORT = 2  # of gait_phase, 0 where both feet stand
 _LANDING = 0.3  # share of a step before its end in which a swing foot comes back and gives way no more
 _LEAVING = 0.5  # share of the load below which a foot that is about to swing may turn
 
@@ -118,7 +119,8 @@ class BodyTicks:
         self, memory: np.ndarray, gait_phase: np.ndarray | None, applied: np.ndarray, feedforward: np.ndarray
     ) -> None:
         """Writes what the PD added at a tick into the memory's vector: applied less feedforward torques (12,) [N m]."""
-        learn(memory, self._tick_of_gait(gait_phase), applied, feedforward)
+        stands = gait_phase is not None and gait_phase[_SUPPORT] == 0.0
+        learn(memory, self._tick_of_gait(gait_phase), applied, feedforward, stands)
 
     def _deviation(self, now: Now) -> Deviation:
         """That of the last tick, but for feet that carry load."""
