@@ -209,7 +209,9 @@ def test_findings_are_printed_with_their_keys(capsys: pytest.CaptureFixture[str]
     assert main(["check", "biped", "--text", "gait: {stride: 0.2}"]) == 0
     out, err = capsys.readouterr()
     assert "note  swing leg" in out
-    assert "(gait.stride, gait.ticks_per_step); up to 0.6 walks well: gait.ticks_per_step " in err
+    assert out.count("(gait.stride, gait.ticks_per_step); up to 0.6 walks well: gait.ticks_per_step ") == 1
+    assert err == ""
+    assert len(set(out.splitlines())) == len(out.splitlines())
 
 
 def test_run_says_what_was_made_to_fit_and_what_it_doubts(

@@ -45,7 +45,10 @@ def walk_findings(
         motion: of the planned walk; otherwise torques and speeds are those of a preview, whose ZMP is in the middle of
             the sole, and which asks more of the ankles than a plan does that keeps their limits.
     """
-    found = [_box(biped, "gait.zmp_box", gait.zmp_box), _box(biped, "mpc.recovery.zmp_box", recovery_box)]
+    found = [
+        _box(biped, "gait.zmp_box", gait.zmp_box, "of the walk"),
+        _box(biped, "mpc.recovery.zmp_box", recovery_box, "of a recovery"),
+    ]
     found += [*_reach(biped, gait), _time(gait)]
     if all(finding.level != "fault" for finding in found if finding.check == "reach"):
         found += [*motion_findings(biped, gait, motion)]
@@ -94,13 +97,14 @@ _LESS_TORQUE = {
 }
 
 
-def _box(biped: Biped, key: str, box: tuple[float, float] | None) -> Finding:
+def _box(biped: Biped, key: str, box: tuple[float, float] | None, of: str) -> Finding:
     try:
         if box is not None:
             check_zmp_box(biped, box, key)
     except ModelError as error:
         return Finding("ZMP box", "fault", key, str(error), "make it as large as the smaller sole at most")
-    return Finding("ZMP box", "ok", key, "none" if box is None else f"{box[0]:g} x {box[1]:g} m is within the soles")
+    said = f"none {of}" if box is None else f"that {of}, {box[0]:g} x {box[1]:g} m, is within the soles"
+    return Finding("ZMP box", "ok", key, said)
 
 
 def _reach(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
