@@ -166,7 +166,10 @@ def test_what_a_port_is_granted_in_part_is_counted() -> None:
     ]
     said = dict(summary_rows(metrics))["commands"].partition("; 2 commands granted in part ")[2]
     assert said.startswith("(at 0.") and " s 0.575 of 5 m/s ahead; at " in said
-    assert said.endswith(" limit turns, the longest step limits velocities)")
+    assert said.endswith(
+        "of -9 rad/s turning: soles that would meet, and 0.3 rad a step, limit turns, "
+        "the longest step limits velocities)"
+    )
 
 
 # The wired diagram.

@@ -201,6 +201,14 @@ def test_four_legs(tmp_path: Path) -> None:
     )
 
 
+def test_one_leg(tmp_path: Path) -> None:
+    urdf = bipeds.urdf(bipeds.Shape())
+    right = urdf.index('<link name="right_')
+    assert refused(tmp_path, urdf[:right] + "</robot>") == (
+        "1 limb stands on the ground, and a biped has two: left_foot; name its feet with --left-foot and --right-foot"
+    )
+
+
 def test_feet_that_are_named(tmp_path: Path) -> None:
     urdf = bipeds.urdf(bipeds.Shape())
     for name, y in (("wheel_left", 0.1), ("wheel_right", -0.1)):

@@ -24,7 +24,6 @@ USABLE = 0.95  # of a joint's torque, by the plan
 HEIGHT, TORSO, LEFT, RIGHT = [2], [3, 4, 5], [6, 7, 8], [12, 13, 14]  # among the tasks
 LEFT_TURN, RIGHT_TURN = [9, 10, 11], [15, 16, 17]
 PRICES = {2: 100.0, 3: 0.05, 4: 0.05, 5: 0.001} | dict.fromkeys([*LEFT, *RIGHT], 0.1)
-PRICES |= dict.fromkeys([*LEFT_TURN, *RIGHT_TURN], 0.1 * (0.1**2 + 0.06**2))  # at the corner of a sole
 
 
 @pytest.fixture(scope="module")
@@ -90,7 +89,7 @@ def plant_at(body: Body, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.n
 
 def in_all_unknowns(body: Body, moving: Moving) -> np.ndarray:
     """v̇ on one foot by Drake: accelerations, torques and the wrench as decisions, the equations of motion as rows."""
-    biped, swing = body.biped, [*LEFT, *LEFT_TURN] if moving.swing == "left" else [*RIGHT, *RIGHT_TURN]
+    biped, swing = body.biped, LEFT if moving.swing == "left" else RIGHT
     mass, bias, soles = plant_at(body, moving.q, moving.v)
     stands = 1 if moving.swing == "left" else 0
     prog = MathematicalProgram()
@@ -141,6 +140,7 @@ def test_drake_finds_the_same_motion_in_all_unknowns(log: RunLog, joint: int | N
             or 0.0 < moving.share < 1.0
             or abs(kept.given[2]) > 1.9
             or np.abs(kept.given[[3, 4]]).max() > 25.0
+            or kept.given[[*LEFT_TURN, *RIGHT_TURN]].any()
         ):
             continue
         changed += 1

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -123,6 +125,8 @@ def _parts(source: Path, as_stored: bool = False) -> list[Any]:
     trimesh = _trimesh()
     try:
         scene = trimesh.load_scene(str(source))
+        if source.suffix.lower() == ".dae":
+            scene = _with_all_parts(source, scene)
     except Exception as error:  # the loaders of many formats raise many types
         raise InputError(f"mesh {source} can't be read: {reason(error)}") from None
     factor = str(scene.units or "").partition(" *")[0]
@@ -136,6 +140,15 @@ def _parts(source: Path, as_stored: bool = False) -> list[Any]:
     if not parts:
         raise InputError(f"mesh {source} can't be read: it has no triangles")
     return parts
+
+
+def _with_all_parts(source: Path, scene: Any) -> Any:
+    """The scene of a COLLADA file, without colours if parts are missing, as where a material that they name is."""
+    text = source.read_bytes()
+    if len(scene.graph.nodes_geometry) >= text.count(b"<instance_geometry"):
+        return scene
+    plain = re.sub(rb"<bind_material>.*?</bind_material>", b"", text, flags=re.DOTALL)
+    return _trimesh().load_scene(BytesIO(plain), file_type="dae")
 
 
 def _simplified(part: Any, share: float) -> Any:

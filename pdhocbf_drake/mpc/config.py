@@ -45,6 +45,13 @@ class PlanLimits(Config):
     stride: Shift | None = None
     zmp_middle: tuple[Room, Room] = (0.0, 0.0)
 
+    @model_validator(mode="after")
+    def _leave_room(self) -> PlanLimits:
+        for low, high in (("zmp_behind", "zmp_ahead"), ("zmp_inward", "zmp_outward")):
+            if (room := getattr(self, low) + getattr(self, high)) <= 0.0:
+                raise ValueError(f"{low} and {high} must be more than 0 m together, or no ZMP is allowed: {room:g} m")
+        return self
+
 
 class RecoveryConfig(Config):
     """How a disturbed walk is planned, and what counts as disturbed.

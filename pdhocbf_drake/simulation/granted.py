@@ -20,6 +20,7 @@ from pdhocbf_drake.walking.com_height import GRAVITY
 _HALVINGS = 5  # of the stride
 _GRIP = 0.9  # share of the friction that a walk may use
 _GIVES_WAY = 0.8  # share of a joint's peak that it may have where the whole-body program takes the rest
+_SHORT = 0.9  # share of its peak without which a joint counts as short: it does that for one kind of joint at a time
 _YAW = 10.0  # how far the torso may turn where it gives way, over the friction that is left [rad]
 _GAITS = 4  # in which the torso's yaw settles
 
@@ -75,12 +76,15 @@ def exceeded(asked: Asked, stride: float) -> Excess:
     biped, scenario, motion = asked.biped, asked.scenario, _steady(asked, stride)
     if isinstance(motion, str):
         return Excess(motion)
-    share = 1.0 if scenario.whole_body.kind == "closed_form" else _GIVES_WAY
-    for values, limits, unit in (
-        (motion.torques, biped.effort_limits, "N m"),
-        (motion.speeds, biped.velocity_limits, "rad/s"),
-    ):
-        peaks = np.abs(values).max(axis=0)
+    asks = [
+        (np.abs(values).max(axis=0), limits, unit)
+        for values, limits, unit in (
+            (motion.torques, biped.effort_limits, "N m"), (motion.speeds, biped.velocity_limits, "rad/s")
+        )
+    ]  # fmt: skip
+    short = sum(int((_SHORT * peaks > limits).reshape(2, -1).any(axis=0).sum()) for peaks, limits, _ in asks)
+    share = 1.0 if scenario.whole_body.kind == "closed_form" or short > 1 else _GIVES_WAY
+    for peaks, limits, unit in asks:
         joint = int((peaks / limits).argmax())
         if share * peaks[joint] > limits[joint]:
             return Excess(_needs(biped, joint, peaks, limits, unit))
