@@ -36,9 +36,8 @@ def check_known_ground(scenario: Scenario, biped: Biped) -> None:
             )
     for step in uneven_steps(biped, commanded_gait(scenario), reserve=0.0):
         if step.missed:
-            raise ModelError(
-                f"{_named(scenario, step)} is beyond the legs' reach: {step.missed}{_allowed(scenario, biped)}"
-            )
+            why = _allowed(scenario, biped) or f": {step.missed}"
+            raise ModelError(f"{_named(scenario, step)} is beyond the legs' reach{why}")
         if step.clearance < LEAST_CLEARANCE:
             raise ModelError(
                 f"{_named(scenario, step)} brings the swing foot to {1e3 * step.clearance:.0f} mm from an edge, where "
