@@ -217,9 +217,9 @@ def test_run_says_what_was_made_to_fit_and_what_it_doubts(
 ) -> None:
     robot = robot_file(tmp_path / "robot", 5)
     text = f"{{robot: {robot}, duration: 0.5, gait: {{stride: 0.27}}}}"
-    assert main(["run", "walking", "--text", text, "--out", "run", "--no-replay"]) == 0
+    assert main(["run", "walking", "--text", text, "--out", "run", "--no-replay", "--verbose"]) == 0
     err = capsys.readouterr().err
-    assert f"values that fit {robot} (legs 0.765 m" in err
+    assert f"values fit {robot} (legs 0.765 m" in err
     assert re.search(r"^pdhocbf:   gait: .*swing_height 0.06379 \(0.05\)", err, re.MULTILINE)
     assert re.search(r"note: swing leg: .*0\.8\d of the half sole .*gait\.ticks_per_step \d+, or gait\.stride", err)
     written = yaml.safe_load((elsewhere / "run" / "scenario.yaml").read_text())

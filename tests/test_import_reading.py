@@ -82,7 +82,11 @@ def _json(data: Any) -> str:
 
 
 def test_the_scenario_needs_nothing_more(packaged: Path) -> None:
-    assert yaml.safe_load((packaged / SCENARIO).read_text()) == {"extends": "walking", "robot": ROBOT}
+    assert yaml.safe_load((packaged / SCENARIO).read_text()) == {
+        "name": "biped-walking",
+        "extends": "walking",
+        "robot": ROBOT,
+    }
     assert load_scenario(str(packaged / SCENARIO)).gait.stride == 0.15
 
 
@@ -186,6 +190,14 @@ def test_four_legs(tmp_path: Path) -> None:
     assert refused(tmp_path, urdf) == (
         "4 limbs stand on the ground, and a biped has two: front_left, front_right, left_foot, right_foot; "
         "name its feet with --left-foot and --right-foot"
+    )
+
+
+def test_one_leg(tmp_path: Path) -> None:
+    urdf = bipeds.urdf(bipeds.Shape())
+    right = urdf.index('<link name="right_')
+    assert refused(tmp_path, urdf[:right] + "</robot>") == (
+        "1 limb stands on the ground, and a biped has two: left_foot; name its feet with --left-foot and --right-foot"
     )
 
 

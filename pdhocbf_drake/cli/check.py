@@ -13,7 +13,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot.locate import robot_names
 from pdhocbf_drake.simulation.scenario_file import load_fitted, load_written, scenario_names
 from pdhocbf_drake.terminal import say, table
-from pdhocbf_drake.yaml_text import parse_yaml, read_yaml
+from pdhocbf_drake.yaml_text import parse_settings, read_yaml
 
 if TYPE_CHECKING:
     from pdhocbf_drake.fitting.findings import Finding
@@ -72,9 +72,9 @@ def _scenario(what: str, text: str) -> tuple[str, str]:
     """The scenario to load and its overrides; a robot is that of the scenario `_WALK`."""
     if what not in robot_names() and not _is_robot_file(what):
         return what, text
-    overrides = parse_yaml(text, "--text") if text else {}
+    overrides = parse_settings(text, "--text") if text else {}
     robot = what if what in robot_names() else str(Path(what).expanduser().resolve())
-    return _WALK, json.dumps({**overrides, "robot": robot}) if isinstance(overrides, dict) else text
+    return _WALK, json.dumps({**overrides, "robot": robot})
 
 
 def _is_robot_file(what: str) -> bool:

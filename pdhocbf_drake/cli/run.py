@@ -45,7 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="the run folder; otherwise a new one in ./runs")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser")
-    parser.add_argument("--verbose", action="store_true", help="say whether programs are compiled or read, and where")
+    verbose = "say whether programs are compiled or read, and where, and which values fit another robot"
+    parser.add_argument("--verbose", action="store_true", help=verbose)
     parser.add_argument("--no-replay", action="store_true", help="leave replay.html out")
 
 
@@ -53,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     """Simulates, writes the run folder, prints the summary and returns the exit code."""
     scenario, fitted = load_fitted(options.scenario, options.text)
     check_scenario(scenario)
-    _say_fit(scenario, fitted)
+    _say_fit(scenario, fitted, options.verbose)
     if options.meshcat and scenario.system == "van_der_pol":
         raise InputError("--meshcat: walks can be watched live; the replay shows this scenario's oscillator")
     if unused := unused_settings(scenario):
@@ -92,12 +93,12 @@ def run(options: argparse.Namespace) -> int:
     return exit_code(recorded.log.ending, place) or bool(problem)
 
 
-def _say_fit(scenario: Scenario, fitted: Fitted | None) -> None:
-    """Says which values were made to fit the robot."""
+def _say_fit(scenario: Scenario, fitted: Fitted | None, every: bool) -> None:
+    """Says which values were made to fit the robot, or how many."""
     if fitted is not None:
         from pdhocbf_drake.fitting.said import sentences  # here, since it loads Drake
 
-        for sentence in sentences(fitted, scenario.robot):
+        for sentence in sentences(fitted, scenario.robot, every):
             say(f"pdhocbf: {sentence}")
 
 

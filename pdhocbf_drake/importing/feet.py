@@ -51,7 +51,8 @@ def find_feet(model: ParsedModel, up: np.ndarray, named: tuple[str | None, str |
         groups = _standing(model, up)
     if len(groups) != 2:
         names = listed(bodies[0].name() for bodies in groups)
-        raise ModelError(f"{len(groups)} limbs stand on the ground, and a biped has two: {names}{_flags()}")
+        stand = "1 limb stands" if len(groups) == 1 else f"{len(groups)} limbs stand"
+        raise ModelError(f"{stand} on the ground, and a biped has two: {names}{_flags()}")
     chains = [model.chain(bodies[0]) for bodies in groups]
     shared = 0
     while shared < min(map(len, chains)) and chains[0][shared].index() == chains[1][shared].index():

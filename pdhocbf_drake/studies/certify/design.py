@@ -79,10 +79,15 @@ def design_bound(envelope: Envelope, margin: float, kind: Kind, side: Side) -> W
     return bound_beyond((1.0 if side == "upper" else -1.0) * envelope.outer + margin, kind, side)
 
 
-def robust_bound(envelope: Envelope, margin: Array, kind: Kind, side: Side) -> WalkBoundConfig:
-    """The tightest bound of its kind that leaves a margin (period,) beyond the mean, and holds all measured values."""
+def robust_bound(envelope: Envelope, orbit: Array, margin: Array, kind: Kind, side: Side) -> WalkBoundConfig:
+    """The tightest bound of its kind that leaves a margin beyond mean and nominal orbit, and holds all measured values.
+
+    Args:
+        orbit, margin: over one period, (period,) [unit of the quantity].
+    """
     sign = 1.0 if side == "upper" else -1.0
-    return bound_beyond(np.maximum(sign * envelope.mean + margin, sign * envelope.outer), kind, side)
+    undisturbed = np.maximum(sign * envelope.mean, sign * orbit)
+    return bound_beyond(np.maximum(undisturbed + margin, sign * envelope.outer), kind, side)
 
 
 def bound_beyond(wanted: Array, kind: Kind, side: Side) -> WalkBoundConfig:
