@@ -8,12 +8,12 @@ from typing import Final
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.ground import courses, held, known, pushes, unknown
+from pdhocbf_drake.studies.ground import courses, held, known, pushes, sensed, unknown
 from pdhocbf_drake.studies.shared.checks import Outcome
 from pdhocbf_drake.studies.shared.work import Work
 
 _MODULES = {**dict.fromkeys(known.ROWS, known), courses.ROW: courses, pushes.ROW: pushes, held.ROW: held}
-_MODULES |= dict.fromkeys(unknown.ROWS, unknown)
+_MODULES |= {**dict.fromkeys(unknown.ROWS, unknown), sensed.ROW: sensed}
 ROWS: Final = tuple(_MODULES)
 """The rows of the table, in its order."""
 _QUICK_WALKS = 2
@@ -41,8 +41,8 @@ def plan(
 
 
 def _plan(row: str, text: str, quick: bool, walks: int, seed: int) -> list[Work]:
-    if row == courses.ROW:
-        return courses.plan(text, seed, walks, quick)
+    if row in (courses.ROW, sensed.ROW):
+        return list(_MODULES[row].plan(text, seed, walks, quick))
     if row == held.ROW:
         return held.plan(text)
     if row in unknown.ROWS:
