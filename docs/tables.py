@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import BaseModel
 
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, EstimatorMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, EstimatorMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.systems.signals import LOGGED
 
 if sys.version_info >= (3, 11):
@@ -61,6 +61,7 @@ def metrics_table() -> str:
         ("barriers.NAME.", BarrierMetrics),
         ("mpc.", MpcMetrics),
         ("estimator.", EstimatorMetrics),
+        ("plan_limits.NAME.", BoundMetrics),
     ):
         rows += [f"| `{prefix}{name}` | {text} |" for name, text in _fields(model)]
     return "\n".join(rows)

@@ -11,8 +11,9 @@ from pydrake.geometry.optimization import HPolyhedron, VPolytope
 from synthetic import MARGIN, SPEED, STRIDE, TICK, N
 
 from pdhocbf_drake.analysis.feet import hull_margins, slip_max, zmp_margins
-from pdhocbf_drake.analysis.metrics import compute_metrics, torso_yaw
+from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.path_metrics import torso_yaw
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.mpc.plan import Reason

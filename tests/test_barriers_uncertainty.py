@@ -94,6 +94,29 @@ def test_the_worst_of_all_disturbances_and_errors_never_breaks_a_robust_barrier(
         assert worst[-8:].min() <= 1e-6  # and it takes no more than is needed
 
 
+@pytest.mark.parametrize("delay", [0, 1])
+def test_a_disturbance_of_each_tick_is_withstood_and_costs_less_than_its_largest_at_every_tick(delay):
+    system, barrier = chain(), barrier_of(3, (0.3, 0.6, 1.0))
+    pattern = 0.01 * np.abs(RANDOM.normal(size=(6, 3))) * [[1.0], [8.0], [0.0], [1.0], [1.0], [2.0]]
+    robust = robust_barrier(barrier, system, pattern, None, delay)
+    none = np.zeros((TICKS, 3))
+    undisturbed = walked(system, barrier, robust, delay, none, none)
+    worst = undisturbed.copy()
+    for k in range(TICKS):
+        for i in range(3):
+            one = none.copy()
+            one[k, i] = pattern[k % 6, i]
+            worst -= np.abs(walked(system, barrier, robust, delay, one, none) - undisturbed)
+    assert worst.min() >= -1e-9
+    period = robust.bound.period
+    sizes = [barrier.bound.samples(0, period) - each.bound.samples(0, period) for each in
+             (robust, robust_barrier(barrier, system, pattern.max(axis=0), None, delay))]  # fmt: skip
+    assert np.all(np.abs(sizes[0]) < np.abs(sizes[1]))
+    assert robust_barrier(barrier, system, np.tile(pattern[:1], (6, 1))).bound.samples(0, period) == pytest.approx(
+        robust_barrier(barrier, system, pattern[0]).bound.samples(0, period)
+    )
+
+
 def test_order_one_without_delay_is_the_textbook_s_margin():
     # h ≥ (1 − γ)^k h(0) − d̄/γ.
     system = PeriodicAffineSystem([[0.9]], [[1.0]])
@@ -129,7 +152,8 @@ def test_a_filter_keeps_the_true_state_safe_under_random_corners():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"disturbance": [0.1]}, "the disturbance is 3 half-widths ≥ 0, one for each state, given"),
+        ({"disturbance": [0.1]}, "the disturbance is 3 half-widths ≥ 0, one for each state, or as many for each tick"),
+        ({"disturbance": [[0.1, 0.1]]}, "the disturbance is 3 half-widths ≥ 0"),
         ({"disturbance": [0.1, -0.1, 0.0]}, "the disturbance is 3 half-widths ≥ 0"),
         ({"estimate": [0.1]}, "the estimate is 3 half-widths ≥ 0"),
         ({"estimate": [0.1, 0.1, 0.1], "delay": -1}, "the delay"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import product
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scipy.spatial import ConvexHull, HalfspaceIntersection
 from pdhocbf_drake import certify, load_scenario
 from pdhocbf_drake.barriers import PeriodicAffineSystem
 from pdhocbf_drake.cli import main
+from pdhocbf_drake.mpc.config import AxisBoxes, RobustConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets, save_terminal_sets
 from pdhocbf_drake.sets.disturbance import TOLERANCE, largest_disturbance
@@ -225,12 +227,14 @@ def test_a_fixed_state_that_a_disturbance_moves_is_named(elsewhere, capsys):
 
 COARSE = "gait: {tick: 0.04, ticks_per_step: 10, double_support_ticks: 1}\nmpc: {horizon: 20, freeze_ticks: 2}\n"
 
+BOX = [0.0002, 0.002]
+
 
 def test_a_walk_gets_a_table_in_which_more_demands_withstand_less():
-    data = certify(load_scenario("vhip", COARSE), disturbance=(0.0002, 0.002), rows=False)
+    data = certify(load_scenario("vhip", COARSE), disturbance={"x": [BOX], "y": [BOX] * 10}, rows=False)
     table = {(row["axis"], *row["barriers"]): row["disturbance_max"] for row in data["disturbance_table"]}
     assert table["x",] > table["x", "forward_speed"] > 0.0
-    assert data["disturbance"] == [0.0002, 0.002]
+    assert data["disturbance"] == {"x": [BOX], "y": [BOX] * 10}
     assert data["disturbance_max"] == min(table["x", "forward_speed"], table["y",])
 
 
@@ -241,7 +245,7 @@ def test_the_disturbance_of_the_psi_system_is_that_of_the_template_in_other_coor
     random = np.random.default_rng(3)
     points = np.append(random.normal(size=(4, 2)), np.zeros((4, 1)), axis=1)
     first = 1.0 - barrier.class_k[0].gamma
-    for k, added in enumerate(psi_disturbance(template, barrier, points)):
+    for k, added in enumerate(psi_disturbance(template, barrier, [points] * template.period)):
         state, zmps = random.normal(size=3), random.normal(size=(2, 2))
 
         def after(w, k=k, state=state, zmps=zmps):
@@ -252,6 +256,50 @@ def test_the_disturbance_of_the_psi_system_is_that_of_the_template_in_other_coor
             return np.array([*one[:2], h[1] - first * h[0], one[2]])
 
         assert np.array([after(w) for w in points]) - after(np.zeros(3)) == pytest.approx(added, abs=1e-12)
+
+
+def pattern(landing: float, calm: float = 0.1) -> AxisBoxes:
+    """Disturbances of the walk's ten ticks, that of the tick after a touchdown by itself."""
+    boxes = tuple((0.002 * share, 0.02 * share) for share in (landing, *[calm] * 9))
+    return AxisBoxes(x=boxes, y=boxes)
+
+
+def test_boxes_of_each_tick_that_are_alike_are_one_box_and_a_large_one_costs_less_than_one_at_every_tick():
+    scenario = load_scenario("vhip", COARSE)
+    found = [
+        certify_scenario(scenario, with_rows=False, search=False, disturbance=RobustConfig(disturbance=given))
+        for given in ((0.001, 0.01), pattern(0.5, 0.5), pattern(0.5))
+    ]
+    for box, alike, landing in zip(*(one.axes for one in found), strict=True):
+        for part, same, larger in zip(box.kept.sets, alike.kept.sets, landing.kept.sets, strict=True):
+            assert np.array_equal(part.vertices, same.vertices)
+            assert larger.violation(part.vertices).max() < 1e-7
+            assert larger.volume() > 1.1 * part.volume()
+
+
+@pytest.mark.parametrize("kind", ["soft", "hard"])
+def test_late_measurements_and_their_errors_are_withstood(kind):
+    scenario = load_scenario("vhip", COARSE.replace("freeze_ticks: 2", f"freeze_ticks: 2, delay: 2, barrier: {kind}"))
+    given = RobustConfig(disturbance=pattern(0.4), estimate=(0.001, 0.002), sigmas=1.0, innovations=True)
+    late = certify_scenario(scenario, with_rows=kind == "hard", disturbance=given, search=False)
+    for axis, certificate in enumerate(late.axes):
+        missed = np.array(list(product((-0.001, 0.001), (-0.002, 0.002))))
+        for k, part in enumerate(certificate.kept.sets):  # both what is late and what is missed comes off the limits
+            unknown = [certificate.disturbance.moved(certificate.template, k, i)[:, :2] for i in (k, k - 1, k - 2)]
+            states = part.vertices[:, :2]
+            for points in (*unknown, missed):
+                states = np.array([state + w for state in states for w in points])
+            for barrier in late.walk.mpc.barriers[axis]:
+                seen = np.column_stack([states, np.zeros(len(states))])
+                assert min(barrier.h(k, state) for state in seen) >= 0.0
+    trial = try_sets(late, 3, ticks=60)
+    assert trial.infeasible_ticks == 0
+    assert trial.h_min >= 0.0
+
+
+def test_a_scenario_without_mpc_robust_is_certified_for_numbers_only(elsewhere, capsys):
+    assert main(["certify", "vhip", "--text", COARSE, "--disturbance"]) == 1
+    assert "--disturbance takes half-widths, or those of mpc.robust" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module", params=["soft", "hard"])
@@ -270,7 +318,7 @@ def test_a_walk_keeps_its_bound_and_has_a_plan_at_every_tick_under_what_its_sets
 
 def test_beyond_that_the_worst_disturbance_breaks_a_limit_from_every_start(disturbed):
     random = np.random.default_rng(5)
-    walk, beyond = disturbed.walk, disturbed.axes[0].disturbance.times(1.12)
+    walk, beyond = disturbed.walk, [c.disturbance.times(1.12) for c in disturbed.axes]
     mpc = PeriodicMpc(walk.gait, walk.vhip, disturbed.scenario.mpc, walk.mpc.barriers, terminal_sets(disturbed))
     for _ in range(3):
         y = inside_starts(disturbed.axes[1].kept, 1, random)[0]

@@ -25,7 +25,7 @@ def walked(
     commands: list[dict], duration: float, start: dict | None = None, pushes: tuple[dict, ...] = ()
 ) -> tuple[Scenario, RunLog]:
     base = load_scenario("walking_nobarrier").to_dict()
-    data = {**base, "commands": commands, "duration": duration, "pushes": pushes}
+    data = {**base, "commands": commands, "duration": duration, "pushes": pushes, "plant": {"time_step": 0.005}}
     scenario = Scenario.from_dict({**data, "start": start or {}}, "commands")
     return scenario, simulate(scenario)
 
@@ -90,6 +90,12 @@ def test_a_pushed_robot_recovers_alike_at_any_heading_and_goes_on_turning() -> N
     np.testing.assert_allclose(np.diff(yaws, axis=0)[within], 0.005 * (rates[1:] + rates[:-1])[within], atol=1e-3)
     path = one.element("path", "yaw")
     assert abs(path[recovering[-1]] - path[recovering[0]]) < 0.25 < 0.5 * 0.01 * len(recovering)
+
+
+def test_a_walk_that_is_to_go_and_turn_as_far_as_it_can_at_once_is_never_without_a_plan() -> None:
+    command = "commands: [{time: 1.0, velocity: [2.0, 0], turn: 3.0}]"
+    log = simulate(load_scenario("walking", f"{{duration: 2.1, plant: {{time_step: 0.005}}, {command}}}"))
+    assert set(log.element("solver_status", "reason")) <= {Reason.SOLVED, Reason.SOFTENED}
 
 
 def test_the_robot_stops_and_starts_again() -> None:

@@ -11,6 +11,7 @@ from pdhocbf_drake.cli import main
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.robust import nearer_bound
 from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FELL
 from pdhocbf_drake.simulation.scenario_file import load_scenario
@@ -117,25 +118,60 @@ def test_a_folder_without_a_run_is_refused_in_one_sentence(elsewhere, capsys):
     assert "nothing is not a run folder" in capsys.readouterr().err
 
 
-def surprised(errors: float, duration: float = 12.0) -> Run:
-    """A run whose CoM and velocity differ from those that were planned by normal errors, the velocity's ten times."""
+def surprised(errors: float, duration: float = 12.0, landing: float = 1.0, late: int = 0, missed: float = 0.0) -> Run:
+    """A run of the template that each tick disturbs by normal errors, the velocity's ten times those of the CoM.
+
+    Args:
+        errors: standard deviation of the velocity's [m/s].
+        landing: by how much those of the tick after a touchdown are larger [1].
+        late: the age of what is measured [ticks].
+        missed: by how much the controller has the velocity too low along x [m/s].
+    """
     run = synthetic.run("vhip", duration, "finished")
-    random, planned = np.random.default_rng(4), run.log.signals["com_reference"]
-    for place, (state, size) in enumerate(((0, 0.1), (1, 1.0), (3, 0.1), (4, 1.0))):
-        measured = run.log.signals["lip_state"][:, state]
-        planned[:, (0, 1, 3, 4)[place]] = measured - errors * size * random.normal(size=len(measured))
+    log, random, tick = run.log, np.random.default_rng(4), synthetic.TICK
+    eta = commanded_gait(run.scenario).height.eta()
+    factor = np.where(np.arange(len(log)) % N == 0, landing, 1.0)
+    true, planned, zmp = (log.signals[name] for name in ("lip_state", "com_reference", "zmp_reference"))
+    for axis in (0, 1):
+        com, velocity = true[:, 3 * axis].copy(), true[:, 3 * axis + 1].copy()
+        off = errors * factor * random.normal(size=(2, len(log)))
+        for k in range(len(log) - 1):
+            com[k + 1] = com[k] + tick * velocity[k] + 0.1 * off[0, k]
+        pull = tick * eta[np.arange(len(log)) % N]
+        zmp[:-1, 2 * axis] = com[:-1] - (velocity[1:] - off[1, :-1] - velocity[:-1]) / pull[:-1]
+        true[:, 3 * axis] = com
+        com, velocity = com.copy(), velocity - missed * (axis == 0)
+        for i in range(late + 1):  # what was measured of k is carried forward to k + late, and then to the next tick
+            now = slice(i, len(log) - late - 1 + i)
+            c, v = com[now].copy(), velocity[now].copy()
+            com[now.start + 1 : now.stop + 1] = c + tick * v
+            velocity[now.start + 1 : now.stop + 1] = v + pull[now] * (c - zmp[now, 2 * axis])
+        planned[:, 3 * axis], planned[:, 3 * axis + 1] = com, velocity
+    if late:
+        mpc = run.scenario.mpc.model_copy(update={"delay": late})
+        run = run._replace(scenario=run.scenario.model_copy(update={"mpc": mpc}))
     return run
 
 
-def test_the_box_of_prediction_errors_holds_their_share_and_grows_with_the_confidence():
+@pytest.mark.parametrize("late", [0, 1, 3])
+def test_boxes_hold_the_disturbances_of_their_tick_whatever_the_delay(late):
+    found = prediction_errors(surprised(0.001, 40.0, 5.0, late, 0.002), 0.9, 2.0)
+    assert found.boxes.shape == (2, N, 2)
+    # 1.645 standard deviations hold 90 % of normal errors, of each tick and axis by itself.
+    expected = 1.645e-3 * np.where(np.arange(N) == 0, 5.0, 1.0)[:, None] * [0.1, 1.0]
+    assert np.median(found.boxes[:, 1:] / expected[1:]) == pytest.approx(1.0, abs=0.1)
+    assert found.boxes[:, 0] / expected[0] == pytest.approx(1.0, abs=0.4)
+    assert found.estimate == pytest.approx((0.0, 0.002), abs=2e-6)
+    assert found.robust.innovations
+
+
+def test_boxes_grow_with_the_confidence_and_in_proportion_to_the_errors():
     run = surprised(0.001)
-    low, high = (prediction_errors(run, share, 2.0).half_widths for share in (0.9, 0.999))
-    assert low[0] < high[0] and low[1] < high[1]
-    ticks = run.log.time >= 2.0
-    error = (run.log.element("lip_state", "vx") - run.log.element("com_reference", "vx"))[ticks]
-    assert np.mean(np.abs(error) <= low[1]) >= 0.9
-    assert prediction_errors(run, 0.999, 2.0).largest[1] >= np.abs(error).max()
-    assert prediction_errors(surprised(0.002), 0.9, 2.0).half_widths[1] == pytest.approx(2 * low[1], abs=2e-6)
+    low, high = (prediction_errors(run, share, 2.0) for share in (0.9, 0.999))
+    assert np.all(low.boxes < high.boxes)
+    assert low.estimate == (0.0, 0.0)
+    assert low.widest[1] < low.largest[1]
+    assert prediction_errors(surprised(0.002), 0.9, 2.0).boxes == pytest.approx(2.0 * low.boxes, abs=2e-6)
 
 
 def test_margin_and_disturbance_that_belong_together_are_certified_and_written(elsewhere, capsys):
@@ -144,11 +180,10 @@ def test_margin_and_disturbance_that_belong_together_are_certified_and_written(e
     assert main(["design-bound", "run", "--confidence", "0.99", "--name", "limit"]) == 0
     assert "enforceable under these errors" in capsys.readouterr().out
     scenario = load_scenario("bound-limit.yaml")
-    com, velocity = scenario.mpc.robust.disturbance
-    assert (com, velocity) == prediction_errors(surprised(0.0003), 0.99, 2.0).half_widths
+    assert scenario.mpc.robust == prediction_errors(surprised(0.0003), 0.99, 2.0).robust
     # With the same errors in mpc.robust the bound that is enforced is the undisturbed walk.
     walk = build_walk(scenario)
-    nearer = nearer_bound(walk.mpc.barriers[0][0], walk.vhip, scenario.mpc)
+    nearer = nearer_bound(walk.mpc.barriers[0][0], walk.vhip, scenario.mpc, 0)
     assert bound_of(scenario.barriers["limit"].bound) - nearer[:N] == pytest.approx(FORMULA, abs=2e-5)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pdhocbf_drake.analysis.feet import slip_max
-from pdhocbf_drake.analysis.metrics import torso_yaw
+from pdhocbf_drake.analysis.path_metrics import torso_yaw
 from pdhocbf_drake.errors import InputError, ModelError
 from pdhocbf_drake.robot import Biped, InverseDynamics, WholeBodyIk, sole_pose, upright_posture
 from pdhocbf_drake.robot.feedforward import torso_yaw_lever

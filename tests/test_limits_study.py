@@ -7,14 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from pdhocbf_drake.cli.main import main
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.checks import check_scenario
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.limits.rows import ALL, BARRIERS
-from pdhocbf_drake.studies.limits.study import in_order, plan
+from pdhocbf_drake.studies.limits.command import STUDY
+from pdhocbf_drake.studies.limits.rows import BARRIERS
+from pdhocbf_drake.studies.limits.table import TABLE, in_order
 from pdhocbf_drake.studies.limits.weak import write_weak
 from pdhocbf_drake.studies.shared.checks import most
 
@@ -40,6 +43,48 @@ def test_limits_of_zero_or_less_are_refused(tmp_path: Path, key: str, value: flo
 
 
 @pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{left: [60, 100, 120, 150, 80, 60]}", "and right is missing"),
+        ("{knee: 30}", "and 'knee' is no side"),
+        ("{left: [60, 100], right: 3}", r"and left is \[60, 100\]"),
+        ("{left: 60, right: [60, 100, 120, 0, 80, 60]}", "above 0 and up to 1e\\+06 N m, and right knee_pitch has 0"),
+        ("[60, 100, 120, 150, -80, 60]", "and ankle_pitch has -80"),
+        (".nan", "given: nan"),
+        ("strong", "given: 'strong'"),
+    ],
+)
+def test_limits_of_joints_are_refused_with_the_joint_or_the_side(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "weak.yaml"
+    write_weak(load_scenario("walking"), ("knee_pitch", 34.0), None, file)
+    data = yaml.safe_load(file.read_text(encoding="utf-8")) | {"effort_limits": yaml.safe_load(text)}
+    file.write_text(yaml.safe_dump(data), encoding="utf-8")
+    with pytest.raises(InputError, match=message) as error:
+        Biped.load(str(file))
+    assert "\n" not in str(error.value)
+
+
+_FAR = {"zmp_behind": 1.0, "zmp_ahead": 1.0, "zmp_inward": 1.0, "zmp_outward": 1.0, "step_reach": (0.4, 0.4)}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"zmp_ahead": -1.0}, "zmp_behind and zmp_ahead must be more than 0 m together"),
+        (
+            {"zmp_middle": (5.0, 0.0)},
+            r"zmp_middle in x: the ZMP box of 0.1 m must reach .* \(given: 5.0\)",
+        ),
+        ({"step_reach": (0.1, 0.4)}, r"gait.stride: must be within mpc.limits.step_reach, 0.1 m \(given: 0.15\)"),
+        ({"step_reach": (0.4, 0.1)}, r"gait.stance_width: must be within mpc.limits.step_reach, 0.1 m"),
+    ],
+)
+def test_limits_of_a_plan_that_leave_nothing_are_refused(changes: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        check_scenario(Scenario.from_dict({"gait": {"stride": 0.15}, "mpc": {"limits": _FAR | changes}}, "walk"))
+
+
+@pytest.mark.parametrize(
     ("data", "message"),
     [
         ({"friction_belief": 0.0}, "friction_belief"),
@@ -55,24 +100,10 @@ def test_what_can_not_be_kept_is_refused_with_its_key(data: dict, message: str) 
         Scenario.from_dict(data, "walk")
 
 
-@pytest.mark.parametrize(
-    ("name", "rows", "message"),
-    [
-        ("vhip", None, "scenario 'vhip': a walk of a robot without an end is needed"),
-        ("walking", ["ice"], "rows: some of the walk itself, hip_yaw torque 80 %"),
-        ("walking", [], "rows: some of"),
-    ],
-)
-def test_what_can_not_be_studied_is_refused(name: str, rows: list[str] | None, message: str) -> None:
-    with pytest.raises(InputError) as error:
-        plan(load_scenario(name), rows)
-    assert str(error.value).startswith(message)
-
-
 def test_a_walk_is_planned_with_the_program_and_without(tmp_path: Path) -> None:
-    work = plan(load_scenario("walking"))
-    assert [piece.row for piece in work if getattr(piece, "kind", "auto") == "auto"] == list(ALL)
-    assert {piece.row for piece in work if getattr(piece, "kind", "auto") == "closed_form"} < set(ALL)
+    work = STUDY.plan(load_scenario("walking"))
+    assert [piece.row for piece in work if getattr(piece, "kind", "auto") == "auto"] == list(TABLE.kinds)
+    assert {piece.row for piece in work if getattr(piece, "kind", "auto") == "closed_form"} < set(TABLE.kinds)
     rows = ["joint barriers", "knee_pitch torque 80 %, closed form", "knee_pitch torque 80 %"]
     assert [check.row for check in in_order(most(row, "falls", 0.0, 0.0) for row in rows)] == rows[::-1]
 

@@ -96,14 +96,49 @@ def test_a_bound_is_nearer_for_more_disturbance_error_and_delay():
     more = "robust: {disturbance: [0.001, 0.001]}", "robust: {estimate: [0, 0.001]}", f"delay: 2, {less}"
     for given in (less, *more):
         walk = walk_of(given)
-        sizes.append(nearer_bound(walk.mpc.barriers[0][0], walk.vhip, walk.mpc.config))
+        sizes.append(nearer_bound(walk.mpc.barriers[0][0], walk.vhip, walk.mpc.config, 0))
     assert np.all(sizes[0] > 0.0)
     assert all(np.all(larger > sizes[0]) for larger in sizes[1:])
+
+
+def of_boxes(x: list, y: list) -> str:
+    return f"robust: {{disturbance: {{x: {x}, y: {y}}}}}"
+
+
+def nearer(walk, axis: int = 0):
+    return nearer_bound(walk.mpc.barriers[0][0], walk.vhip, walk.mpc.config, axis)
+
+
+def test_boxes_of_each_axis_and_tick_are_paid_for_where_they_count():
+    calm, landing, everywhere = [0.0, 0.0001], [0.0002, 0.001], [0.0002, 0.001]
+    one, alike = walk_of(of_boxes([landing, *[calm] * 9], [calm])), walk_of(of_boxes([everywhere], [calm]))
+    box = walk_of(f"robust: {{disturbance: {everywhere}}}")
+    assert np.array_equal(nearer(box), nearer(alike))
+    assert np.all(nearer(one) < nearer(box))
+    assert nearer(one).argmax() in (1, 2)  # what the first tick of a step adds is there in the next one
+    assert np.all(nearer(alike, 1) < nearer(alike, 0))
+    assert np.array_equal(nearer(walk_of(of_boxes([everywhere] * 10, [calm] * 10))), nearer(alike))
+
+
+def test_innovations_that_hold_the_estimate_s_error_are_not_paid_for_twice():
+    both = "disturbance: [0.0002, 0.003], estimate: [0.0, 0.001], sigmas: 1"
+    once, twice = walk_of(f"robust: {{{both}, innovations: true}}"), walk_of(f"robust: {{{both}}}")
+    without = walk_of("robust: {disturbance: [0.0002, 0.003]}")
+    assert nearer(once) == pytest.approx(nearer(without) + 0.001)
+    assert np.all(nearer(once) < nearer(twice))
 
 
 @pytest.mark.parametrize(
     ("given", "message"),
     [
+        (
+            "disturbance: {x: [[0, 0.001], [0, 0.001]], y: [[0, 0]]}",
+            "disturbance.x: one box, or one for each of 10 ticks",
+        ),
+        ("disturbance: {x: [[0, 0.001]]}", "disturbance.y: is needed, but missing"),
+        ("disturbance: {x: [], y: [[0, 0]]}", "disturbance.x: must have at least 1 entry"),
+        ("disturbance: {z: [[0, 0]]}", "disturbance.z: unknown key; allowed here: x, y"),
+        ("disturbance: 0.1", "disturbance: must be a list or a map of keys and values"),
         ("estimate: [[1.0, 2.0], [2.0, 1.0]]", "a covariance is symmetric"),
         ("estimate: [0.1, 0.0]", "the ZMP may err by 0.3 m, which leaves nothing of its box"),
         ("disturbance: [-1, 0]", "must be from 0"),
@@ -118,7 +153,7 @@ def test_what_can_not_be_is_refused(given, message):
 def test_a_hard_robust_barrier_has_a_plan_at_every_tick_from_the_set_of_its_rows():
     scenario = scenario_of("barrier: hard, robust: {disturbance: [0.0002, 0.001]}", 0.03)
     found = certify_scenario(scenario, disturbance=(0.0002, 0.001), search=False)
-    nearer = nearer_bound(found.axes[0].bounds[0].barrier, found.walk.vhip, scenario.mpc)
+    nearer = nearer_bound(found.axes[0].bounds[0].barrier, found.walk.vhip, scenario.mpc, 0)
     bound = found.axes[0].bounds[0]
     assert bound.barrier.bound.samples(0, 10) - bound.enforced.bound.samples(0, 10) == pytest.approx(nearer)
     trial = try_sets(found, 3, ticks=100)

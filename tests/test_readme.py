@@ -60,6 +60,13 @@ def test_pictures_and_files_that_pages_link_exist(page: str) -> None:
         assert [link for link in links if not (path.parent / link).exists()] == [], path
 
 
+def test_files_of_the_code_that_pages_name_exist() -> None:
+    for path in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/*.md")]:
+        named = re.findall(r"`(\w+/[\w/]+\.(?:py|md))[`:]", path.read_text(encoding="utf-8"))
+        missing = [file for file in named if not any((ROOT / top / file).exists() for top in ("", "pdhocbf_drake"))]
+        assert missing == [], path
+
+
 def test_the_container_has_the_packages_that_the_product_names() -> None:
     page = (ROOT / "docs" / "platforms.md").read_text(encoding="utf-8")
     (named,) = re.findall(r'packages = f"(.*?){suffix}"', (ROOT / "pdhocbf_drake/cli/loading.py").read_text("utf-8"))

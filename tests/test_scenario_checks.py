@@ -33,7 +33,6 @@ def test_packaged_scenarios_pass_and_set_nothing_unused(name):
         ("vhip", "gait: {stance_width: 0.05}", "gait.stance_width: must be at least mpc.stance_width_min, 0.12 m"),
         ("vhip", "gait: {stride: -3.0}", "gait.stride: must be at most 1.16 m, twice gait.com_height"),
         ("vhip", "mpc: {step_reach: [0.1, 0.5]}", "gait.stride: must be within mpc.step_reach, 0.1 m (given: 0.15)"),
-        ("vhip", "pushes: [{time: 100, force: [1, 0, 0]}]", "pushes.0: must start before the run ends at 10 s"),
         ("vhip", "pushes: [{step: 1, phase: 500, force: [1, 0, 0]}]", "must be below the 80 ticks of a gait"),
         ("vhip", "pushes: [{time: 1, phase: 5, force: [1, 0, 0]}]", "pushes.0.phase: belongs to a push at a step"),
         ("walking", "plant: {time_step: 0}", "must divide gait.tick, 0.01 s, into whole parts (given: 0.0)"),

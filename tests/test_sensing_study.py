@@ -8,21 +8,21 @@ from pathlib import Path
 import pytest
 
 from pdhocbf_drake.cli.main import main
-from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.studies.sensing.command import STUDY
 from pdhocbf_drake.studies.sensing.rows import EXACT, ROWS
-from pdhocbf_drake.studies.sensing.study import beside_exact, plan
+from pdhocbf_drake.studies.sensing.table import beside_exact
 from pdhocbf_drake.studies.sensing.walks import ZMP
 from pdhocbf_drake.studies.shared.checks import most
 
 
 def test_each_row_is_walked_from_each_seed_and_every_walk_can_be_built() -> None:
-    walks = plan(load_scenario("walking"), seeds=3)
+    walks = STUDY.plan(load_scenario("walking"), seeds=3)
     assert sorted({(walk.row, walk.seed) for walk in walks}) == sorted((row, s) for row in ROWS for s in range(3))
     first, other = (next(w for w in walks if w.row == "wind" and w.seed == seed).sensed() for seed in (0, 1))
     assert first.wind == other.wind == (-10.0, 0.0)
     assert (first.start.yaw, other.start.yaw != 0.0) == (0.0, True)
-    assert plan(load_scenario("walking"), ["wind"], quick=True)[0].row in (EXACT, "wind")
+    assert STUDY.plan(load_scenario("walking"), ["wind"], quick=True)[0].row in (EXACT, "wind")
 
 
 def test_limits_on_the_zmp_count_from_the_exact_walk() -> None:
@@ -32,20 +32,6 @@ def test_limits_on_the_zmp_count_from_the_exact_walk() -> None:
         (EXACT, 4.0, 104.0, True),
         ("wind", 6.5, 7.0, True),
     ]
-
-
-@pytest.mark.parametrize(
-    ("name", "arguments", "message"),
-    [
-        ("vhip", {}, "scenario 'vhip': a walk of a robot without an end is needed"),
-        ("walking", {"rows": ["gale"]}, "rows: some of exact, late 10 ms"),
-        ("walking", {"seeds": 0}, "seeds must be 1 or more (given: 0)"),
-    ],
-)
-def test_what_can_not_be_studied_is_refused(name: str, arguments: dict, message: str) -> None:
-    with pytest.raises(InputError) as error:
-        plan(load_scenario(name), **arguments)
-    assert str(error.value).startswith(message)
 
 
 def test_a_slice_of_the_table_holds_and_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -6,8 +6,8 @@ import pytest
 
 from pdhocbf_drake.simulation.checks import check_scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.ground.plan import ROWS as ALL
-from pdhocbf_drake.studies.ground.plan import plan
+from pdhocbf_drake.studies.ground.command import STUDY
+from pdhocbf_drake.studies.ground.table import TABLE
 from pdhocbf_drake.studies.ground.unknown import ROWS, scenario_of
 
 WALKING = load_scenario("walking")
@@ -15,8 +15,8 @@ WALKING = load_scenario("walking")
 
 @pytest.mark.parametrize("row", ROWS)
 def test_the_walks_of_a_row_differ_and_none_is_on_the_map(row: str) -> None:
-    assert row in ALL
-    works = plan(WALKING, [row])
+    assert row in TABLE.kinds
+    works = STUDY.plan(WALKING, [row])
     assert len(works) == (30 if ROWS[row].walks == "draws" else 8)
     scenarios = [scenario_of(work) for work in works]
     assert len({scenario.ground for scenario in scenarios}) == len(works)
@@ -30,6 +30,6 @@ def test_the_walks_of_a_row_differ_and_none_is_on_the_map(row: str) -> None:
 
 
 def test_the_same_seed_draws_the_same_ground_and_another_one_another() -> None:
-    one, again, other = (scenario_of(plan(WALKING, ["tiles 0.01"], seed=seed)[3]).ground for seed in (1, 1, 2))
+    one, again, other = (scenario_of(STUDY.plan(WALKING, ["tiles 0.01"], seed=seed)[3]).ground for seed in (1, 1, 2))
     assert one == again
     assert one != other

@@ -25,6 +25,7 @@ from pdhocbf_drake.studies.shared.stepping_template import is_input_limit, stepp
 from pdhocbf_drake.walking import CosineHeight, Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
 from pdhocbf_drake.walking.quantities import QUANTITIES, Quantity, QuantityName, stance_sides
+from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.vhip import Vhip
 from pdhocbf_drake.walking.walk_barrier import BoundSamples, WalkBarrier
 
@@ -211,7 +212,7 @@ def test_bounds_of_a_start_and_an_end_hold_at_rest_and_only_there(name: str) -> 
         samples = BoundSamples(barrier, gait, 1)
         for tick in range(20 * N):
             step, bound = tick // N, samples(tick)[0]
-            if gait.is_standing(step):
+            if gait.support(step) == BOTH:
                 assert sign * bound >= -1e-12  # q is 0 in the middle between both feet
             if 7 <= step < 10:
                 assert bound == table(tick)

@@ -22,6 +22,7 @@ from pdhocbf_drake.whole_body.solver import Program, solve_with_clarabel, solve_
 GAMMAS = (0.3, 0.3)
 USABLE = 0.95  # of a joint's torque, by the plan
 HEIGHT, TORSO, LEFT, RIGHT = [2], [3, 4, 5], [6, 7, 8], [12, 13, 14]  # among the tasks
+LEFT_TURN, RIGHT_TURN = [9, 10, 11], [15, 16, 17]
 PRICES = {2: 100.0, 3: 0.05, 4: 0.05, 5: 0.001} | dict.fromkeys([*LEFT, *RIGHT], 0.1)
 
 
@@ -139,6 +140,7 @@ def test_drake_finds_the_same_motion_in_all_unknowns(log: RunLog, joint: int | N
             or 0.0 < moving.share < 1.0
             or abs(kept.given[2]) > 1.9
             or np.abs(kept.given[[3, 4]]).max() > 25.0
+            or kept.given[[*LEFT_TURN, *RIGHT_TURN]].any()
         ):
             continue
         changed += 1
@@ -196,6 +198,24 @@ def test_the_torsos_yaw_gives_way_to_friction_about_the_vertical(log: RunLog) ->
     assert len(given) > 5
     height, roll, pitch, yaw = np.max(given, axis=0)[2:6]
     assert yaw > 10.0 * max(height, roll, pitch)
+
+
+def test_a_foot_at_its_ankles_stop_turns_before_and_after_it_leaves_the_ground(log: RunLog) -> None:
+    body, seen = Body(), set()
+    for moving in body.ticks(log):
+        load = moving.share if moving.swing == "left" else 1.0 - moving.share
+        ankle, turn = (5, LEFT_TURN) if moving.swing == "left" else (11, RIGHT_TURN)
+        angle, speed = moving.q[body.biped.q_index[ankle]], moving.v[body.biped.v_index[ankle]]
+        if moving.swing is None or load > 0.4 or abs(speed) < 0.05:
+            continue
+        body.biped.position_limits = np.tile([-10.0, 10.0], (12, 1))
+        body.biped.position_limits[ankle, int(speed > 0.0)] = angle + TICK * speed
+        kept = body.layer(kind="auto")(moving, NOWHERE)
+        assert kept.reason == Reason.KEPT
+        given = np.abs(kept.given)
+        assert given[turn].max() > 10.0 * given[[*HEIGHT, *TORSO]].max()
+        seen.add(load > 0.0)
+    assert seen == {True, False}
 
 
 def test_no_joint_leaves_its_limits_from_within_the_viable_set() -> None:

@@ -53,6 +53,13 @@ class WholeBodyMetrics(_Table):
     )
 
 
+class BoundMetrics(_Table):
+    """A bound that joints, legs or feet leave to the plan."""
+
+    active_ticks: int = Field(description="ticks whose plan was at it")
+    active_first: float | None = Field(None, description="time of the first such tick [s]")
+
+
 class EstimatorMetrics(_Table):
     """The estimate from the sensors beside the true state."""
 
@@ -149,6 +156,11 @@ class Metrics(_Table):
     mpc: MpcMetrics | None
     estimator: EstimatorMetrics | None = Field(None, description="of a walk on sensors")
     whole_body: WholeBodyMetrics | None = Field(None, description="of a walk with a whole-body program")
+    plan_limits: dict[str, BoundMetrics] | None = Field(
+        None,
+        description="of a walk with mpc.limits, when its plan was at each of them, at step_reach in x and y, and at "
+        "the stance_width_min of the disturbed or the steady walk",
+    )
 
     def to_json(self) -> str:
         """The text of metrics.json."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, EstimatorMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, EstimatorMetrics, Metrics, MpcMetrics
 
 
 def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
@@ -21,6 +21,8 @@ def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
         rows.append(("joints", _joints(metrics)))
     if metrics.friction_used_max is not None:
         rows.append(("ground", _ground(metrics)))
+    if at := [f"{name}{_when(limit)}" for name, limit in (metrics.plan_limits or {}).items() if limit.active_ticks]:
+        rows.append(("limits of the plan", "; ".join(at)))
     rows += [(f"barrier {name}", _barrier(barrier)) for name, barrier in metrics.barriers.items()]
     if metrics.mpc is not None:
         rows.append(("MPC" if metrics.steps_taken is not None else "filter", _mpc(metrics.mpc)))
@@ -107,12 +109,16 @@ def _action(barrier: BarrierMetrics) -> str:
         return ""
     if barrier.active_first is None:
         return "; it never acted"
-    text = f"; it acted at {count(barrier.active_ticks, 'tick')}, first at {barrier.active_first:.2f} s"
+    text = f"; it acted{_when(barrier)}"
     slower = barrier.active_slower
     if slower is None:
         return text
     way = "slower" if slower >= 0.0 else "faster"
     return f"{text}, in steps that were {of(abs(slower), 'm/s')} {way} than commanded"
+
+
+def _when(acting: BarrierMetrics | BoundMetrics) -> str:
+    return f" at {count(acting.active_ticks or 0, 'tick')}, first at {acting.active_first:.2f} s"
 
 
 def _margin(barrier: BarrierMetrics) -> str:

@@ -90,8 +90,9 @@ class BarrierFilter:
         tightening: d̄ ≥ 0 [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
         priority: names of barriers, the most important one first; the others follow in the order of `barriers`.
         states: (S, n), states at which h and the dynamics are defined, where they are checked.
-        disturbance: w̄, (n,): |w_i| ≤ w̄_i is added to x(k+1) at every tick, and h ≥ 0 holds none the less. Each barrier
-            is then its `robust_barrier`, which must be affine on affine dynamics.
+        disturbance: w̄, (n,), or one for each tick of a period, (P, n): |w_i| ≤ w̄_i is added to x(k+1) at every tick,
+            and h ≥ 0 holds none the less. Each barrier is then its `robust_barrier`, which must be affine on affine
+            dynamics.
         estimate: ē, (n,): the states given to the filter err by at most ē, and h ≥ 0 holds for the true ones.
         delay: the age of what they were predicted from, by the inputs sent since [ticks].
 

@@ -1,8 +1,8 @@
 """Robust barriers: what a bounded disturbance, a late measurement and the estimate's error take from a bound.
 
-The state at tick k is x(k + 1) = A_k x + B_k u + c_k + w(k) with |w_i| ≤ w̄_i, its estimate x̂(k) errs by at most ē_i,
-and is d ticks old when it is used, carried forward by the inputs sent since. With D = d + r − m (the relative degree r
-above the order m is one more delay) the prediction of x(κ) from tick j = κ − D errs by
+The state at tick k is x(k + 1) = A_k x + B_k u + c_k + w(k) with |w_i(k)| ≤ w̄_i(k), a periodic bound. Its estimate
+x̂(k) errs by |e_i| ≤ ē_i, and is d ticks old when it is used, carried forward by the inputs sent since. With
+D = d + r − m (the relative degree r above the order m is one more delay) the prediction of x(κ) from j = κ − D errs by
 
     Φ(κ, j) e + Σ_{i=j+1}^{κ} Φ(κ, i) w(i − 1),   so that   t_h(κ) = max n_κ·(that)                                (a)
 
@@ -47,20 +47,30 @@ class Uncertainty(NamedTuple):
     """What is not known of a state.
 
     Attributes:
-        disturbance: w̄, half-widths of what each tick may add, (n,) [unit of x].
+        disturbance: w̄, half-widths of what tick k may add to x(k + 1), for every k of one period, (P, n) [unit of x].
         estimate: ē, half-widths of the estimate's error, (n,) [unit of x].
         delay: d, the age of an estimate when it is used [ticks].
+        innovations: whether w̄ holds all that an estimate differs by from the prediction of it from the one before, so
+            that ē adds nothing to it: h of the estimate is kept for the disturbance w̄, and ē is what it must be more.
     """
 
     disturbance: Array
     estimate: Array
     delay: int = 0
+    innovations: bool = False
 
     @classmethod
     def of(cls, states: int, disturbance: ArrayLike | None, estimate: ArrayLike | None, delay: int) -> Uncertainty:
-        """One for a system of that many states; None is zero; raises `InputError`."""
-        moved, missed = _half_widths("disturbance", disturbance, states), _half_widths("estimate", estimate, states)
-        return cls(moved, missed, whole_ticks("the delay", delay, 0))
+        """One for a system of that many states; None is zero, (n,) the same at every tick; raises `InputError`."""
+        moved, missed = (
+            _half_widths("disturbance", disturbance, states, True),
+            _half_widths("estimate", estimate, states),
+        )
+        return cls(np.atleast_2d(moved), missed, whole_ticks("the delay", delay, 0))
+
+    def moved(self, k: int) -> Array:
+        """w̄ of tick k, (n,)."""
+        return np.asarray(self.disturbance[k % len(self.disturbance)])
 
 
 class Tightening(NamedTuple):
@@ -81,7 +91,7 @@ def tightening(barrier: AffineBarrier, system: PeriodicAffineSystem, known: Unce
     """The tightening (a)–(d) of a barrier with linear class-K functions; raises `InputError` for any other."""
     check_affine(barrier, system)
     barrier.check_fits(system.n)
-    rates, period = linear_rates(barrier), lcm(barrier.normal_period, system.period)
+    rates, period = linear_rates(barrier), lcm(barrier.normal_period, system.period, len(known.disturbance))
     delay = known.delay + barrier.relative_degree - barrier.order
     left = prediction_errors(barrier.normals(0, barrier.normal_period), system, known, delay)
     psi = np.zeros(period)
@@ -108,7 +118,7 @@ def robust_barrier(
     Args:
         barrier: with linear class-K functions.
         system: x(k + 1) = A_k x + B_k u + c_k + w(k).
-        disturbance: w̄ ≥ |w_i| at every tick, (n,) [unit of x]; None for none.
+        disturbance: w̄ ≥ |w_i| at every tick, (n,), or at tick k of a period, (P, n) [unit of x]; None for none.
         estimate: ē ≥ |x̂_i − x_i| at every tick, (n,) [unit of x]; None for none.
         delay: the age of the estimate, which is carried forward by the inputs sent since, when it is used [ticks].
 
@@ -135,12 +145,14 @@ def nearer_barrier(barrier: AffineBarrier, nearer: Array) -> AffineBarrier:
 def prediction_errors(normals: Array, system: PeriodicAffineSystem, known: Uncertainty, delay: int) -> Array:
     """t_h of (a) for predictions over `delay` ticks and normals of one period (P', n), at every tick of one, (P,)."""
     errors = []
-    for k in range(lcm(len(normals), system.period)):
+    for k in range(lcm(len(normals), system.period, len(known.disturbance))):
         row, error = normals[k % len(normals)], 0.0
+        if known.innovations:
+            error = float(np.abs(row) @ known.estimate)
         for i in range(k, k - delay, -1):
-            error += float(np.abs(row) @ known.disturbance)
+            error += float(np.abs(row) @ known.moved(i - 1))
             row = row @ system.A(i - 1)
-        errors.append(error + float(np.abs(row) @ known.estimate))
+        errors.append(error if known.innovations else error + float(np.abs(row) @ known.estimate))
     return np.array(errors)
 
 
@@ -161,7 +173,10 @@ def _innovation(
         if at > -delay:
             row = row @ system.A(k + at - 1)
     before = row @ system.A(k - delay - 1)
-    return float(np.abs(row) @ (known.disturbance + known.estimate) + np.abs(before) @ known.estimate)
+    moved = known.moved(k - delay - 1)
+    if known.innovations:
+        return float(np.abs(row) @ moved)
+    return float(np.abs(row) @ (moved + known.estimate) + np.abs(before) @ known.estimate)
 
 
 def _periodic(keep: float, added: Array) -> Array:
@@ -175,10 +190,12 @@ def _periodic(keep: float, added: Array) -> Array:
     return np.array(values)
 
 
-def _half_widths(what: str, given: ArrayLike | None, states: int) -> Array:
+def _half_widths(what: str, given: ArrayLike | None, states: int, by_tick: bool = False) -> Array:
     if given is None:
         return np.zeros(states)
     sides = finite_array(f"the {what}", given)
-    if sides.shape != (states,) or np.any(sides < 0.0):
-        raise InputError(f"the {what} is {states} half-widths ≥ 0, one for each state, given {shown(given)}")
+    fits = sides.shape == (states,) or (by_tick and sides.ndim == 2 and len(sides) and sides.shape[1] == states)
+    if not fits or np.any(sides < 0.0):
+        ticks = ", or as many for each tick of a period" if by_tick else ""
+        raise InputError(f"the {what} is {states} half-widths ≥ 0, one for each state{ticks}, given {shown(given)}")
     return sides

@@ -21,6 +21,7 @@ from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError, reaso
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.places import writing
 from pdhocbf_drake.simulation.checks import check_scenario, unused_settings
+from pdhocbf_drake.simulation.not_reached import not_reached
 from pdhocbf_drake.simulation.run_folder import ENTRIES, REPLAY, REPORT, ROWS, Run, begin_run
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED, INTERRUPTED
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -57,6 +58,8 @@ def run(options: argparse.Namespace) -> int:
         raise InputError("--meshcat: walks can be watched live; the replay shows this scenario's oscillator")
     if unused := unused_settings(scenario):
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
+    for sentence in not_reached(scenario):
+        say(f"pdhocbf: {sentence}")
     if scenario.commands or scenario.path:
         from pdhocbf_drake.simulation.commands import limited_commands  # here, since it loads Drake
 

@@ -51,10 +51,8 @@ def plan_limits(biped: Biped, gait: GaitConfig) -> PlanLimits:
         "zmp_outward": min(a.roll + a.outward for a in ankles),
     }
     _check_room(biped, room, load)
-    return PlanLimits(
-        **{name: _rounded(min(value, _FARTHEST)) for name, value in room.items()},
-        step_reach=_step_reach(biped, gait),
-    )
+    rooms = {name: _rounded(min(value, _FARTHEST)) for name, value in room.items()}
+    return PlanLimits.model_validate({**rooms, "step_reach": _step_reach(biped, gait)})
 
 
 def _check_standing(biped: Biped, q: np.ndarray) -> None:

@@ -93,7 +93,7 @@ class CommandedSteps:
         )
 
     def _cut(self, half: np.ndarray, steps: Sequence[Footstep], yaw: float) -> tuple[np.ndarray, np.ndarray | None]:
-        """Half sides (2, n) of the boxes, cut by what the ankles can carry, and how far their middles move for that."""
+        """Half sides (2, n) of the boxes as limits leave them, and how far their middles move for that."""
         limits = self._limits
         if limits is None:
             return half, None
@@ -102,6 +102,8 @@ class CommandedSteps:
             apart = self._gait.region.half(step)[1] - self._gait.region.half_of_foot[1]  # 0 but in a stand
             inward = limits.zmp_outward if step.side == BOTH else limits.zmp_inward
             aside = np.array([inward, limits.zmp_outward])[:: -1 if step.side < 0 else 1] + apart
+            for edge in (low, high):
+                edge[:, i] += np.array(limits.zmp_middle) * [step.side != BOTH, step.side]
             low[:, i] = np.maximum(low[:, i], [-limits.zmp_behind, -aside[0]])
             high[:, i] = np.minimum(high[:, i], [limits.zmp_ahead, aside[1]])
         if (low == -half).all() and (high == half).all():

@@ -33,6 +33,8 @@ class PlanLimits(Config):
         step_reach: farthest that a foothold may lie from the stance foot in x and y, for the legs' length and the
             speed of the swinging leg's joints [m].
         stride: longest stride that is granted to a commanded walk; null is as far as the legs reach [m].
+        zmp_middle: how far ahead of the sole's centre and outward of it the middle of the ZMP box lies, for the torques
+            of knees, hips and ankles [m].
     """
 
     zmp_behind: Room
@@ -41,6 +43,14 @@ class PlanLimits(Config):
     zmp_outward: Room
     step_reach: tuple[Length, Length]
     stride: Shift | None = None
+    zmp_middle: tuple[Room, Room] = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _leave_room(self) -> PlanLimits:
+        for low, high in (("zmp_behind", "zmp_ahead"), ("zmp_inward", "zmp_outward")):
+            if (room := getattr(self, low) + getattr(self, high)) <= 0.0:
+                raise ValueError(f"{low} and {high} must be more than 0 m together, or no ZMP is allowed: {room:g} m")
+        return self
 
 
 class RecoveryConfig(Config):
@@ -79,19 +89,38 @@ class RecoveryConfig(Config):
     freeze_ticks: int = Field(6, ge=0)
 
 
+Box = tuple[Shift, Rate]
+"""Half-widths of what a tick may add to the CoM and to its velocity [m, m/s]."""
+
+
+class AxisBoxes(Config):
+    """Boxes of what a tick may add, of each axis by itself.
+
+    Attributes:
+        x, y: one box for all ticks, or one for each tick of a step.
+    """
+
+    x: tuple[Box, ...] = Field(min_length=1)
+    y: tuple[Box, ...] = Field(min_length=1)
+
+
 class RobustConfig(Config):
     """What the true state may differ by from the one that is planned from, see docs/robust.md.
 
     Attributes:
-        disturbance: the most that a tick may add to the CoM and to its velocity, along x and y [m, m/s].
+        disturbance: the most that a tick may add to the CoM and to its velocity, along x and y [m, m/s]; or
+            {x: [...], y: [...]}, a list of these for each axis, with one entry or with one for each tick of a step.
         estimate: of the error of the measured CoM and velocity along each axis: standard deviations [m, m/s], or their
             covariance [[m², m²/s], [m²/s, m²/s²]].
         sigmas: how many of these the error stays below.
+        innovations: whether `disturbance` is the most that a measured state differs by from the prediction of it a tick
+            before, with all that errors of the measurement add; `pdhocbf design-bound --confidence` finds such ones.
     """
 
-    disturbance: tuple[Shift, Rate] = (0.0, 0.0)
+    disturbance: Box | AxisBoxes = (0.0, 0.0)
     estimate: tuple[Shift, Rate] | tuple[tuple[float, float], tuple[float, float]] = (0.0, 0.0)
     sigmas: Annotated[float, within(0.0, 10.0, "")] = 3.0
+    innovations: bool = False
 
     @model_validator(mode="after")
     def _is_covariance(self) -> RobustConfig:
@@ -104,6 +133,11 @@ class RobustConfig(Config):
                     f"{_LARGEST_VARIANCE:g} (given {[list(com), list(velocity)]})"
                 )
         return self
+
+    def boxes(self, axis: int) -> tuple[Box, ...]:
+        """What a tick may add along an axis (0 or 1): one box for all ticks, or one for each tick of a step."""
+        given = self.disturbance
+        return ((given.x, given.y)[axis]) if isinstance(given, AxisBoxes) else (given,)
 
     @property
     def errors(self) -> tuple[float, float]:

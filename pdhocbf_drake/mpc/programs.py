@@ -1,14 +1,4 @@
-"""The programs of problem (36) for every phase of the step, compiled, each with its solver; and the ladder below them.
-
-1. own        what the scenario asks for; solved once more by the independent solver where the first one gives up.
-2. softened   only below a hard barrier: its rows get slacks with an exact price.
-3. relaxed    stability row (or terminal set) paid for instead of demanded, barriers soft and without decay (γ = 1), no
-              bound on the ZMP's velocity. Only ZMP boxes and step limits are left; where these contradict each other,
-              no rung has a solution (`Reason.INFEASIBLE`). With `mpc.recovery` the walk is planned as a disturbed one
-              instead (`Reason.NO_STEADY_PLAN`).
-
-Below them the controller shifts its last plan; and a walk that stays degraded comes to a stand.
-"""
+"""The programs of problem (36) for every phase of the step, compiled, each with its solver, and kept."""
 
 from __future__ import annotations
 
@@ -20,8 +10,6 @@ import numpy as np
 from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
 from pdhocbf_drake.mpc.digest import digest
-from pdhocbf_drake.mpc.plan import Reason
-from pdhocbf_drake.mpc.terms.term import Term
 from pdhocbf_drake.qp import DaqpQp, ParametricQp, QpSolver, make_solver
 
 T = TypeVar("T")
@@ -153,50 +141,3 @@ def _compiled(problem: AxisProblem, kept: Sequence[Mapping[str, np.ndarray]] | N
     if kept and len(kept) == count:
         return Compiled(qps, OnDemand(count, solver), [int(constants["sizes"][0]) for constants in kept])
     return Compiled(qps, OnDemand(count, solver), OnDemand(count, lambda phase: len(qps[phase].A)))
-
-
-class Rung:
-    """One variant of the problem on both axes, compiled per phase when it is first needed.
-
-    Attributes:
-        reason: what a plan from this rung is logged with.
-    """
-
-    def __init__(
-        self,
-        reason: Reason,
-        problems: Sequence[AxisProblem],
-        solver: str,
-        qps: Sequence[Sequence[ParametricQp]] | None = None,
-    ) -> None:
-        """
-        Args:
-            problems: of both axes. solver: the solver's name.
-            qps: their programs by axis and phase, where others have them too.
-        """
-        self.reason = reason
-        self._problems, self._solver = problems, solver
-        self._qps = qps or [OnDemand(problem.period, problem.compile) for problem in problems]
-        self._solvers: dict[tuple[int, int], QpSolver] = {}
-
-    def solver(self, axis: int, tick: int) -> QpSolver:
-        """The solver of this problem at tick k."""
-        qps = self._qps[axis]
-        place = axis, tick % len(qps)
-        if place not in self._solvers:
-            problem = self._problems[axis]
-            self._solvers[place] = make_solver(self._solver, qps[place[1]], problem.bound_rows)
-        return self._solvers[place]
-
-
-def rungs_of(problems: Sequence[AxisProblem], qps: Sequence[Sequence[ParametricQp]]) -> list[Rung]:
-    """What is solved where the scenario's own problem, with these programs, has no solution."""
-    config = problems[0].setting.config
-    own = Rung(Reason.CROSS_SOLVED, problems, "clarabel", qps)
-    hard = config.barrier == "hard" and any(problem.setting.barriers for problem in problems)
-    softened = [Rung(Reason.SOFTENED, _changed(problems, Term.softened), config.solver)] if hard else []
-    return [own, *softened, Rung(Reason.RELAXED, _changed(problems, Term.relaxed), config.solver)]
-
-
-def _changed(problems: Sequence[AxisProblem], change: Callable[[Term], Term]) -> list[AxisProblem]:
-    return [problem.changed(lambda term: getattr(term, change.__name__)()) for problem in problems]

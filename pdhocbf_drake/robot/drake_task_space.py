@@ -10,7 +10,6 @@ from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN,
 from pdhocbf_drake.robot.task_space import TaskSpace
 
 _ORIGIN = np.zeros(3)
-_SPATIAL = ((LEFT_TURN, LEFT), (RIGHT_TURN, RIGHT))
 _KIND = JacobianWrtVariable.kV
 
 

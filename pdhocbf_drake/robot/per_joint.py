@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -39,12 +40,41 @@ def per_joint_within(low: float, high: float, unit: str, *, above: bool = False)
             parsed = parse(_strict(value))
         except ValidationError:
             text = f"must be one number for all joints, or six: {', '.join(ROLES)}; or a map of left and right to such"
-            raise ValueError(text) from None
-        for number in () if parsed is None else per_joint(parsed):
-            allowed(float(number))
+            raise ValueError(f"{text}{_wrong_sides(value)}") from None
+        for joint, number in [] if parsed is None else _by_joint(parsed):
+            try:
+                allowed(number)
+            except ValueError as error:
+                raise ValueError(f"{error}{f', and {joint} has {number:g}' if joint else ''}") from None
         return parsed
 
     return WrapValidator(check)
+
+
+def _by_joint(value: PerJoint) -> list[tuple[str, float]]:
+    """Each number with the joint that it belongs to, which is empty where one holds for all."""
+    sides = {"left ": value.left, "right ": value.right} if isinstance(value, BothSides) else {"": value}
+    return [
+        (f"{side}{role}".strip(), float(number))
+        for side, own in sides.items()
+        for role, number in (zip(ROLES, own, strict=True) if isinstance(own, tuple) else [("", own)])
+    ]
+
+
+def _wrong_sides(value: Any) -> str:
+    """What is wrong with the keys of a map, in words."""
+    if not isinstance(value, dict):
+        return ""
+    unknown = [f"{key!r} is no side" for key in value if key not in BothSides.model_fields]
+    missing = [f"{side} is missing" for side in BothSides.model_fields if side not in value]
+    wrong = [f"{side} is {given}" for side, given in value.items() if not _fits(given)]
+    return "".join(f", and {said}" for said in (unknown or missing or wrong)[:1])
+
+
+def _fits(value: Any) -> bool:
+    """Whether a side has one number or six."""
+    numbers = value if isinstance(value, list | tuple) and len(value) == len(ROLES) else [value]
+    return all(isinstance(number, int | float) and math.isfinite(number) for number in numbers)
 
 
 def _strict(value: Any) -> Any:

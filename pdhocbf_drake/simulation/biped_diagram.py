@@ -128,7 +128,7 @@ def biped_diagram(
         wiring.builder.Connect(push.GetOutputPort("applied_spatial_force"), applied)
         wiring.log("push")
     wiring.log("com_z", "foot_state", "ground_load", "joint_state", "foot_reference", "desired_state", "feedforward")
-    wiring.log("actuation", "robot_state", "contact_forces")
+    wiring.log("whole_body_zmp", "actuation", "robot_state", "contact_forces")
     return wiring.build("biped_walk")
 
 

@@ -3,23 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from pdhocbf_drake.barriers import (
-    Bound,
-    check_in_safe_set,
-    check_relative_degree,
-    constant,
-    make_bound,
-)
-from pdhocbf_drake.barriers.config import Side
 from pdhocbf_drake.config import parse_config
-from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.config import SENSING
 from pdhocbf_drake.mpc.controller import PeriodicMpc
@@ -32,6 +22,7 @@ from pdhocbf_drake.simulation.command_orbits import ConstantWalks, constant_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.kept_walk import keep_programs, kept_programs, walk_file
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.scenario_barriers import AT_REST, barrier_of, naming
 from pdhocbf_drake.simulation.sensed import EXACT, sensed
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig
@@ -39,11 +30,10 @@ from pdhocbf_drake.walking.commanded_walk import CommandedFootsteps
 from pdhocbf_drake.walking.commands import Command
 from pdhocbf_drake.walking.quantities import Quantity
 from pdhocbf_drake.walking.vhip import Vhip
-from pdhocbf_drake.walking.walk_barrier import CommandOrbits, WalkBarrier, make_walk_barrier
+from pdhocbf_drake.walking.walk_barrier import CommandOrbits, WalkBarrier
 
 _STANDING = 2  # steps that a walk under one command stands before it begins
 _COMPLETE = "complete"  # a name among what is kept of a walk
-AT_REST = np.zeros((2, 3))  # [c, v, p] per axis from the middle between the feet
 
 
 @dataclass(frozen=True)
@@ -144,12 +134,12 @@ def _built(scenario: Scenario, parts: WalkParts) -> Walk:
             orbits = _command_orbits(config, walks)
         if config.bound.follows_orbit and (orbits is None or orbits.margin is None):
             stride = gait.config.stride if config.bound.stride is None else config.bound.stride
-            with _naming(name):
+            with naming(name):
                 gait_of(scenario, stride)
             nominal.append((0.0, parts.nominal_walk(scenario, stride)))
             climbs = even_climbs(gait) if config.bound.stride is None else []
             nominal += [(rise, parts.nominal_walk(scenario, length, rise)) for length, rise in climbs]
-        return _barrier(name, config, gait, vhip, nominal, orbits)
+        return barrier_of(name, config, gait, vhip, nominal, orbits)
 
     barriers = [barrier(name, config) for name, config in scenario.barriers.items()]
     if scenario.mpc.zmp_velocity_max is not None:
@@ -209,80 +199,6 @@ def _command_orbits(config: WalkBarrierConfig, walks: ConstantWalks) -> CommandO
     if not bound.follows_orbit or bound.stride is not None:
         return CommandOrbits(walks, expect=walks.expect)
     return CommandOrbits(walks, bound.margin or 0.0, bound.kind == "orbit_peak", walks.expect)
-
-
-def _barrier(
-    name: str, config: WalkBarrierConfig, gait: Gait, vhip: Vhip, nominal: Sequence[tuple[float, np.ndarray]],
-    orbits: CommandOrbits | None,
-) -> WalkBarrier:  # fmt: skip
-    """One barrier.
-
-    Args:
-        nominal: the nominal walks (2, 2N, 3) that its bound follows, each with the rise of its steps [m]: the outer
-            envelope of their orbits; none for other bounds.
-        orbits: those of a walk that follows commands. Where the bound follows them, the barrier's own one is that of
-            a speed in a stand.
-    """
-    quantity = config.bounded
-    if orbits is not None and orbits.margin is not None:
-        bound = constant(orbits.margin if config.side == "upper" else -orbits.margin)
-        return make_walk_barrier(name, config, vhip, gait, bound, True, orbits)
-    with _naming(name):
-        orbit = _envelope(quantity, config.side, gait, nominal)
-        bound = _bound(config, quantity.period(vhip.period), gait.config.ticks_per_gait, orbit)
-        farthest = max(bound.values, key=abs)
-        if abs(farthest) > quantity.largest:
-            raise InputError(f"a bound may be {quantity.largest:g} {quantity.unit} at most, this one is {farthest:g}")
-    at_rest = config.quantity is not None
-    barrier = make_walk_barrier(name, config, vhip, gait, bound, at_rest, orbits)
-    check_relative_degree(barrier, vhip.system)
-    if not at_rest:
-        try:
-            check_in_safe_set(barrier, vhip.system, 0, AT_REST[quantity.axis])
-        except InputError as error:
-            raise InputError(f"{error}{_rest_hint(config.side, bound)}") from None
-    return barrier
-
-
-def _envelope(
-    quantity: Quantity, side: Side, gait: Gait, nominal: Sequence[tuple[float, np.ndarray]]
-) -> np.ndarray | None:
-    """The outer one of a quantity's values on several nominal walks, at each tick of its period."""
-    found = [quantity.orbit(w, Vhip(gait.eta(rise), gait.config.tick), gait.config, side) for rise, w in nominal]
-    orbits = [orbit for orbit in found if orbit is not None]
-    if not orbits:
-        return None
-    return np.asarray(np.max(orbits, axis=0) if side == "upper" else np.min(orbits, axis=0))
-
-
-def _bound(config: WalkBarrierConfig, period: int, gait: int, orbit: np.ndarray | None) -> Bound:
-    """The bound of a quantity that repeats after `period` ticks; a table may also repeat after a gait."""
-    values = config.bound.values or ()
-    if config.bound.kind == "tabulated" and len(values) != gait and period % len(values):
-        step = gait // 2
-        raise InputError(
-            f"the tabulated bound has {len(values)} values, but a bound repeats after a step of {step} ticks or after "
-            f"two: give {step} or {gait}, or a divisor of {period}"
-        )
-    return make_bound(config.bound, gait if len(values) == gait else period, orbit, config.side)
-
-
-@contextmanager
-def _naming(name: str) -> Iterator[None]:
-    """Puts the name of the barrier before the message of an error inside."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f'barrier "{name}": {error}') from None
-
-
-def _rest_hint(side: str, bound: Bound) -> str:
-    """The correction of a bound that excludes 0, the quantity's value at rest."""
-    if side == "upper" and min(bound.values) < 0:
-        return "; a walk starts at rest, which an upper bound below 0 leaves out: for a backward walk use side: lower"
-    if side == "lower" and max(bound.values) > 0:
-        return "; a walk starts at rest, which a lower bound above 0 leaves out"
-    return ""
 
 
 def gait_of(scenario: Scenario, stride: float) -> Gait:

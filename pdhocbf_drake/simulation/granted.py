@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from pdhocbf_drake.walking.com_height import GRAVITY
 _HALVINGS = 5  # of the stride
 _GRIP = 0.9  # share of the friction that a walk may use
 _GIVES_WAY = 0.8  # share of a joint's peak that it may have where the whole-body program takes the rest
+_SHORT = 0.9  # share of its peak without which a joint counts as short: it does that for one kind of joint at a time
 _YAW = 10.0  # how far the torso may turn where it gives way, over the friction that is left [rad]
 _GAITS = 4  # in which the torso's yaw settles
 
@@ -56,31 +58,57 @@ def longest_granted(asked: Asked, stride: float) -> float | None:
     return round(low * stride, 4)
 
 
+def largest_torque(asked: Asked, stride: float) -> tuple[float, str]:
+    """The largest share of a joint's torque in the steady walk straight ahead at a stride [m], and that in words.
+
+    Infinite where it can't be walked.
+    """
+    motion = _steady(asked, stride)
+    if isinstance(motion, str):
+        return math.inf, motion
+    peaks, limits = np.abs(motion.torques).max(axis=0), asked.biped.effort_limits
+    joint = int((peaks / limits).argmax())
+    return float(peaks[joint] / limits[joint]), _needs(asked.biped, joint, peaks, limits, "N m")
+
+
 def exceeded(asked: Asked, stride: float) -> Excess:
     """What a steady walk straight ahead at a stride [m] asks of a joint, or of the ground, beyond its limit."""
+    biped, scenario, motion = asked.biped, asked.scenario, _steady(asked, stride)
+    if isinstance(motion, str):
+        return Excess(motion)
+    asks = [
+        (np.abs(values).max(axis=0), limits, unit)
+        for values, limits, unit in (
+            (motion.torques, biped.effort_limits, "N m"), (motion.speeds, biped.velocity_limits, "rad/s")
+        )
+    ]  # fmt: skip
+    short = sum(int((_SHORT * peaks > limits).reshape(2, -1).any(axis=0).sum()) for peaks, limits, _ in asks)
+    share = 1.0 if scenario.whole_body.kind == "closed_form" or short > 1 else _GIVES_WAY
+    for peaks, limits, unit in asks:
+        joint = int((peaks / limits).argmax())
+        if share * peaks[joint] > limits[joint]:
+            return Excess(_needs(biped, joint, peaks, limits, unit))
+    # In a turn the ground also gives the centripetal force.
+    duration = scenario.gait.ticks_per_step * scenario.gait.tick
+    return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)._replace(motion=motion)
+
+
+def _steady(asked: Asked, stride: float) -> SteadyMotion | str:
+    """The steady motion straight ahead, or why there is none."""
     biped, scenario = asked.biped, asked.scenario
     try:
         motion = steady_motion(biped, nominal_mpc(scenario, stride, asked.programs))
     except PdhocbfError as error:
-        return Excess(_of_ankles(biped, scenario) or str(error))
-    if isinstance(motion, OutOfReach):
-        return Excess(motion.reason)
-    share = 1.0 if scenario.whole_body.kind == "closed_form" else _GIVES_WAY
-    for values, limits, unit in (
-        (motion.torques, biped.effort_limits, "N m"),
-        (motion.speeds, biped.velocity_limits, "rad/s"),
-    ):
-        peaks = np.abs(values).max(axis=0)
-        joint = int((peaks / limits).argmax())
-        if share * peaks[joint] > limits[joint]:
-            missing = peaks[joint] - limits[joint]
-            return Excess(
-                f"{biped.joint_names[joint]} needs {peaks[joint]:.3g} {unit} and has {limits[joint]:.3g} {unit}, "
-                f"{missing:.2g} {unit} are missing"
-            )
-    # In a turn the ground also gives the centripetal force.
-    duration = scenario.gait.ticks_per_step * scenario.gait.tick
-    return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)._replace(motion=motion)
+        return _of_ankles(biped, scenario) or str(error)
+    return motion.reason if isinstance(motion, OutOfReach) else motion
+
+
+def _needs(biped: Biped, joint: int, peaks: np.ndarray, limits: np.ndarray, unit: str) -> str:
+    need, has = peaks[joint], limits[joint]
+    return (
+        f"{biped.joint_names[joint]} needs {need:.3g} {unit} and has {has:.3g} {unit}, "
+        f"{need - has:.2g} {unit} are missing"
+    )
 
 
 def grip_of(biped: Biped, scenario: Scenario) -> Grip:

@@ -17,6 +17,7 @@ from pdhocbf_drake.simulation.granted import Asked, exceeded, longest_granted
 from pdhocbf_drake.simulation.ground_checks import check_start
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.uneven_checks import check_known_ground, known_ground_findings
+from pdhocbf_drake.simulation.zmp_place import placed
 
 _FAR = 0.7  # share of a joint's limit below which a walk is taken as it is, by its preview
 _SLIPPERY = 0.3  # friction below which it is looked at; a walk uses some 0.08 and 20 mm about the vertical
@@ -78,6 +79,10 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
     asked, sentences, programs = commanded_stride(scenario), list[str](), ProgramCache()
     turn = max((abs(command.turn) for command in scenario.commands), default=0.0)
     walk = Asked(biped, scenario, programs, turn)
+    walk, place = placed(walk, asked)
+    if place:
+        scenario, limits = walk.scenario, walk.scenario.mpc.plan_limits or limits
+        sentences.append(place)
     first = exceeded(walk, asked)
     if first.of_ground:
         scenario, said = _cautious(scenario, biped)

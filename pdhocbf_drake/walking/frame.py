@@ -41,3 +41,22 @@ def inner_share(low: np.ndarray, high: np.ndarray, angle: float) -> float:
                 elif value < least:
                     share = min(share, float(least) / value)
     return share
+
+
+def inner_box(low: np.ndarray, high: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """A box [least, most] about 0 with R(angle) · [least, most] inside the box [low, high]; for shapes (2,).
+
+    The largest similar rectangle, whose sides then go out, those across x first, to the edges of [low, high] or to the
+    same number there. Where 0 lies on an edge, the similar rectangle is a point, and this box goes to one side of it.
+    """
+    matrix, share = rotation(angle), inner_share(low, high, angle)
+    normals, distances = np.vstack([matrix, -matrix]), np.concatenate([high, -low])  # n · r ≤ d in turned axes
+    sides, farthest = np.array([-share * low, share * high]), np.array([-low, high])  # distances from 0
+    for axis in (0, 1):
+        across = normals[:, 1 - axis]
+        taken = np.maximum(-across * sides[0, 1 - axis], across * sides[1, 1 - axis])
+        for side, outward in ((0, -normals[:, axis]), (1, normals[:, axis])):
+            facing = outward > 1e-9
+            room = np.min((distances - taken)[facing] / outward[facing])
+            sides[side, axis] = max(sides[side, axis], min(room, farthest[side, axis]))
+    return -sides[0], sides[1]

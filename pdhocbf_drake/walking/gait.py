@@ -224,10 +224,6 @@ class Gait:
         """The same walk up to step j, and from there on footsteps `stride` [m] apart along x."""
         return Gait(self.config, self.footsteps.with_stride(stride, step))
 
-    def is_standing(self, step: int) -> bool:
-        """True where no foot swings during step j."""
-        return self.support(step) == BOTH
-
     def swing_ticks(self) -> int:
         """Ticks of a step during which the swing foot is in the air."""
         return self.period - self.config.double_support_ticks

@@ -23,7 +23,7 @@ class WholeBodyConfig(Config):
         height: price of the CoM's height. It is dear, since a CoM that gives way downwards bends the knees further.
         torso: price of the torso's roll and pitch.
         torso_yaw: price of the torso's yaw.
-        swing: price of the swinging foot's place.
+        swing: price of the swinging foot's place, and of its turn at the corners of its sole.
         joint_gamma: γ_1, γ_2 of the barriers on joint angles, at most 1 together [1].
         torque_rate: largest rate of the feedforward torques; null leaves it free [N m/s].
     """

@@ -8,7 +8,7 @@ import numpy as np
 from pydrake.common.eigen_geometry import AngleAxis
 from pydrake.math import RollPitchYaw, RotationMatrix
 
-from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT, TORSO_TURN
+from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT, TORSO_TURN, TURNS
 
 TASKS = 18
 _POLE = 0.9  # of the return, twice
@@ -20,7 +20,7 @@ _HEIGHT = COM.start + 2
 class Deviation(NamedTuple):
     """Deviation ξ of the task coordinates from their references, and its rate, (18,) each [m, rad, s].
 
-    ξ(k+1) = ξ(k) + δ ξ̇(k) and ξ̇(k+1) = ξ̇(k) + δ ξ̈(k). That of the torso's turn is a rotation vector in the world.
+    ξ(k+1) = ξ(k) + δ ξ̇(k) and ξ̇(k+1) = ξ̇(k) + δ ξ̈(k). Those of turns are rotation vectors in the world.
     """
 
     place: np.ndarray
@@ -60,14 +60,21 @@ class Deviation(NamedTuple):
         """Adds the deviation, its rate and its return to the tasks' motion (3, 18), in place.
 
         Returns:
-            The angles of torso, left and right sole, see `WholeBodyIk.motion`, with the torso turned.
+            The angles of torso, left and right sole, see `WholeBodyIk.motion`, with these turned.
         """
         wanted[0, _PLACES] += self.place[_PLACES]
         wanted[1] += self.rate
         wanted[2] += self.returning(tick)
-        turn = self.place[TORSO_TURN]
-        if not turn.any():
-            return angles
-        angle = float(np.linalg.norm(turn))
-        turned = RotationMatrix(AngleAxis(angle, turn / angle)) @ RotationMatrix(RollPitchYaw(*angles[:3]))
-        return (*RollPitchYaw(turned).vector().tolist(), *angles[3:])
+        found = list(angles)
+        for part, turn in enumerate(TURNS):
+            if self.place[turn].any():
+                own = slice(3 * part, 3 * part + 3)
+                found[own] = _turned(angles[own], self.place[turn])
+        return tuple(found)
+
+
+def _turned(angles: tuple[float, ...], turn: np.ndarray) -> list[float]:
+    """Roll, pitch and yaw after a rotation vector in the world, not zero, (3,) [rad]."""
+    angle = float(np.linalg.norm(turn))
+    turned = RotationMatrix(AngleAxis(angle, turn / angle)) @ RotationMatrix(RollPitchYaw(*angles))
+    return RollPitchYaw(turned).vector().tolist()

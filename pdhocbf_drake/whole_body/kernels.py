@@ -18,6 +18,8 @@ coefficients, lower, upper and speed of `write_interval`, and of the soles' limi
 JOINTS, PER_SOLE, WRENCH = 12, 15, 6
 AWAY, PLACE, RATE, LAST, ERROR, TABLE = 0, 1, 19, 37, 49, 61
 """Where parts of the memory's vector begin, see `BodyMemory`."""
+CENTRE = (9, 13)
+"""Rows of a sole that are its centre of pressure's, first and last + 1."""
 PERSISTS = 0.5  # share of the last error that the next tick is predicted to have
 _SOLE_POSES = (15, 27)  # in poses (39,), see `robot.task_space`
 
@@ -55,11 +57,12 @@ def write_use(
     tau: np.ndarray, left: np.ndarray, right: np.ndarray, q: np.ndarray, v: np.ndarray, vdot: np.ndarray,
     memory: np.ndarray, tick: int, poses: np.ndarray, share: float, limits: Limits, use: np.ndarray, low: np.ndarray,
     high: np.ndarray,
-) -> tuple[int, float]:  # fmt: skip
-    """What a motion uses of each limit, and the limits (n,); n, and by how much it exceeds one.
+) -> tuple[int, float, float]:  # fmt: skip
+    """What a motion uses of each limit, and the limits (n,); n, and by how much it exceeds one, and a sole's edge.
 
     First the joints' torques over what the plan may use, then their accelerations [rad/s²], then the rows of each sole
-    that carries load.
+    that carries load. A centre of pressure beyond an edge is its own limit: no motion brings it back inside, but none
+    may take it farther out.
 
     Args:
         tau: torques of the joints (12,) [N m]. left, right: wrenches on the soles (6,). q, v, vdot: of all joints.
@@ -76,18 +79,21 @@ def write_use(
             q[joints[i] : joints[i] + 1], v[places[i] : places[i] + 1], coefficients, lower[i : i + 1],
             upper[i : i + 1], speed[i : i + 1], low[JOINTS + i : JOINTS + i + 1], high[JOINTS + i : JOINTS + i + 1],
         )  # fmt: skip
-    count = 2 * JOINTS
+    count, outside = 2 * JOINTS, -np.inf
     for sole in range(2):
         if (share if sole == 0 else 1.0 - share) > 0.0:
             wrench = left if sole == 0 else right
             write_sole(wrench, _SOLE_POSES[sole], poses, rows[sole], use[count : count + PER_SOLE])
             for i in range(PER_SOLE):
                 low[count + i], high[count + i] = rows_low[i], rows_high[i]
+            for i in range(count + CENTRE[0], count + CENTRE[1]):
+                outside = max(outside, max(low[i] - use[i], use[i] - high[i]))
+                low[i], high[i] = min(low[i], use[i]), max(high[i], use[i])
             count += PER_SOLE
     worst = -np.inf
     for i in range(count):
         worst = max(worst, max(low[i] - use[i], use[i] - high[i]))
-    return count, worst
+    return count, worst, outside
 
 
 @compiled
@@ -103,9 +109,9 @@ def passes(
         last: q of the last tick. effort: of the joints (12,) [N m]. step: most that they move in a tick (12,) [rad].
         exceeded: by how much a limit may be exceeded.
     """
-    _, worst = write_use(tau, left, right, q, v, vdot, memory, tick, poses, share, limits, use, low, high)
+    _, worst, outside = write_use(tau, left, right, q, v, vdot, memory, tick, poses, share, limits, use, low, high)
     joints = limits[2]
-    inside = worst <= exceeded
+    inside = max(worst, outside) <= exceeded
     for i in range(JOINTS):
         inside = inside and abs(tau[i]) <= effort[i] and abs(q[joints[i]] - last[joints[i]]) <= step[i]
     if inside:
@@ -117,17 +123,22 @@ def passes(
 
 
 @compiled
-def learn(memory: np.ndarray, tick: int, applied: np.ndarray, feedforward: np.ndarray) -> None:
+def learn(memory: np.ndarray, tick: int, applied: np.ndarray, feedforward: np.ndarray, stands: bool) -> None:
     """Writes what the PD added at a tick of the gait, applied less feedforward torques (12,), unless it is not finite.
 
-    The memory's error becomes its difference from what was added one gait before.
+    The memory's error becomes its difference from what was remembered of that tick. Ticks behind it that no gait has
+    shown, those with the same value as it had, are taken to have the new one; in a stand all are.
     """
-    start = TABLE + JOINTS * tick
+    start, ticks = TABLE + JOINTS * tick, (len(memory) - TABLE) // JOINTS
     for i in range(JOINTS):
-        added = applied[i] - feedforward[i]
-        if np.isfinite(added):
-            memory[ERROR + i] = added - memory[start + i]
-            memory[start + i] = added
+        added, before = applied[i] - feedforward[i], memory[start + i]
+        if not np.isfinite(added):
+            continue
+        memory[ERROR + i], memory[start + i] = added - before, added
+        for n in range(0 if stands else tick + 1, ticks):
+            if not stands and memory[TABLE + JOINTS * n + i] != before:
+                break
+            memory[TABLE + JOINTS * n + i] = added
 
 
 @compiled

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.robot.biped import Biped
-from pdhocbf_drake.robot.config import Side
+from pdhocbf_drake.robot.config import SIDES, Side
 from pdhocbf_drake.robot.feedforward import Feedforward
 from pdhocbf_drake.robot.grip import Grip
-from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT, TORSO_TURN
+from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN, TURNS
 from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.whole_body.columns import Columns, along_tasks, columns
 from pdhocbf_drake.whole_body.config import WholeBodyConfig
@@ -27,10 +27,11 @@ EXCEEDED = 1e-9
 
 _USABLE = 0.95  # share of a joint's torque for the plan; the rest is for tracking
 _FAST = 0.98  # share of a joint's speed likewise; the rest is for the angles' way between two ticks
-_FAR, _TURNED = 0.05, 0.3  # largest deviation, over the CoM's height, and of the torso's turn [rad]
+_FAR, _TURNED = 0.05, 0.3  # largest deviation, over the CoM's height, and of a turn [rad]
 _LIFT = 2.0  # [m/s²]: by which height gives way at most, since what is pressed now is missing later
 _DEARER = 100.0  # price of the tasks that give way last, over that of the CoM's height
 _OF_LOAD = 1e-2  # price of another share of the load, of the squared share of the weight [m²/s⁴]
+_OF_LEG = JOINTS // 2
 _FIRM = 1e-6  # price of squared joint accelerations where they are decisions [m²/rad²]
 
 
@@ -39,7 +40,7 @@ class Moving(NamedTuple):
 
     Attributes:
         q, v, vdot: (19,), (18,), (18,). torque: that of inverse dynamics.
-        share: of the load, on the left sole. swing: a foot in the air that may give way.
+        share: of the load, on the left sole. swing: a foot in the air, or about to leave the ground, that may give way.
         memory: the layer's vector, see `BodyMemory`. tick: of the gait, whose entry of the memory holds.
     """
 
@@ -96,7 +97,7 @@ class WholeBody:
         self.barriers = JointBarriers.of(lower, upper, _FAST * biped.velocity_limits, config.joint_gamma, tick)
         self.step = tick * biped.velocity_limits
         room = np.full(TASKS, _FAR * biped.config.com_height)
-        room[TORSO_TURN] = _TURNED
+        room[np.r_[TURNS]] = _TURNED
         self._room = JointBarriers.of(-room, room, np.full(TASKS, np.inf), config.joint_gamma, tick)
         self._soles = soles = SoleLimits.of(biped, grip.friction, grip.radius)
         self._limits = (
@@ -105,7 +106,8 @@ class WholeBody:
         self._price = np.full(TASKS, _DEARER * config.height)
         self._price[COM.start + 2] = config.height
         self._price[TORSO_TURN] = config.torso, config.torso, config.torso_yaw
-        self._of_swing = config.swing
+        halves = [biped.soles[side].half_size for side in SIDES]
+        self._of_swing, self._of_turn = config.swing, [config.swing * float(half @ half) for half in halves]
         self._own = np.r_[COM.start + 2, TORSO_TURN]
         joints = np.repeat([Reason.TORQUE, 0], JOINTS)
         self._kinds = np.concatenate([joints, OF_ROWS, OF_ROWS])
@@ -115,8 +117,9 @@ class WholeBody:
         """The motion within the limits; nothing here raises."""
         use = self._use(moving)
         if use.worst <= EXCEEDED and not self._always:
-            return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), Reason.INSIDE)
-        tasks, price = self._free(moving)
+            reason, miss = (Reason.COP, use.outside) if use.outside > EXCEEDED else (Reason.INSIDE, 0.0)
+            return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), reason, miss)
+        tasks, price = self._free(moving, use)
         directions = along_tasks(self._task, tasks)
         if directions is not None:
             change = columns(self._biped, self._task, moving.q, directions, moving.share)
@@ -133,12 +136,18 @@ class WholeBody:
         """The closed form where inverse kinematics misses its target, its torques within their limits."""
         return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), Reason.UNREACHED)
 
-    def _free(self, moving: Moving) -> tuple[np.ndarray, np.ndarray]:
-        """The tasks that give way, and the prices of all (18,)."""
+    def _free(self, moving: Moving, use: Use) -> tuple[np.ndarray, np.ndarray]:
+        """The tasks that give way, and the prices of all (18,); a foot turns where a joint of its leg is at a limit."""
         tasks, price = self._own, self._price.copy()
-        for side, part, loaded in (("left", LEFT, moving.share > 0.0), ("right", RIGHT, moving.share < 1.0)):
-            if side == moving.swing and not loaded:
-                tasks, price[part] = np.r_[tasks, part], self._of_swing
+        places, loads = ((LEFT, LEFT_TURN), (RIGHT, RIGHT_TURN)), (moving.share, 1.0 - moving.share)
+        for leg, (side, (place, turn), load) in enumerate(zip(SIDES, places, loads, strict=True)):
+            if side != moving.swing:
+                continue
+            own = slice(JOINTS + _OF_LEG * leg, JOINTS + _OF_LEG * (leg + 1))
+            if max(use.use[own] - use.high[own]) > EXCEEDED or max(use.low[own] - use.use[own]) > EXCEEDED:
+                tasks, price[turn] = np.r_[tasks, turn], self._of_turn[leg]
+            if not load:
+                tasks, price[place] = np.r_[tasks, place], self._of_swing
         return tasks, price
 
     def _of_joints(self, moving: Moving, use: Use, price: np.ndarray) -> Kept:
@@ -154,7 +163,7 @@ class WholeBody:
         ordered = jacobian[:, order]
         hessian = ordered.T @ (price[:, None] * ordered) + _FIRM * np.eye(TASKS)
         bounded, soft = self._bounded(hessian, low, high, change), use.kinds > 0
-        others = Use(use.use[soft], use.low[soft], use.high[soft], use.kinds[soft], use.worst)
+        others = Use(use.use[soft], use.low[soft], use.high[soft], use.kinds[soft], use.worst, use.outside)
         found = self.solve(soft_program(others, self._rows(change, moving.share)[soft], bounded))
         if found is None:
             return self._clipped(moving, use)
@@ -176,11 +185,11 @@ class WholeBody:
     def _use(self, moving: Moving) -> Use:
         """What the motion uses of all limits."""
         use, low, high = self._into
-        count, worst = write_use(
+        count, worst, outside = write_use(
             *moving.torque, moving.q, moving.v, moving.vdot, moving.memory, moving.tick, self._task.poses(),
             moving.share, self._limits, use, low, high,
         )  # fmt: skip
-        return Use(use[:count], low[:count], high[:count], self._kinds[:count], worst)
+        return Use(use[:count], low[:count], high[:count], self._kinds[:count], worst, outside)
 
     def _rows(self, change: Columns, share: float) -> np.ndarray:
         """How the use changes with the decisions (m, n)."""
@@ -221,6 +230,8 @@ class WholeBody:
         reason = Reason.INSIDE if use.worst <= EXCEEDED else Reason.KEPT
         if miss > EXCEEDED:
             reason = SOFTENED[int(slack.argmax())]
+        elif use.outside > EXCEEDED:
+            reason, miss = Reason.COP, use.outside
         vdot = moving.vdot + change.vdot @ decisions
         return Kept(vdot, self._within(torque, moving.last), given, reason, miss)
 

@@ -9,11 +9,11 @@ import numpy as np
 
 from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.config import SIDES
-from pdhocbf_drake.whole_body.kernels import PER_SOLE
+from pdhocbf_drake.whole_body.kernels import CENTRE, PER_SOLE
 from pdhocbf_drake.whole_body.reason import Reason
 
 _SIDES = 8  # of the polygon around the circle of friction
-_LOAD, _ALONG, _CENTRE, _TWIST = slice(0, 1), slice(1, 9), slice(9, 13), slice(13, 15)
+_LOAD, _ALONG, _CENTRE, _TWIST = slice(0, 1), slice(1, 9), slice(*CENTRE), slice(13, 15)
 
 OF_ROWS = np.empty(PER_SOLE, dtype=np.int64)
 """The `Reason` of each row of a sole."""

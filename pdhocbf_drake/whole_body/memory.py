@@ -20,7 +20,8 @@ class BodyMemory(NamedTuple):
         deviation: see `Deviation`.
         last: feedforward torques of the last tick (12,) [N m].
         error: what the PD added at the last tick that is measured, less what it added one gait before (12,) [N m].
-        table: torque that the PD added at each tick of a gait, (T, 12) [N m].
+        table: torque that the PD added at each tick of a gait, or where none has been walked yet at the last tick,
+            (T, 12) [N m].
     """
 
     deviation: Deviation

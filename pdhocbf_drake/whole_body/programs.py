@@ -19,6 +19,7 @@ class Use(NamedTuple):
         use, low, high: (m,).
         kinds: the `Reason` of each row that may be softened, 0 for the joints' accelerations (m,).
         worst: by how much a limit is exceeded, negative where none is.
+        outside: by how much a sole's centre of pressure is beyond an edge, likewise.
     """
 
     use: np.ndarray
@@ -26,6 +27,7 @@ class Use(NamedTuple):
     high: np.ndarray
     kinds: np.ndarray
     worst: float
+    outside: float
 
 
 class Bounded(NamedTuple):

@@ -10,7 +10,7 @@ from pdhocbf_drake.robot.biped import Biped
 from pdhocbf_drake.robot.config import Side
 from pdhocbf_drake.robot.feedforward import Feedforward, InverseDynamics
 from pdhocbf_drake.robot.grip import Grip
-from pdhocbf_drake.robot.posture import LEFT, RIGHT
+from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN
 from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.whole_body.config import WholeBodyConfig
 from pdhocbf_drake.whole_body.deviation import TASKS, Deviation
@@ -19,9 +19,11 @@ from pdhocbf_drake.whole_body.layer import EXCEEDED, Moving, WholeBody
 from pdhocbf_drake.whole_body.memory import BodyMemory
 from pdhocbf_drake.whole_body.reason import Reason
 
+_SUPPORT = 2  # of gait_phase, 0 where both feet stand
 _LANDING = 0.3  # share of a step before its end in which a swing foot comes back and gives way no more
+_LEAVING = 0.5  # share of the load below which a foot that is about to swing may turn
 
-_FEET: dict[Side, slice] = {"left": LEFT, "right": RIGHT}
+_FEET: dict[Side, slice] = {"left": slice(LEFT.start, LEFT_TURN.stop), "right": slice(RIGHT.start, RIGHT_TURN.stop)}
 
 
 class Clock(NamedTuple):
@@ -36,7 +38,7 @@ class Now(NamedTuple):
 
     Attributes:
         memory: the layer's vector, see `BodyMemory`. tick: of the gait.
-        share: of the load, on the left sole. aloft: a foot that carries none.
+        share: of the load, on the left sole. aloft: a foot that carries none, or that is about to and carries little.
         left: time to the end of the step over the part of it in which a foot lands [1].
     """
 
@@ -69,7 +71,7 @@ class BodyTicks:
     def now(self, memory: np.ndarray, gait_phase: np.ndarray | None, share: float, swing: Side | None) -> Now:
         """The tick, from the clock and the foot that swings; without a clock the first one of a gait."""
         tick, period = self._tick_of_gait(gait_phase), self._clock.ticks_per_step
-        aloft = swing if swing is not None and (share if swing == "left" else 1.0 - share) == 0.0 else None
+        aloft = swing if swing is not None and (share if swing == "left" else 1.0 - share) < _LEAVING else None
         return Now(memory, tick, share, aloft, (period - 1 - tick % period) / (_LANDING * period))
 
     def add_to(self, now: Now, wanted: np.ndarray, angles: tuple[float, ...]) -> tuple[float, ...]:
@@ -117,7 +119,8 @@ class BodyTicks:
         self, memory: np.ndarray, gait_phase: np.ndarray | None, applied: np.ndarray, feedforward: np.ndarray
     ) -> None:
         """Writes what the PD added at a tick into the memory's vector: applied less feedforward torques (12,) [N m]."""
-        learn(memory, self._tick_of_gait(gait_phase), applied, feedforward)
+        stands = gait_phase is not None and gait_phase[_SUPPORT] == 0.0
+        learn(memory, self._tick_of_gait(gait_phase), applied, feedforward, stands)
 
     def _deviation(self, now: Now) -> Deviation:
         """That of the last tick, but for feet that carry load."""

@@ -40,7 +40,7 @@ class BarrierTerm(Term):
         self.barrier, self._soft = barrier, soft
         self._seen_anew = isinstance(barrier, WalkBarrier) and barrier.seen_anew
         self._part, self._name = f"bound_{barrier.name}", rows_of(barrier.name)
-        nearer = nearer_bound(barrier, setting.vhip, setting.config)
+        nearer = nearer_bound(barrier, setting.vhip, setting.config, setting.axis)
         count = setting.config.horizon + 1
         self._less = None if nearer is None else [barrier.sign * repeated(nearer, k, count) for k in range(len(nearer))]
 

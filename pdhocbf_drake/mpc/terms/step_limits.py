@@ -12,7 +12,7 @@ from pdhocbf_drake.mpc.commanded import Commanded
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Term, Tick
-from pdhocbf_drake.walking.frame import inner_share, rotation
+from pdhocbf_drake.walking.frame import inner_box, rotation
 from pdhocbf_drake.walking.sides import BOTH
 from pdhocbf_drake.walking.walker import GAP
 
@@ -93,7 +93,7 @@ def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.nda
     """Least and greatest move to each coming foothold as the walk is commanded, shapes (2, n_f) [m].
 
     The limits of a step hold along the axes of the foot that it is made from. Where these are turned, what a foothold
-    may deviate from the commanded one, or from the allowed one next to it, is the largest similar rectangle inside.
+    may deviate from the commanded one, or from the allowed one next to it, is a rectangle inside, see `inner_box`.
     """
     lower, upper = ahead.moves.copy(), ahead.moves.copy()
     for i, (before, after) in enumerate(pairwise(ahead.steps)):
@@ -104,8 +104,8 @@ def step_ranges(config: MpcConfig, ahead: Commanded) -> tuple[np.ndarray, np.nda
         low, high = _range(config, move, after.side, after.yaw - before.yaw, ahead.sole)
         if turn:
             allowed = np.clip(move, low, high)
-            share, centre = inner_share(low - allowed, high - allowed, -turn), rotation(turn) @ allowed
-            low, high = (centre + share * (limit - allowed) for limit in (low, high))
+            centre, (low, high) = rotation(turn) @ allowed, inner_box(low - allowed, high - allowed, -turn)
+            low, high = centre + low, centre + high
         lower[:, i], upper[:, i] = low, high
     return lower, upper
 

@@ -23,6 +23,7 @@ from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.simulation.build import Walk, WalkParts, build_walk
 from pdhocbf_drake.simulation.checks import check_scenario
 from pdhocbf_drake.simulation.limits import within_its_limits
+from pdhocbf_drake.simulation.not_reached import check_pushed
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import advance, make_diagram
 from pdhocbf_drake.studies.shared.endings import ending_of
@@ -45,6 +46,7 @@ def run_one(scenario_data: dict[str, Any], walk: Walk | None = None) -> dict[str
     """
     try:
         scenario = Scenario.from_dict(scenario_data, "scenario")
+        check_pushed(scenario)
         started = time.perf_counter()
         logged = make_diagram(scenario, walk=walk, form="fused")
         built = time.perf_counter()

@@ -22,7 +22,7 @@ Adversary = Callable[[int, np.ndarray, Memory, Plan], np.ndarray]
 
 def adversary(
     kind: Kind,
-    disturbance: Disturbance,
+    disturbances: Sequence[Disturbance],
     templates: Sequence[SteppingTemplate],
     sets: Sequence[InvariantSet],
     random: np.random.Generator,
@@ -30,20 +30,24 @@ def adversary(
     """Disturbances of one kind.
 
     Args:
-        kind: "random" takes one corner of the box or another at each tick, "constant" one for ever, and "worst" the one
-            after which the state predicted next is deepest outside of the sets, or closest to their edge.
-        templates, sets: of x and y, the sets as those of `walk_sets`.
+        kind: "random" takes one corner of the box or another at each tick, "constant" the same for ever, and "worst"
+            the one after which the state predicted next is deepest outside of the sets, or closest to their edge.
+        disturbances, templates, sets: of x and y, the sets as those of `walk_sets`.
     """
-    corners = disturbance.points(2)
-    fixed = corners[random.integers(len(corners), size=2)]
+    fixed = random.choice([-1.0, 1.0], size=(2, 2))
+
+    def largest(tick: int) -> np.ndarray:
+        """Half-widths of x and y of what is added to the state at a tick."""
+        return np.array([part.points(tick - 1, 2).max(axis=0) for part in disturbances])
+
     if kind == "constant":
-        return lambda tick, state, memory, plan: fixed
+        return lambda tick, state, memory, plan: fixed * largest(tick)
     if kind == "random":
-        return lambda tick, state, memory, plan: corners[random.integers(len(corners), size=2)]
+        return lambda tick, state, memory, plan: random.choice([-1.0, 1.0], size=(2, 2)) * largest(tick)
     return lambda tick, state, memory, plan: np.array(
         [
-            _worst(corners, template, part, tick, *_seen(template, axis, tick, state, memory, plan))
-            for axis, (template, part) in enumerate(zip(templates, sets, strict=True))
+            _worst(part.points(tick - 1, 2), template, inner, tick, *_seen(template, axis, tick, state, memory, plan))
+            for axis, (part, template, inner) in enumerate(zip(disturbances, templates, sets, strict=True))
         ]
     )
 

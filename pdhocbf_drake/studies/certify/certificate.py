@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.barriers.recursion import linear_rates
-from pdhocbf_drake.mpc.config import MpcConfig
+from pdhocbf_drake.mpc.config import Box, MpcConfig, RobustConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.orbit import nominal_walk
-from pdhocbf_drake.mpc.robust import enforced_barrier
+from pdhocbf_drake.mpc.robust import check_boxes, enforced_barrier
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.sets.disturbance import Largest
 from pdhocbf_drake.sets.invariant_set import InvariantSet, broken_phases
 from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.simulation.build import Walk, build_walk, even_climbs
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.sensed import sensed
 from pdhocbf_drake.studies.certify.disturbed import Disturbance, Sets, largest, psi_set, walk_sets
 from pdhocbf_drake.studies.shared.stepping_template import (
     SteppingTemplate,
@@ -158,7 +160,7 @@ def certify_axis(
         BoundCertificate(
             barrier,
             walk_sets(template, [barrier], disturbance),
-            psi_set(template, enforced(barrier), disturbance) if with_rows else None,
+            psi_set(template, barrier, enforced(barrier), disturbance) if with_rows else None,
             _failing(template, unbounded, barrier, disturbance),
             enforced(barrier),
         )
@@ -187,11 +189,11 @@ def _largest(found: AxisCertificate, disturbance: Disturbance, with_rows: bool) 
         def kept(given: Disturbance, within: Sets, barrier: AffineBarrier = barrier) -> InvariantSet:
             return walk_sets(template, [barrier], given, within)
 
-        def rows(given: Disturbance, within: Sets, barrier: AffineBarrier = bound.enforced) -> InvariantSet | None:
-            return psi_set(template, barrier, given, within)
+        def rows(given: Disturbance, within: Sets, bound: BoundCertificate = bound) -> InvariantSet | None:
+            return psi_set(template, bound.barrier, bound.enforced, given, within)
 
         yield LargestDisturbance(name, None, largest(disturbance, bound.kept, kept))
-        if with_rows and (undisturbed := psi_set(template, bound.enforced)) is not None:
+        if with_rows and (undisturbed := psi_set(template, barrier, bound.enforced)) is not None:
             found_rows = largest(disturbance, bound.rows, rows, undisturbed)
             yield LargestDisturbance(name, linear_rates(barrier), found_rows)
     if len(found.bounds) > 1:
@@ -210,7 +212,7 @@ def _failing(
     states = template.with_barriers([barrier], unbounded.sets)
     if disturbance is None:
         return broken_phases(template.system, states, template.inputs)
-    left = disturbance.left(states)
+    left = disturbance.left(template, states)
     return broken_phases(template.system, left, template.inputs, disturbance.of_prediction(template))
 
 
@@ -219,7 +221,7 @@ def certify_scenario(
     reach: float | None = None,
     with_rows: bool = True,
     report: Callable[[int, str], None] = lambda done, stage: None,
-    disturbance: tuple[float, float] | None = None,
+    disturbance: Box | RobustConfig | None = None,
     search: bool = True,
 ) -> ScenarioCertificate:
     """Certifies both axes of a scenario's walk.
@@ -229,7 +231,8 @@ def certify_scenario(
         reach: of the CoM from the stance foot [m]; by default half the longest stride of the robot.
         with_rows: certify the ψ rows as well.
         report: called with the number of stages that are done, of three, and the name of the next one.
-        disturbance: half-widths of what a tick may add to the CoM and to its velocity, along x and y [m, m/s].
+        disturbance: half-widths of what a tick may add to the CoM and to its velocity, along x and y [m, m/s], or all
+            that a `RobustConfig` says of that.
         search: as in `certify_axis`.
 
     Raises:
@@ -245,17 +248,31 @@ def certify_scenario(
         mass = Biped.load(scenario.robot).mass
     reach = com_reach(scenario) if reach is None else reach
     gait, mpc, rise = _even_ground(scenario, walk)
-    axes, given = [], None if disturbance is None or not any(disturbance) else Disturbance(disturbance)
+    axes, given = [], _disturbances(disturbance, scenario)
     for axis in (0, 1):
         template = stepping_template(gait, mpc, axis, reach, rise)
         report(1 + axis, f"sets along {'xy'[axis]}")
         axes.append(
             certify_axis(
-                template, walk.mpc.barriers[axis], with_rows, given, search,
-                lambda barrier: enforced_barrier(barrier, walk.vhip, scenario.mpc),
+                template, walk.mpc.barriers[axis], with_rows, given[axis], search,
+                partial(enforced_barrier, vhip=walk.vhip, config=mpc, axis=axis),
             )
         )  # fmt: skip
     return ScenarioCertificate(scenario, walk, reach, mass, _free_orbit(gait, mpc, rise), (axes[0], axes[1]))
+
+
+def _disturbances(given: Box | RobustConfig | None, scenario: Scenario) -> Sequence[Disturbance | None]:
+    """Those along x and y; none along either axis where no tick adds anything."""
+    if given is None:
+        return None, None
+    robust = given if isinstance(given, RobustConfig) else RobustConfig(disturbance=given)
+    missed, delay = robust.errors if robust.innovations else (0.0, 0.0), sensed(scenario).delay_ticks
+    pair = [Disturbance(robust.boxes(axis), delay, missed) for axis in (0, 1)]
+    if not any(np.any(part.boxes) for part in pair):
+        return None, None
+    for axis, part in enumerate(pair):
+        check_boxes(part.boxes, scenario.gait.ticks_per_step, f"the disturbance along {'xy'[axis]}")
+    return pair
 
 
 def _even_ground(scenario: Scenario, walk: Walk) -> tuple[GaitConfig, MpcConfig, float]:
@@ -265,11 +282,11 @@ def _even_ground(scenario: Scenario, walk: Walk) -> tuple[GaitConfig, MpcConfig,
     """
     climbs = even_climbs(walk.gait)
     if not climbs:
-        return scenario.gait, scenario.mpc, 0.0
+        return scenario.gait, sensed(scenario), 0.0
     stride, rise = max(climbs, key=lambda climb: abs(climb[1]))
     tolerance = (0.0, scenario.mpc.step_tolerance[1])
     gait = scenario.gait.model_copy(update={"stride": stride})
-    return gait, scenario.mpc.model_copy(update={"step_tolerance": tolerance}), rise
+    return gait, sensed(scenario).model_copy(update={"step_tolerance": tolerance}), rise
 
 
 def _free_orbit(config: GaitConfig, mpc: MpcConfig, rise: float) -> np.ndarray:

@@ -40,9 +40,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--ticks", type=int, default=400, metavar="T", help="of each such walk; otherwise 400")
     parser.add_argument(
-        "--disturbance", type=float, nargs="+", metavar="D",
+        "--disturbance", type=float, nargs="*", metavar="D",
         help="what the sets are to withstand at every tick: the half-width of each state's disturbance, for a walk of "
-        "the CoM [m] and of its velocity [m/s], along x and y; and the largest multiple of it that leaves any",
+        "the CoM [m] and of its velocity [m/s], along x and y, or without numbers the scenario's "
+        "mpc.robust; and the largest multiple of it that leaves any",
     )  # fmt: skip
     parser.add_argument("--no-rows", action="store_true", help="leave out the psi rows, the slowest part")
 
@@ -97,11 +98,16 @@ def _certify_system(config: LinearSystemConfig, options: argparse.Namespace) -> 
 
 def _certify_walk(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario, options.text)
+    disturbance = options.disturbance
+    if disturbance is not None and not disturbance:
+        if scenario.mpc.robust is None:
+            raise InputError(f"scenario '{scenario.name}': --disturbance takes half-widths, or those of mpc.robust")
+        disturbance = scenario.mpc.robust
     place: Path = options.out or Path("runs") / f"certify-{scenario.name}"
     with shown_progress("certify", STAGES, "stages") as progress:
         data = certify(
             scenario, reach=options.reach, rows=not options.no_rows, starts=options.starts,
-            ticks=options.ticks, disturbance=options.disturbance, out=place, progress=progress,
+            ticks=options.ticks, disturbance=disturbance, out=place, progress=progress,
         )  # fmt: skip
     from pdhocbf_drake.studies.certify.report import certificate_lines  # here, since it loads Drake
 

@@ -21,7 +21,6 @@ from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundCon
 from pdhocbf_drake.walking.quantities import QUANTITIES
 
 if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
-    from pdhocbf_drake.sets.polytope import Array
     from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
     from pdhocbf_drake.studies.certify.design import Envelope
     from pdhocbf_drake.studies.certify.prediction_errors import PredictionErrors
@@ -62,6 +61,7 @@ def run(options: argparse.Namespace) -> int:
     recorded = read_run(options.run)
     from pdhocbf_drake.studies.certify.certificate import certify_scenario
     from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope, robust_bound
+    from pdhocbf_drake.studies.certify.margin import margin_for, plain, with_robust
     from pdhocbf_drake.studies.certify.prediction_errors import prediction_errors
 
     scenario = recorded.scenario
@@ -76,13 +76,13 @@ def run(options: argparse.Namespace) -> int:
         margin = f"{options.margin:g} {envelope.quantity.unit}"
     else:
         errors = prediction_errors(recorded, options.confidence, from_time)
-        beyond = _margin(scenario, WalkBarrierConfig(**keys, bound=_anywhere(envelope), gamma=gamma), envelope, errors)
+        scenario = with_robust(scenario, errors.robust)
+        beyond = margin_for(scenario, WalkBarrierConfig(**keys, bound=_anywhere(envelope), gamma=gamma), envelope)
         bound = robust_bound(envelope, beyond, options.kind, options.side)
         margin = f"{beyond.min():.3g} to {beyond.max():.3g} {envelope.quantity.unit}"
     barrier = WalkBarrierConfig(**keys, bound=bound, gamma=gamma)
-    withstood = None if errors is None else errors.half_widths
-    found = certify_scenario(scenario.model_copy(update={"barriers": {options.name: barrier}}), disturbance=withstood,
-                             search=False)  # fmt: skip
+    found = certify_scenario(plain(scenario).model_copy(update={"barriers": {options.name: barrier}}),
+                             disturbance=scenario.mpc.robust, search=False)  # fmt: skip
     verdict = _checked(found, options.name, margin)
     text = _yaml(recorded, options, barrier, envelope, verdict, errors)
     write_text(place, text)
@@ -90,11 +90,13 @@ def run(options: argparse.Namespace) -> int:
     spread = above if options.side == "upper" else "as measured"
     print(f"measured  {envelope.periods} times at every phase; {spread}")
     if errors is not None:
-        (com, velocity), (far, fast) = np.multiply(1e3, (errors.half_widths, errors.largest))
+        (com, velocity), (far, fast) = np.multiply(1e3, (errors.widest, errors.largest))
         share = f"{100 * options.confidence:g} % of the prediction errors"
-        print(
-            f"errors    up to {com:.3g} mm and {velocity:.3g} mm/s a tick are {share}; measured {far:.3g}, {fast:.3g}"
-        )
+        print(f"errors    up to {com:.3g} mm and {velocity:.3g} mm/s at the worst tick of a step are {share} there; "
+              f"measured {far:.3g}, {fast:.3g}")  # fmt: skip
+        if any(errors.estimate):
+            far, fast = np.multiply(1e3, errors.estimate)
+            print(f"estimate  off by {far:.3g} mm from the foot and {fast:.3g} mm/s likewise")
         print(f"margin    {margin} beyond the mean")
     print(f"certified {verdict}")
     print(place)
@@ -104,16 +106,6 @@ def run(options: argparse.Namespace) -> int:
 def _anywhere(envelope: Envelope) -> WalkBoundConfig:
     """A bound on the mean, for a barrier whose margin is still to be found."""
     return WalkBoundConfig(kind="tabulated", values=tuple(envelope.mean.tolist()))
-
-
-def _margin(scenario: Scenario, barrier: WalkBarrierConfig, envelope: Envelope, errors: PredictionErrors) -> Array:
-    """The margin of a barrier for these errors over one period of its bound [its unit]."""
-    from pdhocbf_drake.simulation.build import build_walk
-    from pdhocbf_drake.studies.certify.prediction_errors import margin_for
-
-    walk = build_walk(scenario.model_copy(update={"barriers": {"bound": barrier}}))
-    made = next(barrier for axis in walk.mpc.barriers for barrier in axis)
-    return margin_for(made, walk.vhip, errors, len(envelope.mean))
 
 
 def _checked(found: ScenarioCertificate, name: str, margin: str) -> str:
@@ -131,10 +123,10 @@ def _checked(found: ScenarioCertificate, name: str, margin: str) -> str:
         without = f"no state is left at phase {certificate.unbounded.first_failing_phase}, even without a bound"
         if certificate.disturbance is None:
             raise InputError(f"barrier {name}: the walk can't go on for ever ({without})")
-        com, velocity = np.multiply(1e3, certificate.disturbance.half_widths)
+        com, velocity = np.multiply(1e3, np.max(certificate.disturbance.boxes, axis=0))
         raise InputError(
-            f"barrier {name}: no margin withstands errors of {com:.3g} mm and {velocity:.3g} mm/s at every tick for "
-            f"ever ({without}); a lower --confidence, or a walk with smaller errors, is needed"
+            f"barrier {name}: no margin withstands errors of up to {com:.3g} mm and {velocity:.3g} mm/s at every step "
+            f"for ever ({without}); a lower --confidence, or a walk with smaller errors, is needed"
         )
     if not bound.kept.enforceable:
         raise InputError(
@@ -166,7 +158,7 @@ def _yaml(
     kept = barrier.model_dump(mode="json", exclude_none=True)
     data["barriers"] = {options.name: {key: kept[key] for key in _WRITTEN if key in kept}}
     if errors is not None:
-        data["mpc"] = {"robust": {"disturbance": list(errors.half_widths)}}
+        data["mpc"] = {"robust": errors.robust.model_dump(mode="json", exclude_defaults=True)}
     body = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=110, default_flow_style=None)
     return "\n".join([*lines, body])
 

@@ -26,27 +26,31 @@ def disturbance_data(found: ScenarioCertificate) -> dict[str, Any]:
         for axis, certificate in enumerate(found.axes)
         for row in certificate.largest
     ]
-    disturbance = found.axes[0].disturbance
-    if disturbance is None or not rows:
-        return largest_data([], None)
+    given = [certificate.disturbance for certificate in found.axes if certificate.disturbance is not None]
+    if not given or not rows:
+        return largest_data(None, None)
     hard, counted = found.scenario.mpc.barrier == "hard", []
     for axis, certificate in enumerate(found.axes):
         of_axis = [row for row in rows if row[0] == "xy"[axis]]
         with_rows = [row for row in of_axis if row[2] is not None]
         names = tuple(bound.barrier.name for bound in certificate.bounds)
         counted += with_rows if hard and with_rows else [r for r in of_axis if r[1] == names and r[2] is None]
-    data = largest_data([disturbance.points(2)], rows)
+    boxes = [[list(box) for box in part.boxes] for part in given]
+    same = boxes[0] == boxes[1] and len(boxes[0]) == 1
+    data = largest_data(boxes[0][0] if same else dict(zip("xy", boxes, strict=True)), rows)
     return {**data, "disturbance_max": min(row[3] for row in counted)}
 
 
-def largest_data(corners: Sequence[Array], rows: Sequence[Row] | None) -> dict[str, Any]:
-    """`disturbance`, its half-widths [unit of each state] or, where W is no box, its corners by phase; and the rest."""
-    given: Any = None
-    if rows is not None:
-        sides = np.max([np.abs(part).max(axis=0) for part in corners], axis=0)
-        is_box = all(len(part) == 2 ** np.count_nonzero(sides) for part in map(_unique, corners))
-        is_box = is_box and all(np.all(np.abs(part) == sides) for part in corners)
-        given = sides.tolist() if is_box else [part.tolist() for part in corners]
+def sides_or_corners(corners: Sequence[Array]) -> list[Any]:
+    """The half-widths of W [unit of each state], or where it is no box its corners by phase."""
+    sides = np.max([np.abs(part).max(axis=0) for part in corners], axis=0)
+    is_box = all(len(part) == 2 ** np.count_nonzero(sides) for part in map(_unique, corners))
+    is_box = is_box and all(np.all(np.abs(part) == sides) for part in corners)
+    return sides.tolist() if is_box else [part.tolist() for part in corners]
+
+
+def largest_data(given: Any, rows: Sequence[Row] | None) -> dict[str, Any]:
+    """`disturbance` as given, and what is found of it; null and empty without rows."""
     table = [{"axis": axis or None, "barriers": list(names), "gamma": None if gamma is None else list(gamma),
               "disturbance_max": scale} for axis, names, gamma, scale in rows or ()]  # fmt: skip
     return {

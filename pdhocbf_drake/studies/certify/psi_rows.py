@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier, PeriodicAffineSystem
@@ -13,18 +15,18 @@ from pdhocbf_drake.studies.shared.stepping_template import FASTEST, SteppingTemp
 Problem = tuple[PeriodicAffineSystem, list[Polytope | None], list[Polytope]]
 
 
-def psi_disturbance(template: SteppingTemplate, barrier: AffineBarrier, points: Array) -> list[Array]:
+def psi_disturbance(template: SteppingTemplate, barrier: AffineBarrier, points: Sequence[Array]) -> list[Array]:
     """What w(k) on [c, v, s](k+1) is on the state of `psi_system`, at every phase, each (w, n + 1).
 
     With h = s(V̄ − n v) and y(k+1) = ψ_1(k+1), w(k) adds [w_c, w_v, −s n (γ_1 w_v + δ eta_{k+1} w_c)] to [c, v, y].
 
     Args:
-        points: whose hull is W, (w, n).
+        points: whose hull is W_k, (w, n), for every phase.
     """
     slope, scale = linear_rates(barrier)[0], float(barrier.sign * barrier.normal[1])
     following = np.roll(template.eta, -1) * template.tick
-    on_psi = [-scale * (slope * points[:, 1] + rise * points[:, 0]) for rise in following]
-    return [np.insert(points, 2, added, axis=1) for added in on_psi]
+    on_psi = [-scale * (slope * w[:, 1] + rise * w[:, 0]) for w, rise in zip(points, following, strict=True)]
+    return [np.insert(w, 2, added, axis=1) for w, added in zip(points, on_psi, strict=True)]
 
 
 def psi_system(template: SteppingTemplate, barrier: AffineBarrier) -> Problem | None:

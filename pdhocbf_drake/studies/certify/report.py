@@ -11,7 +11,12 @@ from pdhocbf_drake.sets.disturbance import Largest
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
 from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, ScenarioCertificate
-from pdhocbf_drake.studies.certify.disturbance_report import disturbance_data, disturbance_lines, largest_data
+from pdhocbf_drake.studies.certify.disturbance_report import (
+    disturbance_data,
+    disturbance_lines,
+    largest_data,
+    sides_or_corners,
+)
 from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
 from pdhocbf_drake.studies.certify.trial import Trial
 from pdhocbf_drake.studies.shared.stepping_template import area
@@ -148,7 +153,9 @@ def system_data(
     ]
     data = {"schema": 1, "scenario": config.name, **_result(found), "phases": phases}
     data |= {"residual": _number(found.residual), "seconds": seconds}
-    return data | largest_data(config.disturbances(), None if largest is None else [("", (), None, largest.scale)])
+    if largest is None:
+        return data | largest_data(None, None)
+    return data | largest_data(sides_or_corners(config.disturbances()), [("", (), None, largest.scale)])
 
 
 def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:

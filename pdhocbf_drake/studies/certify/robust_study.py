@@ -137,7 +137,7 @@ def _outcome(
     full = len(calm)
     least = [min((h for h, _ in seen), default=np.nan) if len(seen) == full else np.nan for seen in walks]
     at_random, at_corners = least[:RANDOM_WALKS], least[RANDOM_WALKS:] or least
-    nearer = [nearer_bound(b, walk.vhip, walk.mpc.config) for axis in walk.mpc.barriers for b in axis]
+    nearer = [nearer_bound(b, walk.vhip, walk.mpc.config, axis) for axis in (0, 1) for b in walk.mpc.barriers[axis]]
     most = max((float(part.max()) for part in nearer if part is not None), default=0.0)
     below = max(float(np.mean([h < 0.0 for h, _ in seen])) for seen in walks if seen)
     fell = sum(len(seen) < full for seen in walks), len(walks)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.folder import new_folder
 from pdhocbf_drake.files.pages import page
+from pdhocbf_drake.mpc.config import RobustConfig
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, save_terminal_sets
 from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.run_folder import FIGURES, SCENARIO
@@ -37,7 +39,7 @@ def certify(
     rows: bool = True,
     starts: int = 0,
     ticks: int = 400,
-    disturbance: tuple[float, float] | None = None,
+    disturbance: Sequence[float] | Mapping[str, Any] | RobustConfig | None = None,
     out: str | Path | None = None,
     progress: Report = lambda done, stage: None,
 ) -> dict[str, Any]:
@@ -50,8 +52,9 @@ def certify(
         starts: try the sets: walk from that many random starts inside, and without a disturbance prove as many outside
             lost.
         ticks: length of each such walk.
-        disturbance: half-widths of what a tick may add to the CoM and to its velocity, along x and y [m, m/s]. The
-            sets then withstand it for ever, and the largest multiple of it that leaves any is computed.
+        disturbance: half-widths of what a tick may add to the CoM and to its velocity, along x and y [m, m/s];
+            {"x": [...], "y": [...]}, as `mpc.robust.disturbance`; or all of `mpc.robust`. The sets then withstand it
+            for ever, and the largest multiple of it that leaves any is computed.
         out: a folder for certify.json, terminal_set.npz, the scenario and figures.
         progress: called with the number of stages that are done, of four, and the name of the next one.
 
@@ -71,10 +74,7 @@ def certify(
     if ticks < 1:
         raise InputError(f"ticks must be 1 or more, given {ticks}")
     check_straight(scenario)
-    if disturbance is not None:
-        from pdhocbf_drake.sets.disturbance import checked_half_widths  # here, since it loads scipy
-
-        checked_half_widths(disturbance, 2, "of the CoM [m] and of its velocity [m/s]")
+    robust = None if disturbance is None else _robust(disturbance)
     if scenario.system == "van_der_pol":
         raise InputError(
             f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"
@@ -85,7 +85,7 @@ def certify(
 
     started = time.perf_counter()
     with nullcontext() if out is None else new_folder(Path(out), ENTRIES, KIND) as folder:
-        found = certify_scenario(scenario, reach, rows, progress, disturbance)
+        found = certify_scenario(scenario, reach, rows, progress, robust)
         seconds = time.perf_counter() - started
         progress(STAGES - 1, "pushes")
         sets, problem = _terminal(found)
@@ -101,6 +101,17 @@ def certify(
 
                 write_certificate_figures(found, data, Path(out) / FIGURES)
     return data
+
+
+def _robust(given: Sequence[float] | Mapping[str, Any] | RobustConfig) -> RobustConfig:
+    if isinstance(given, RobustConfig):
+        return given
+    if isinstance(given, Mapping):
+        return parse_config(RobustConfig, {"disturbance": dict(given)}, "certify")
+    from pdhocbf_drake.sets.disturbance import checked_half_widths  # here, since it loads scipy
+
+    com, velocity = checked_half_widths(given, 2, "of the CoM [m] and of its velocity [m/s]")
+    return RobustConfig(disturbance=(com, velocity))
 
 
 def _terminal(found: ScenarioCertificate) -> tuple[dict[int, TerminalSet], str | None]:

@@ -41,7 +41,8 @@ def terminal_set(template: SteppingTemplate, sets: InvariantSet, disturbance: Di
     Where the coming step is chosen already, the choice is that of the plan which ends there, so the set is projected
     onto (c, v). Where the box still moves away from the last foot, f₋ is one of the plan's footholds.
 
-    Under a disturbance the rows of the plan's second tick are those of Z_k ⊖ A_{k−1} W, see `disturbed`.
+    Under a disturbance the rows of the plan's second tick are those of Z_k less what the prediction of x(k) changes by
+    in a tick, see `disturbed`.
 
     Raises:
         InputError: there is no set.
@@ -97,7 +98,7 @@ def psi_terminal_set(
     last = template.ticks_per_step - 1
     all_rows, all_bounds = [], []
     first: list[tuple[Array, Array]] = []
-    moved = None if disturbance is None else psi_disturbance(template, barrier, disturbance.points(template.system.n))
+    moved = None if disturbance is None else psi_disturbance(template, barrier, disturbance.of_prediction(template, 0))
     for phase, part in enumerate(sets.sets):
         ends_with_step = phase % template.ticks_per_step == last
         needs_step = template.depends_on_step(phase) and (ends_with_step or not template.coming[phase])

@@ -59,7 +59,7 @@ def try_sets(
     """
     random = np.random.default_rng(seed)
     walk = found.walk
-    mpc = PeriodicMpc(walk.gait, walk.vhip, found.scenario.mpc, walk.mpc.barriers, terminal_sets(found))
+    mpc = PeriodicMpc(walk.gait, walk.vhip, walk.mpc.config, walk.mpc.barriers, terminal_sets(found))
     infeasible, h_min, slack = 0, np.inf, 0.0
     for index in range(count):
         in_y, zmp_y = _drawn(found, 1, random, None)  # y has the longer period
@@ -95,10 +95,10 @@ def _drawn(
 
 
 def _adversary(found: ScenarioCertificate, kind: Kind, random: np.random.Generator) -> Adversary | None:
-    disturbance = found.axes[0].disturbance
-    if disturbance is None:
+    given = [c.disturbance for c in found.axes if c.disturbance is not None]
+    if not given:
         return None
-    return adversary(kind, disturbance, [c.template for c in found.axes], [c.kept for c in found.axes], random)
+    return adversary(kind, given, [c.template for c in found.axes], [c.kept for c in found.axes], random)
 
 
 def _excesses(found: ScenarioCertificate, count: int, random: np.random.Generator, report: Done) -> list[float]:

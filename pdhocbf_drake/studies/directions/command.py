@@ -2,33 +2,27 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from typing import Final
 
-from pdhocbf_drake.arguments import add_scenario, add_work
-from pdhocbf_drake.studies.shared.table_command import run_table
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """A scenario, the rows of the table, and the folder of the results."""
-    add_scenario(parser)
-    parser.add_argument("--rows", metavar="LIST", help="some of the rows, such as circle,square,random")
-    parser.add_argument("--quick", action="store_true", help="a few seconds of each, without pushes")
-    parser.add_argument("--walks", type=int, default=20, metavar="N", help="random sequences of commands")
-    parser.add_argument("--seed", type=int, default=1, metavar="N", help="seed of the random sequences")
-    add_work(parser, "directions")
+from pdhocbf_drake.studies.shared.row_kinds import Table
+from pdhocbf_drake.studies.shared.table_study import Number, TableStudy
 
 
-def run(options: argparse.Namespace) -> int:
-    """Walks, writes and prints; returns the exit code."""
-    run_table(options, "directions", ",", _study, quick=options.quick, walks=options.walks, seed=options.seed)
-    if not options.quick:
-        print("the run folders of single walks are beside it")
-    return 0
+def _table() -> Table:
+    from pdhocbf_drake.studies.directions.table import TABLE
+
+    return TABLE
 
 
-def _study() -> tuple[Any, Any]:
-    from pdhocbf_drake.studies.directions.plan import plan
-    from pdhocbf_drake.studies.directions.study import directions
-
-    return plan, directions
+STUDY: Final = TableStudy(
+    "directions",
+    some="such as circle,square,random",
+    quick="a few seconds of each, without pushes",
+    load=_table,
+    numbers=(
+        Number("walks", 20, 1, "random sequences of commands", quick=2),
+        Number("seed", 1, 0, "seed of the random sequences"),
+    ),
+    walk_folders=True,
+)
+add_arguments, run = STUDY.add_arguments, STUDY.run

@@ -10,6 +10,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.cases import PERIODIC
 from pdhocbf_drake.studies.shared.checks import Outcome, least
 from pdhocbf_drake.studies.shared.push_search import Settings, search_all
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work
 
 ROW: Final = "pushes"
@@ -20,9 +21,9 @@ _PUSH = Settings(tolerance=1.0, duration=0.1, watch=3.2)
 _SHARE = 85.0  # [%]
 
 
-def plan(row: str, scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """A piece for each direction."""
-    return [Work(row, scenario, {"direction": direction}) for direction in _DIRECTIONS]
+    return [Work(row, asked.scenario, {"direction": direction}) for direction in _DIRECTIONS]
 
 
 def measure(work: Work) -> Outcome:

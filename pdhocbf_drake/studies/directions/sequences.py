@@ -7,6 +7,7 @@ from typing import Any, Final
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, least
 from pdhocbf_drake.studies.shared.command_sequences import drawn_sequence, packaged_sequence
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, fallen, upright, walked
 
 ROW: Final = "random"
@@ -14,13 +15,14 @@ _QUICK = 6.0  # [s]
 _SAFE = 99.5  # [%]
 
 
-def plan(scenario: str, seed: int, count: int, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """A walk for each sequence."""
     sequence = packaged_sequence()
-    if quick:
+    if asked.quick:
         sequence = sequence.model_copy(update={"until": _QUICK})
     text = sequence.model_dump(mode="json")
-    return [Work(ROW, scenario, {"sequence": text, "seed": seed, "draw": draw}) for draw in range(count)]
+    setting, walks = {"sequence": text, "seed": asked.numbers["seed"]}, range(asked.numbers["walks"])
+    return [Work(row, asked.scenario, {**setting, "draw": draw}) for draw in walks]
 
 
 def measure(work: Work) -> Outcome:

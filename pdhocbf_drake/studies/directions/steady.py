@@ -7,6 +7,7 @@ from typing import Any, Final, NamedTuple
 
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, bounded, fallen, upright, walked
 
 
@@ -32,9 +33,9 @@ _QUICK = 5.0  # [s]
 _ZMP_OUTSIDE = 0.08  # share of the samples of the circle
 
 
-def plan(row: str, scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """The walk of a row."""
-    return [Work(row, scenario, {"duration": _QUICK if quick else ROWS[row].duration})]
+    return [Work(row, asked.scenario, {"duration": _QUICK if asked.quick else ROWS[row].duration})]
 
 
 def measure(work: Work) -> Outcome:
@@ -44,8 +45,7 @@ def measure(work: Work) -> Outcome:
         duration=work.setting["duration"],
         commands=[{"time": 0.0, "velocity": [wanted.forward, wanted.lateral], "turn": wanted.turn}],
     )
-    folder = None if work.folder is None else f"{work.folder}/{work.row.replace(' ', '_')}"
-    _, metrics = walked(scenario, folder)
+    _, metrics = walked(scenario, work.run_folder)
     checks = [*upright(work.row, metrics), *errors(work.row, wanted, metrics)]
     if work.row == CIRCLE:
         checks += bounded(work.row, metrics)

@@ -9,6 +9,7 @@ import numpy as np
 
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, bounded, fallen, upright, walked
 
 ROW: Final = "stop and start"
@@ -19,11 +20,11 @@ _AT_REST = 0.02  # CoM velocity at the end of a stand [m/s]
 _WAYS = ({"velocity": [0.375, 0.0]}, {"velocity": [0.2, 0.0], "turn": 0.4}, {"velocity": [0.0, 0.12]}, {"turn": -0.4})
 
 
-def plan(row: str, scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """Walks of two stops each."""
-    count = _QUICK_PHASES if quick else _PHASES
+    count = _QUICK_PHASES if asked.quick else _PHASES
     shares = [(i + 0.5) / count for i in range(count)]
-    return [Work(row, scenario, {"shares": shares[i : i + 2], "first": i}) for i in range(0, count, 2)]
+    return [Work(row, asked.scenario, {"shares": shares[i : i + 2], "first": i}) for i in range(0, count, 2)]
 
 
 def commands(ticks: int, tick: float, shares: list[float], first: int = 0) -> list[dict[str, Any]]:

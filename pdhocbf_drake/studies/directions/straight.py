@@ -10,6 +10,7 @@ from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.checks import Outcome, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, fallen, upright, walked
 
 ROW: Final = "straight"
@@ -20,19 +21,18 @@ _COMPARED = (
 )  # fmt: skip
 
 
-def plan(row: str, scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """One pair of walks."""
-    return [Work(row, scenario, {"duration": _QUICK if quick else _DURATION})]
+    return [Work(row, asked.scenario, {"duration": _QUICK if asked.quick else _DURATION})]
 
 
 def measure(work: Work) -> Outcome:
     """Walks twice, and compares the metrics of the settled walks."""
     gait, duration = work.with_keys().gait, work.setting["duration"]
     speed = gait.stride / (gait.ticks_per_step * gait.tick)
-    folder = None if work.folder is None else f"{work.folder}/{ROW}"
     command = {"time": 0.0, "velocity": [speed, 0.0]}
     ahead, commanded = work.with_keys(duration=duration), work.with_keys(duration=duration, commands=[command])
-    log, whole = walked(commanded, folder)
+    log, whole = walked(commanded, work.run_folder)
     worst = max(_differences(_settled(ahead, walked(ahead)[0]), _settled(commanded, log)))
     return Outcome(
         [*upright(ROW, whole), most(ROW, "difference from the walk at gait.stride", 100.0 * worst, _SAME, "%")],

@@ -11,6 +11,7 @@ from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.directions.motions import BODY, WORLD, difference, mirrored, moved
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work
 
 ROW: Final = "symmetry"
@@ -40,10 +41,10 @@ STARTS: Final = {
 MIRRORED: Final = "mirrored"
 
 
-def plan(row: str, scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """A walk for each motion; where quick, for a start at 90° and for the mirror."""
-    names = ("at 90°", MIRRORED) if quick else (*STARTS, MIRRORED)
-    return [Work(row, scenario, {"quick": quick, "name": name}) for name in names]
+    names = ("at 90°", MIRRORED) if asked.quick else (*STARTS, MIRRORED)
+    return [Work(row, asked.scenario, {"quick": asked.quick, "name": name}) for name in names]
 
 
 def measure(work: Work) -> Outcome:

@@ -12,6 +12,7 @@ from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.shared.checks import Outcome, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work
 
 ROW: Final = "template"
@@ -21,7 +22,7 @@ _STEPS = 60  # until it has settled to rounding
 _EXACT = 1e-9  # [m, m/s]
 
 
-def plan(row: str, scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """One walk of the template alone."""
     return [Work(row, load_scenario(_SCENARIO, "").model_dump_json(), {})]
 

@@ -8,6 +8,7 @@ from typing import Final
 import numpy as np
 
 from pdhocbf_drake.studies.shared.checks import Outcome, least, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, bounded, fallen, upright, walked
 
 _SIDE = 2.0  # [m]
@@ -25,17 +26,17 @@ def points(row: str, side: float) -> list[list[float]]:
     return np.column_stack([x, side / 4.0 * np.sin(2.0 * math.pi * x / side)]).tolist()
 
 
-def plan(row: str, scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """The walk of a row; where quick, along a shorter path."""
-    side, duration = _QUICK[row] if quick else (_SIDE, _DURATION)
-    return [Work(row, scenario, {"points": points(row, side), "duration": duration})]
+    side, duration = _QUICK[row] if asked.quick else (_SIDE, _DURATION)
+    return [Work(row, asked.scenario, {"points": points(row, side), "duration": duration})]
 
 
 def measure(work: Work) -> Outcome:
     """Walks along the waypoints."""
     path = work.setting["points"]
     scenario = work.with_keys(duration=work.setting["duration"], path=path)
-    log, metrics = walked(scenario, None if work.folder is None else f"{work.folder}/{work.row}")
+    log, metrics = walked(scenario, work.run_folder)
     here = np.array(metrics.position or [math.nan] * 2, dtype=float)
     row, away = work.row, float(np.linalg.norm(here - path[-1]))
     error = None if metrics.path_error_max is None else 100.0 * metrics.path_error_max

@@ -9,6 +9,7 @@ import numpy as np
 from pdhocbf_drake.studies.ground.known import fitted
 from pdhocbf_drake.studies.ground.measures import clean
 from pdhocbf_drake.studies.shared.checks import Outcome
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, fallen, walked
 
 ROW: Final = "blocks"
@@ -18,10 +19,11 @@ _HEIGHT, _LENGTH = 0.04, 0.2  # largest height [m], and share of the distance
 _SIZE = 0.24, 0.15  # of a block [m]
 
 
-def plan(scenario: str, seed: int, count: int, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """A walk over each course."""
-    blocks = _QUICK_BLOCKS if quick else _BLOCKS
-    return [Work(ROW, scenario, {"seed": seed, "draw": draw, "blocks": blocks}) for draw in range(count)]
+    blocks = _QUICK_BLOCKS if asked.quick else _BLOCKS
+    setting, walks = {"seed": asked.numbers["seed"], "blocks": blocks}, range(asked.numbers["walks"])
+    return [Work(row, asked.scenario, {**setting, "draw": draw}) for draw in walks]
 
 
 def course(seed: int, draw: int, blocks: int, width: float) -> list[list[float]]:

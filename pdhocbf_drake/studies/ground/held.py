@@ -10,6 +10,7 @@ from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import advance, make_diagram
 from pdhocbf_drake.studies.shared.checks import Outcome, least, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work
 
 ROW: Final = "held rise"
@@ -21,9 +22,9 @@ _TEXT = (
 _LARGEST = 1.0  # error of the next speed [mm/s]
 
 
-def plan(scenario: str) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """A walk of the template up or down stairs of each rise."""
-    return [Work(ROW, scenario, {"rise": rise}) for rise in _RISES]
+    return [Work(row, asked.scenario, {"rise": rise}) for rise in _RISES]
 
 
 def measure(work: Work) -> Outcome:

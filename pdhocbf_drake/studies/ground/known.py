@@ -12,6 +12,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import GROUND_KEYS
 from pdhocbf_drake.studies.ground.measures import clean
 from pdhocbf_drake.studies.shared.checks import Outcome, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, bounded, fallen, walked
 
 _STEPS, _QUICK_STEPS = 10, 3  # of stairs
@@ -55,12 +56,12 @@ ROWS: Final = {
 _TURN = 8.0  # [s]
 
 
-def plan(row: str, scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """The walk of a row."""
     known = ROWS[row]
-    long = {"length": _QUICK_LENGTH if quick else _LENGTH} if known.piece["kind"] == "slope" else {}
-    steps = {} if long else {"count": _QUICK_STEPS if quick else _STEPS}
-    return [Work(row, scenario, {"ground": [{**known.piece, **long, **steps}]})]
+    long = {"length": _QUICK_LENGTH if asked.quick else _LENGTH} if known.piece["kind"] == "slope" else {}
+    steps = {} if long else {"count": _QUICK_STEPS if asked.quick else _STEPS}
+    return [Work(row, asked.scenario, {"ground": [{**known.piece, **long, **steps}]})]
 
 
 def measure(work: Work) -> Outcome:
@@ -68,7 +69,7 @@ def measure(work: Work) -> Outcome:
     known, keys = ROWS[work.row], dict(work.setting)
     keys["barriers"] = _bound() if known.bounded else {}
     scenario = fitted(work.with_keys(**keys, commands=list(known.commands)))
-    log, metrics = walked(scenario, None if work.folder is None else f"{work.folder}/{work.row.replace(' ', '_')}")
+    log, metrics = walked(scenario, work.run_folder)
     checks, time = clean(work.row, scenario, log, metrics), scenario.gait.ticks_per_step * scenario.gait.tick
     if math.isfinite(known.longest):
         checks.append(most(work.row, "time of a step", time, known.longest, "s"))

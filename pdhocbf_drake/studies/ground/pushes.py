@@ -7,6 +7,7 @@ from typing import Final
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.studies.ground.known import fitted
 from pdhocbf_drake.studies.shared.checks import Outcome, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, fallen, walked
 
 ROW: Final = "pushes on stairs"
@@ -15,9 +16,9 @@ _PHASES, _STEP = 4, 9  # of the step in which it starts, which is on the stairs
 _IMPULSE, _DURATION = 0.2, 0.1  # over the mass [N s/kg], [s]
 
 
-def plan(scenario: str, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """A walk for each phase of a step."""
-    return [Work(ROW, scenario, {"part": part / _PHASES}) for part in range(1 if quick else _PHASES)]
+    return [Work(row, asked.scenario, {"part": part / _PHASES}) for part in range(1 if asked.quick else _PHASES)]
 
 
 def measure(work: Work) -> Outcome:

@@ -7,6 +7,7 @@ from typing import Final
 from pdhocbf_drake.studies.ground.known import ROWS, fitted
 from pdhocbf_drake.studies.ground.measures import sensors, survived
 from pdhocbf_drake.studies.shared.checks import Outcome
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, fallen, walked
 
 _STAIRS: Final = "stairs up 0.05"
@@ -15,10 +16,11 @@ _SHARE: Final = 27 / 30  # of the walks that must reach the end
 _STEPS, _QUICK_STEPS = 10, 3  # of the stairs
 
 
-def plan(scenario: str, seed: int, count: int, quick: bool) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """A walk for each draw of the sensors' errors."""
-    stairs = {**ROWS[_STAIRS].piece, "count": _QUICK_STEPS if quick else _STEPS}
-    return [Work(ROW, scenario, {"ground": [stairs], "seed": seed + draw}) for draw in range(count)]
+    stairs = {**ROWS[_STAIRS].piece, "count": _QUICK_STEPS if asked.quick else _STEPS}
+    setting, first = {"ground": [stairs]}, asked.numbers["seed"]
+    return [Work(row, asked.scenario, {**setting, "seed": first + i}) for i in range(asked.numbers["walks"])]
 
 
 def measure(work: Work) -> Outcome:

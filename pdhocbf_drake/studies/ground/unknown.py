@@ -11,6 +11,7 @@ from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.ground.measures import sensors, survived
 from pdhocbf_drake.studies.shared.checks import Outcome
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, fallen, walked
 
 _FIRST = 0.6  # x at which unknown ground begins [m]
@@ -61,10 +62,11 @@ ROWS: Final = {
 }
 
 
-def plan(row: str, scenario: str, seed: int, count: int) -> list[Work]:
+def plan(row: str, asked: Asked) -> list[Work]:
     """A walk for each draw, or for each phase."""
+    count, seed = asked.numbers["walks"], asked.numbers["seed"]
     walks = min(count, _PHASES) if ROWS[row].walks == "phases" else count
-    return [Work(row, scenario, {"seed": seed, "draw": draw}) for draw in range(walks)]
+    return [Work(row, asked.scenario, {"seed": seed, "draw": draw}) for draw in range(walks)]
 
 
 def measure(work: Work) -> Outcome:

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-import argparse
-from typing import Any
+from typing import Final
 
-from pdhocbf_drake.arguments import add_scenario, add_work
-from pdhocbf_drake.studies.shared.table_command import run_table
-
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """A scenario, the rows of the table, and the folder of the results."""
-    add_scenario(parser)
-    some = "some of the rows, apart by semicolons, such as 'knee_pitch torque 80 %%;joint barriers'"
-    parser.add_argument("--rows", metavar="LIST", help=some)
-    parser.add_argument("--quick", action="store_true", help="a few seconds of each, without the closed form beside it")
-    add_work(parser, "limits")
+from pdhocbf_drake.studies.shared.row_kinds import Table
+from pdhocbf_drake.studies.shared.table_study import TableStudy
 
 
-def run(options: argparse.Namespace) -> int:
-    """Walks, writes and prints; returns the exit code."""
-    run_table(options, "limits", ";", _study, quick=options.quick)
-    return 0
+def _table() -> Table:
+    from pdhocbf_drake.studies.limits.table import TABLE
+
+    return TABLE
 
 
-def _study() -> tuple[Any, Any]:
-    from pdhocbf_drake.studies.limits.study import limits, plan
-
-    return plan, limits
+STUDY: Final = TableStudy(
+    "limits",
+    some="apart by semicolons, such as 'knee_pitch torque 80 %%;joint barriers'",
+    quick="a few seconds of each, without the closed form beside it",
+    load=_table,
+    separator=";",
+)
+add_arguments, run = STUDY.add_arguments, STUDY.run

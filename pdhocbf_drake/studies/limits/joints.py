@@ -11,13 +11,16 @@ from pdhocbf_drake.robot import Biped, InverseDynamics, Side, WholeBodyIk
 from pdhocbf_drake.simulation.granted import grip_of
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.limits.rows import BARRIERS
-from pdhocbf_drake.studies.shared.checks import Check, least, most
+from pdhocbf_drake.studies.shared.checks import Outcome, least, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
+from pdhocbf_drake.studies.shared.work import Work
 from pdhocbf_drake.whole_body.deviation import TASKS, Deviation
 from pdhocbf_drake.whole_body.joint_barriers import JointBarriers
 from pdhocbf_drake.whole_body.layer import Moving, WholeBody
 from pdhocbf_drake.whole_body.memory import BodyMemory
 from pdhocbf_drake.whole_body.reason import Reason
 
+_POSTURES = 1000
 _SHARES: dict[float, Side | None] = {0.0: "left", 0.5: None, 1.0: "right"}  # of the load; the foot in the air
 _SIZES = (0.01, 0.1, 1.0)  # of motions and commands, from nearly at rest to violent
 _TICKS = (0.01, 0.05, 0.1, 0.15)  # [s]
@@ -98,8 +101,14 @@ def stop(kind: str, tick: float) -> Stop:
     return Stop(farthest, largest)
 
 
-def joint_checks(scenario: Scenario, count: int) -> tuple[list[Check], list[str]]:
+def plan(row: str, asked: Asked) -> list[Work]:
+    """Random postures; where quick, a fifth of them."""
+    return [Work(row, asked.scenario, {"count": _POSTURES // 5 if asked.quick else _POSTURES})]
+
+
+def measure(work: Work) -> Outcome:
     """Random postures beside their limits, and a sentence for each tick of the single joint."""
+    scenario, count = work.with_keys(), work.setting["count"]
     found = random_postures(scenario, count)
     counts = {reason.name: found.reasons.count(reason) for reason in Reason if reason in found.reasons}
     checks = [
@@ -116,4 +125,4 @@ def joint_checks(scenario: Scenario, count: int) -> tuple[list[Check], list[str]
             f"{other.beyond:.2g} rad beyond, with {other.acceleration:.0f} rad/s²; a clamp stops with "
             f"{clamp.acceleration:.0f} rad/s²"
         )
-    return checks, notes
+    return Outcome(checks, notes)

@@ -12,15 +12,17 @@ import numpy as np
 from pydrake.systems.analysis import Simulator
 
 from pdhocbf_drake.robot import ROLES
-from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.studies.limits.rows import PROGRAM
 from pdhocbf_drake.studies.limits.weak import Peaks, write_weak
-from pdhocbf_drake.studies.shared.checks import Check, least, most
+from pdhocbf_drake.studies.shared.checks import Outcome, least, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
+from pdhocbf_drake.studies.shared.work import Work
 from pdhocbf_drake.systems.unbundled import leaf_of
 from pdhocbf_drake.whole_body.layer import WholeBody
 from pdhocbf_drake.whole_body.solver import Program, solve_with_clarabel, solve_with_daqp
 
+_TICKS = 1000
 _SHARE = 0.8  # of the peak torque that the joint of the walk has
 _FIRST = 10  # calls, in which code is loaded, are not timed
 _WEAK = "hip_roll"  # a joint that is at its limit for a large part of each step
@@ -49,8 +51,15 @@ class Recording:
         return getattr(self._keep, name)
 
 
-def program_checks(scenario: Scenario, peaks: Peaks, ticks: int) -> tuple[list[Check], list[str]]:
+def plan(row: str, asked: Asked) -> list[Work]:
+    """One walk; where quick, a fifth of it."""
+    return [Work(row, asked.scenario, {"peaks": asked.prepared, "ticks": _TICKS // 5 if asked.quick else _TICKS})]
+
+
+def measure(work: Work) -> Outcome:
     """A walk in which a program is solved at every tick, and a joint has 0.8 of its peak."""
+    scenario, ticks = work.with_keys(), work.setting["ticks"]
+    peaks: Peaks = work.setting["peaks"]
     changes = {"duration": ticks * scenario.tick, "whole_body": scenario.whole_body.model_copy(update={"kind": "qp"})}
     weak = _WEAK, _SHARE * peaks.torque[ROLES.index(_WEAK)]
     with tempfile.TemporaryDirectory() as folder:
@@ -64,9 +73,11 @@ def program_checks(scenario: Scenario, peaks: Peaks, ticks: int) -> tuple[list[C
     answers = [(solve_with_daqp(program), solve_with_clarabel(program)) for program in recording.programs]
     apart = [np.inf if (a is None) != (b is None) else 0.0 if a is None else np.abs(a - b).max() for a, b in answers]
     mpc, own = np.median(log["solver_status"][1:, 1]), np.array(recording.seconds[_FIRST:])
-    return [
-        least(PROGRAM, "programs", float(len(answers)), float(ticks)),
-        most(PROGRAM, "apart from Clarabel", max(apart), 1e-7),
-        most(PROGRAM, "median time over the MPC's", float(np.median(own) / mpc), 2.0),
-        most(PROGRAM, "99th percentile over the MPC's median", float(np.percentile(own, 99) / mpc), 4.0),
-    ], []
+    return Outcome(
+        [
+            least(PROGRAM, "programs", float(len(answers)), float(ticks)),
+            most(PROGRAM, "apart from Clarabel", max(apart), 1e-7),
+            most(PROGRAM, "median time over the MPC's", float(np.median(own) / mpc), 2.0),
+            most(PROGRAM, "99th percentile over the MPC's median", float(np.percentile(own, 99) / mpc), 4.0),
+        ]
+    )

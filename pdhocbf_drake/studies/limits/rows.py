@@ -47,6 +47,3 @@ ROWS: Final[dict[str, Row]] = {
     "friction 0.1, turning": _on_ice(0.1, None, commands=_TURNING),
 }
 """Walks by name, in the order of the table."""
-
-ALL: Final = (*ROWS, BARRIERS, PROGRAM)
-"""Names of all rows."""

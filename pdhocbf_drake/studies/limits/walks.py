@@ -20,8 +20,10 @@ from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.limits.rows import DEFAULT, ROWS
 from pdhocbf_drake.studies.limits.weak import Peaks, write_weak
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, least, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.yaml_text import merge
 
+_QUICK = 4.0  # [s]
 _AT_LIMIT = 1.0 - 1e-9  # share of a torque's limit from which on it counts as reached
 _WHOLE = 100.0 * (1.0 + 1e-9)  # [%]
 CLOSED = ", closed form"
@@ -36,6 +38,12 @@ class Walk(NamedTuple):
     peaks: Peaks
     kind: str = "auto"
     duration: float | None = None
+
+
+def plan(row: str, asked: Asked) -> list[Walk]:
+    """The walk with the whole-body program, and the closed form beside it; where quick, a few seconds without that."""
+    kinds = ["auto"] if asked.quick or ROWS[row].slip is not None else ["auto", "closed_form"]
+    return [Walk(row, asked.scenario, asked.prepared, kind, _QUICK if asked.quick else None) for kind in kinds]
 
 
 def measure(walk: Walk) -> Outcome:

@@ -16,10 +16,12 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.sensing.rows import ROWS
 from pdhocbf_drake.studies.shared.checks import Check, Outcome, least, most
+from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.yaml_text import merge
 
 ZMP = "ZMP outside its box"
 _FARTHEST = 100.0  # from the origin, at which a walk starts [m]
+_QUICK = 6.0  # [s]
 _SETTLED = 4.0  # [s] of a walk whose speed is not judged, or half of it where it is shorter
 _DISTURBED = (Reason.RECOVERING, Reason.NO_STEADY_PLAN)
 
@@ -44,6 +46,14 @@ class Walk(NamedTuple):
             x, y, yaw = np.random.default_rng(self.seed).uniform(-1.0, 1.0, 3).tolist()
             changes["start"] = {"position": [_FARTHEST * x, _FARTHEST * y], "yaw": math.pi * yaw}
         return Scenario.from_dict(merge(merge(scenario.to_dict(), row.changes), changes), self.row)
+
+
+def plan(row: str, asked: Asked) -> list[Walk]:
+    """A walk for each seed, 0 first; where quick, a few seconds of it."""
+    walks = [Walk(row, asked.scenario, seed, _QUICK if asked.quick else None) for seed in range(asked.numbers["seeds"])]
+    for walk in walks:
+        walk.sensed()
+    return walks
 
 
 def measure(walk: Walk) -> Outcome:

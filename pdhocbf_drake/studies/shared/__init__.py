@@ -1,1 +1,1 @@
-"""The studies' shared modules: cases, events, measures, endings, pushed walks, processes, result folders."""
+"""The studies' shared modules: tables, cases, events, measures, endings, pushed walks, processes, result folders."""

@@ -17,6 +17,7 @@ from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.shared.checks import Check, least, most
+from pdhocbf_drake.studies.shared.row_kinds import entry
 
 LEAST_GAP = 0.010  # between the soles, seen from above [m]
 
@@ -35,6 +36,11 @@ class Work(NamedTuple):
     scenario: str
     setting: Mapping[str, Any]
     folder: str | None = None
+
+    @property
+    def run_folder(self) -> str | None:
+        """Where the run of a row that is a single walk is kept."""
+        return None if self.folder is None else f"{self.folder}/{entry(self.row)}"
 
     def with_keys(self, **keys: Any) -> Scenario:
         """The scenario with other keys; raises `InputError`."""
