@@ -32,7 +32,8 @@ SIZES = (0.4, 0.5, 1.5, 1.8)
 # Numbers of a gait and its controller that are the same for every robot, or belong to the robot or its step.
 SCALE_FREE = {
     "gait.com_height_phase", "gait.start_steps", "gait.walk_steps", "mpc.swing_acceleration",
-    "mpc.recovery.swing_acceleration", "mpc.robust.disturbance", "mpc.robust.estimate", "mpc.robust.sigmas",
+    "mpc.recovery.swing_acceleration", "mpc.robust.disturbance.x", "mpc.robust.disturbance.y",
+    "mpc.robust.estimate", "mpc.robust.sigmas",
     "mpc.disturbance.band", "mpc.disturbance.gain", "mpc.disturbance.most", "mpc.disturbance.rate",  # accelerations
     "mpc.filter.com", "mpc.filter.model", "mpc.filter.push", "mpc.filter.velocity", "mpc.zmp_lag",  # of the hardware
 }  # fmt: skip
