@@ -12,7 +12,7 @@ from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot.locate import robot_names
 from pdhocbf_drake.simulation.scenario_file import load_fitted, load_written, scenario_names
-from pdhocbf_drake.terminal import say, table
+from pdhocbf_drake.terminal import table
 from pdhocbf_drake.yaml_text import parse_settings, read_yaml
 
 if TYPE_CHECKING:
@@ -35,11 +35,10 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps([finding.to_dict() for finding in found], indent=2))
     else:
-        rows = [(finding.level, finding.check, finding.said) for finding in found]
+        rows = [
+            (finding.level, finding.check, finding.said if finding.level == "ok" else finding.cure) for finding in found
+        ]
         print(table(rows))
-        for finding in found:
-            if finding.fix:
-                say(f"pdhocbf: {finding.level}: {finding}")
     return int(any(finding.level == "fault" for finding in found))
 
 

@@ -61,8 +61,13 @@ def run(options: argparse.Namespace) -> int:
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
     for sentence in not_reached(scenario):
         say(f"pdhocbf: {sentence}")
+    if scenario.system != "van_der_pol" and any(not each.bound.follows_orbit for each in scenario.barriers.values()):
+        from pdhocbf_drake.simulation.given_bounds import notes_on_bounds  # here and below, since it loads Drake
+
+        for sentence in notes_on_bounds(scenario):
+            say(f"pdhocbf: note: {sentence}")
     if scenario.commands or scenario.path:
-        from pdhocbf_drake.simulation.commands import limited_commands  # here, since it loads Drake
+        from pdhocbf_drake.simulation.commands import limited_commands
 
         for sentence in limited_commands(scenario):
             say(f"pdhocbf: {sentence}")
