@@ -197,7 +197,9 @@ def test_margin_and_disturbance_that_belong_together_are_certified_and_written(e
     orbit = {"orbit": WalkBarrierConfig(bound=WalkBoundConfig(kind="orbit"))}
     planned = build_walk(scenario.model_copy(update={"barriers": orbit})).mpc.barriers[0][0].bound.samples(0, N)
     undisturbed = np.maximum(FORMULA, planned)
-    assert bound_of(scenario.barriers["limit"].bound) - nearer[:N] == pytest.approx(undisturbed, abs=2e-5)
+    room = bound_of(scenario.barriers["limit"].bound) - nearer[:N] - undisturbed
+    assert room.min() > -1e-9
+    assert room.max() < 4.0 * 0.0003  # of the normal errors by which plans were off
 
 
 @pytest.mark.parametrize(

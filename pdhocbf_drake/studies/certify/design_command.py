@@ -99,7 +99,7 @@ def run(options: argparse.Namespace) -> int:
         if any(errors.estimate):
             far, fast = np.multiply(1e3, errors.estimate)
             print(f"estimate  off by {far:.3g} mm from the foot and {fast:.3g} mm/s likewise")
-        print(f"margin    {margin} beyond the mean and the nominal orbit")
+        print(f"margin    {margin} beyond all that was measured or planned")
     print(f"certified {verdict}")
     print(place)
     return 0
