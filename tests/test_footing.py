@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from walks import make_mpc
 
 from pdhocbf_drake import simulate
 from pdhocbf_drake.estimation.sample import Notice
+from pdhocbf_drake.mpc.late_landing import expected
 from pdhocbf_drake.simulation.run_log import FELL, FINISHED
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.systems.foot_loads import SensedLoads
@@ -37,13 +39,15 @@ class Walk:
         self.memory, self.before, self.rows = self.footing.start, np.zeros(18), []
 
     def run(self, ticks: int, broken: range = range(0)) -> np.ndarray:
-        """Walks on; of each tick so far heights of the soles' targets, in the air, rolls, the CoM's line (n, 8)."""
+        """Walks on; of each tick so far heights of the soles' targets, in the air, rolls, the CoM's line (2), and by
+        how much the landing is delayed (n, 9).
+        """
         for k in range(len(self.rows), len(self.rows) + ticks):
             step, tick = divmod(k, N)
             phase = np.array([tick, step, GAIT.support(step)], dtype=float)
             feet = self.swing.feet(tick, phase[2], PLAN, self.before)
-            sole, ground = self.footing.targets(self.memory, phase, feet, None, GAIT)
-            self.rows.append([*sole[list(Z)], *ground[ALOFT], *ground[ROLL], *ground[:2]])
+            sole, ground, late = self.footing.targets(self.memory, phase, feet, None, GAIT)
+            self.rows.append([*sole[list(Z)], *ground[ALOFT], *ground[ROLL], *ground[:2], *late])
             measured, loads = np.zeros(12), np.zeros(2)
             for foot in (0, 1):
                 z = max(sole[Z[foot]], self.ground[foot])
@@ -85,12 +89,54 @@ def test_a_foot_goes_on_down_until_it_meets_the_ground():
     rows = Walk(-depth).run(2 * N)
     z, in_air = rows[N:, SWINGING], rows[N:, 2 + SWINGING]
     speed = -np.diff(z) / DELTA
-    assert z.min() == pytest.approx(-depth, abs=0.25 * DELTA)
-    assert speed.max() == pytest.approx(0.25)
+    assert z.min() == pytest.approx(-depth, abs=0.5 * DELTA)
+    assert speed.max() == pytest.approx(0.5)
     landed = int(np.flatnonzero(z <= -depth + 1e-9)[0])
-    assert landed == pytest.approx(2 + depth / 0.25 / DELTA, abs=1.5)
+    assert landed == pytest.approx(2 + depth / 0.5 / DELTA, abs=1.5)
     assert in_air[3:landed].all()
     assert not in_air[landed + 1 :].any()
+
+
+def test_the_other_foot_waits_for_one_that_comes_late_and_then_catches_up():
+    walk, in_time = Walk(-0.04), Walk(0.0).run(2 * N)[N:]
+    walk.run(N + N // 2)
+    walk.ground[STANDING] = -0.1
+    late = walk.run(N // 2)[N:]
+    in_air = late[:, 2:4] > 0.0
+    landed = int(np.flatnonzero(in_air[:, SWINGING])[-1]) + 1
+    begun = int(np.flatnonzero(in_air[:, STANDING])[0])
+    assert begun - LIFT_OFF - 1 == pytest.approx(landed - 1, abs=1.0)
+    assert not late[: begun - 1, STANDING].any()
+    assert in_air[begun:, STANDING].all()
+    assert np.abs(np.diff(late[:, STANDING])).max() < 1.3 * np.abs(np.diff(in_time[:, STANDING])).max()
+    assert late[-1, STANDING] == pytest.approx(in_time[-1, STANDING] - 0.04, abs=2e-3)
+
+
+def test_a_late_landing_delays_the_zmp_until_the_next_step():
+    rows = Walk(-0.02).run(2 * N)
+    delay, waits = rows[N:, 8], np.flatnonzero(rows[N:, 2 + SWINGING])[2:]
+    assert not rows[:N, 8].any()
+    assert (delay[waits] > waits).all()
+    assert set(delay[waits[-1] + 1 :]) == {waits[-1] - 1.0}
+    assert not Walk(0.012).run(2 * N)[:, 8].any()
+
+
+def test_the_box_comes_as_much_later_as_the_foot():
+    mpc, step, late = make_mpc(), 4, 6
+    stance = np.array([[0.0, 0.15], [0.08, -0.08]])
+    for phase in (2, late, N - 2):
+        tick = step * N + phase
+        learned = np.full((2, mpc.config.horizon), 0.01)
+        offset, behind = expected(mpc, tick, stance, float(late), learned)
+        for axis in (0, 1):
+            stances = np.array([stance[axis, 0], *[stance[axis, 1]] * 4])
+            centre = mpc.gait.region.centres(stances, N)
+            then = np.concatenate([np.full(late, stance[axis, 0]), centre])
+            ticks = np.arange(phase + 1, N)
+            swings = ticks > mpc.gait.config.double_support_ticks + late
+            assert centre[ticks] - offset[axis, : len(ticks)] + 0.01 * swings == pytest.approx(then[ticks])
+            assert offset[axis, len(ticks) :] == pytest.approx(0.01)
+            assert behind[axis] == pytest.approx(centre[phase + 1] - then[phase + 1])
 
 
 def test_a_foot_that_finds_no_ground_goes_no_deeper_than_a_step():
@@ -151,6 +197,7 @@ def test_a_robot_walks_over_what_is_on_no_map(piece: str):
         rows = np.flatnonzero(settled & (log.element("gait_phase", "support") == stands))
         learned = log.element("foot_target", f"{side}_z")[rows]
         assert learned == pytest.approx(log.element("foot_state", f"{side}_z")[rows], abs=2e-3)
+    assert piece != STEP or np.abs(log["robot_state"][:, 1:3]).max() < np.sin(np.radians(1.5))  # the torso's tilt / 2
     assert piece != STEP or learned[-1] == pytest.approx(terrain.height(1.2, 0.0, known=False), abs=2e-3)
 
 

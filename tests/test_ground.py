@@ -178,6 +178,11 @@ def test_two_pieces_at_one_place_are_refused():
     scenario(STAIRS, {**SLOPE, "at": 2.0})
 
 
+def test_ground_that_goes_too_far_is_refused():
+    with pytest.raises(InputError, match=r"ground: the stairs must end at x = 1000 m at most \(given: 1801\)"):
+        scenario({**STAIRS, "tread": 2.0, "count": 900})
+
+
 @pytest.mark.parametrize("at", [0.05, -0.05, 0.0])
 def test_a_start_on_an_edge_is_refused(at: float):
     with pytest.raises(InputError, match=r"sole at x = 0\.00 m must lie wholly on level ground"):

@@ -101,6 +101,21 @@ def test_step_time_and_com_height_are_those_that_the_ground_asks_for_where_a_sce
     assert (given.gait.com_height, given.gait.ticks_per_step) == (0.56, 40)
 
 
+def boards(width: float, length: float = 0.6) -> str:
+    return f"ground: [{{kind: boards, from: 0.6, to: 3.0, length: {length}, amplitude: 0.02, width: {width}}}]"
+
+
+@pytest.mark.parametrize("length", [0.3, 0.4, 0.6])
+def test_on_boards_each_foot_stands_on_its_own_ones(length: float) -> None:
+    gait = commanded_gait(load_scenario("walking_nobarrier", boards(2.0, length)))
+    steps = [gait.step(j) for j in range(2, len(gait.footsteps.listed))]
+    places = [step.x for step in steps]
+    assert all(step.window[0] <= step.x <= step.window[1] for step in steps)
+    assert {step.height for step in steps if 0.8 < step.x < 2.8 and step.side > 0} != {0.0}
+    assert min(np.diff(places)) > 0.0
+    assert max(np.diff(places)) < 0.15 + length
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -112,8 +127,11 @@ def test_step_time_and_com_height_are_those_that_the_ground_asks_for_where_a_sce
          r"start; with known: false it is ground that nobody expects$"),
         (stairs(0.05, more=", gait: {stride: -0.1}"),
          r"^gait\.stride: over uneven ground a walk goes ahead, with a positive stride \(given: -0\.1\)$"),
+        (boards(0.25),
+         r"^the step at x = \d\.\d+ m on ground\.0 \(boards\) puts the sole over the side of its surface, which must "
+         r"reach from y = 0\.02 to 0\.14 m$"),
     ],
-    ids=["rise", "tread", "commands", "backwards"],
+    ids=["rise", "tread", "commands", "backwards", "narrow boards"],
 )  # fmt: skip
 def test_what_cannot_be_walked_is_refused_by_name(text: str, said: str) -> None:
     with pytest.raises(PdhocbfError, match=said):
@@ -161,9 +179,8 @@ def test_a_bound_that_follows_the_orbit_encloses_that_of_the_climb() -> None:
 
 
 def test_a_slice_of_the_table_holds_and_is_written(tmp_path) -> None:
-    checks, notes = STUDY.measured(
-        load_scenario("walking"), rows=["stairs up 0.05"], quick=True, out=tmp_path / "table"
-    )
+    scenario = load_scenario("walking", "plant: {time_step: 0.005}")
+    checks, notes = STUDY.measured(scenario, rows=["stairs up 0.05"], quick=True, out=tmp_path / "table")
     assert [check.what for check in checks if not check.holds] == []
     assert {"falls", "ticks of recovery", "swinging soles from edges", "h of forward_speed"} <= {c.what for c in checks}
     assert notes[0].startswith("stairs up 0.05: steps of 0.4 s, CoM at 0.5")

@@ -17,6 +17,7 @@ _Side = Annotated[float, within(0.02, 10.0, "m")]
 _Angle = Annotated[float, within(-45.0, 45.0, "deg")]
 _Amplitude = Annotated[float, within(0.0, 0.2, "m")]
 _Friction = Annotated[float, within(0.0, 10.0, "", above=True)]
+_FARTHEST = 1000.0  # [m]: end of a piece
 _EDGE = 1e-9  # [m]: what lies over an edge by less touches it
 
 
@@ -212,8 +213,11 @@ Piece = Annotated[Stairs | Slope | Blocks | Boards | Rough | Patch, Field(discri
 
 
 def in_order(pieces: tuple[Piece, ...]) -> tuple[Piece, ...]:
-    """The pieces along x; raises `ValueError` where two of them are at one place."""
+    """The pieces along x; raises `ValueError` where two of them are at one place, or one goes too far."""
     order = tuple(sorted(pieces, key=lambda piece: piece.span()))
+    for piece in order:
+        if (end := piece.span()[1]) > _FARTHEST:
+            raise ValueError(f"the {piece.kind} must end at x = {_FARTHEST:g} m at most (given: {end:g})")
     for one, other in pairwise(order):
         if other.span()[0] < one.span()[1] - _EDGE:
             (low, high), (start, _) = one.span(), other.span()

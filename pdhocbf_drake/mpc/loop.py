@@ -12,10 +12,13 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.mpc.controller import PeriodicMpc
+from pdhocbf_drake.mpc.late_landing import expected, moved_back
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.prediction import carried_back
 from pdhocbf_drake.mpc.stepping import about_to_stand, steps_again
+
+_LATE = 5.0  # [ticks]: a foot that comes to the ground later is a disturbance
 
 
 class Measurement(NamedTuple):
@@ -32,6 +35,7 @@ class Measurement(NamedTuple):
         command: in place of the scenario's commands: velocity ahead and to the left [m/s], turn rate [rad/s], and 1 for
             a stop or 0, shape (4,); where one of them is not finite, the last such command holds on, and in the last
             eighth of a step only a stop is read. None leaves the scenario's own.
+        landing_delay: by how much the stance foot has come to the ground late, see `late_landing` [ticks].
     """
 
     tick: int
@@ -40,6 +44,7 @@ class Measurement(NamedTuple):
     zmp_offset: np.ndarray | None = None
     bounds: Mapping[str, np.ndarray] | None = None
     command: np.ndarray | None = None
+    landing_delay: float = 0.0
 
 
 def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency: float = 0.0) -> tuple[Memory, Plan]:
@@ -75,9 +80,14 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
     )
     if fault == Reason.SOLVED:
         memory.notice(mpc, tick, state)
+    if measurement.landing_delay > _LATE and mpc.recovery is not None:
+        memory.disturbance = memory.disturbance._replace(active=True, quiet=0)
     if memory.hold(mpc, tick):
         mpc = memory.problem(own)
     offset = mpc.believer.zmp_offset(memory.beliefs, tick, measurement.zmp_offset)
+    behind = None
+    if measurement.landing_delay > 0.0:
+        offset, behind = expected(mpc, tick, memory.stance, measurement.landing_delay, offset)
     plan = _planned(mpc, memory, tick, state, bounds, offset)
     resumed = steps_again(mpc, state, memory.stance[:, 1], plan)
     if resumed != memory.resumed:
@@ -88,6 +98,8 @@ def control(mpc: PeriodicMpc, memory: Memory, measurement: Measurement, latency:
         reason = Reason.LATE_COMMAND
     memory.take_up(memory.problem(own), tick)
     memory.advance(mpc, state, plan, memory.problem(own))
+    if behind is not None:
+        memory.zmp_box = moved_back(mpc, tick, memory.zmp_box, behind)
     memory.beliefs, memory.com_reference, memory.zmp_reference = mpc.believer.sent(
         memory.beliefs, plan, memory.com_reference, memory.zmp_reference
     )

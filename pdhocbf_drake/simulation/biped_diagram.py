@@ -110,7 +110,7 @@ def biped_diagram(
     if walk.gait.uneven:
         wiring.log("ground_reference")
     if footing is not None:
-        wiring.log("foot_target", "ground_target")
+        wiring.log("foot_target", "ground_target", "landing_delay")
     if uneven:
         ground = wiring.port("ground_reference" if footing is None else "ground_target")
         wiring.builder.Connect(ground, estimator.GetInputPort("ground_reference"))
@@ -176,6 +176,7 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
         wiring.connect(ground_reference, "gait_phase", "com_reference", "zmp_reference", *changes)
     if body.footing is not None:
         connect_footing(wiring, wiring.add("footing", unbundled(body.footing)), kinematics)
+        wiring.connect(controller, "landing_delay")
         return
     wiring.connect(kinematics, "foot_reference", *["ground_reference"] * (body.ground is not None))
 

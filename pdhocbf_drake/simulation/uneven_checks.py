@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import product
 
 from pdhocbf_drake.errors import InputError, ModelError, PdhocbfError
 from pdhocbf_drake.fitting.findings import Finding
-from pdhocbf_drake.fitting.uneven_walk import HURRIED, LEAST_CLEARANCE, UnevenStep, uneven_steps
+from pdhocbf_drake.fitting.uneven_walk import HURRIED, LEAST_CLEARANCE, uneven_steps
 from pdhocbf_drake.ground.config import Piece, Stairs
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.commands import commanded_gait, goes_ahead
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.walking import Gait
+from pdhocbf_drake.walking.sides import BOTH, LEFT
 
 _HALVINGS = 6  # of the rise
 _HEIGHTS = 1.0, 0.95, 0.9, 0.85  # of the CoM, over the scenario's
 _HIGHEST = 0.5  # rise that is tried, over the CoM's height
+_LEVEL = 1e-6  # [m]: by which a sole's corners may be off its plane
 _EDGED = "stairs", "blocks", "boards", "rough"  # kinds whose edges feet have to keep off
 
 
@@ -22,7 +26,7 @@ def check_known_ground(scenario: Scenario, biped: Biped) -> None:
     """Refuses a walk over known ground whose steps are out of reach or can't be swung.
 
     Raises:
-        InputError: it follows commands over edges, or a surface is shorter than the soles.
+        InputError: it follows commands over edges, or a surface is shorter or narrower than the soles.
         ModelError: a step is out of the legs' reach, or its swing foot can't keep off the edges.
     """
     known = [(i, piece) for i, piece in enumerate(scenario.ground) if piece.known]
@@ -34,14 +38,16 @@ def check_known_ground(scenario: Scenario, biped: Biped) -> None:
                 f"ground.{index}: {piece.kind} on the map can be walked straight ahead from x = 0 alone, without "
                 "commands, path or start; with known: false it is ground that nobody expects"
             )
-    for step in uneven_steps(biped, commanded_gait(scenario), reserve=0.0):
+    gait = commanded_gait(scenario)
+    _check_sides(scenario, biped, gait)
+    for step in uneven_steps(biped, gait, reserve=0.0):
         if step.missed:
             why = _allowed(scenario, biped) or f": {step.missed}"
-            raise ModelError(f"{_named(scenario, step)} is beyond the legs' reach{why}")
+            raise ModelError(f"{_named(scenario, step.place)} is beyond the legs' reach{why}")
         if step.clearance < LEAST_CLEARANCE:
             raise ModelError(
-                f"{_named(scenario, step)} brings the swing foot to {1e3 * step.clearance:.0f} mm from an edge, where "
-                f"{1e3 * LEAST_CLEARANCE:g} mm are needed: longer treads, or a lower rise"
+                f"{_named(scenario, step.place)} brings the swing foot to {1e3 * step.clearance:.0f} mm from an edge, "
+                f"where {1e3 * LEAST_CLEARANCE:g} mm are needed: longer treads, or a lower rise"
             )
 
 
@@ -66,7 +72,7 @@ def known_ground_findings(scenario: Scenario, biped: Biped) -> Iterator[Finding]
         yield Finding("ground", "note", key, f"the swing foot takes {hurried:.2g} g, more than {HURRIED:g} g", fix)
     for step in steps:
         if step.missed:
-            said = f"{_named(scenario, step)} stretches the legs: {step.missed} with the CoM 2 cm higher"
+            said = f"{_named(scenario, step.place)} stretches the legs: {step.missed} with the CoM 2 cm higher"
             yield Finding("ground", "note", key, said, "a lower gait.com_height")
             break
     for index, piece in enumerate(scenario.ground):
@@ -92,12 +98,28 @@ def _reached(scenario: Scenario, biped: Biped, stairs: Stairs, rise: float) -> b
     return not any(step.missed for step in uneven_steps(biped, gait, reserve=0.0))
 
 
-def _named(scenario: Scenario, step: UnevenStep) -> str:
-    """The step and the piece of ground that it is on."""
+def _check_sides(scenario: Scenario, biped: Biped, gait: Gait) -> None:
+    """Raises `InputError` where a foot is to stand over the side of its surface."""
+    terrain = scenario.terrain
+    for step in map(gait.step, range(len(gait.footsteps.listed))):
+        if step.side == BOTH:
+            continue
+        length, width = biped.soles["left" if step.side == LEFT else "right"].half_size.tolist()
+        for along, across in product((-length, length), (-width, width)):
+            beside = terrain.height(step.x + along, step.y + across)
+            if abs(beside - step.height - along * step.slope[0] - across * step.slope[1]) > _LEVEL:
+                raise InputError(
+                    f"{_named(scenario, step.x)} puts the sole over the side of its surface, which must reach "
+                    f"from y = {step.y - width:.3g} to {step.y + width:.3g} m"
+                )
+
+
+def _named(scenario: Scenario, place: float) -> str:
+    """The step with its stance at x [m], and the piece of ground that it is on."""
     spans = [(piece.span(), index, piece.kind) for index, piece in enumerate(scenario.ground) if piece.known]
     reach = scenario.gait.com_height
-    near = [f" on ground.{i} ({kind})" for (low, high), i, kind in spans if low - reach <= step.place <= high + reach]
-    return f"the step at x = {step.place:.2f} m{near[0] if near else ''}"
+    near = [f" on ground.{i} ({kind})" for (low, high), i, kind in spans if low - reach <= place <= high + reach]
+    return f"the step at x = {place:.2f} m{near[0] if near else ''}"
 
 
 def _allowed(scenario: Scenario, biped: Biped) -> str:

@@ -59,4 +59,4 @@ def _at(asked: Asked, place: np.ndarray) -> Asked:
     rooms = [("zmp_ahead", x, length), ("zmp_behind", -x, length), ("zmp_outward", y, width), ("zmp_inward", -y, width)]
     ends = {name: min(getattr(limits, name), room) for name, way, room in rooms if way > 0.0}
     moved = limits.model_copy(update={**ends, "zmp_middle": (x, y)})
-    return asked._replace(scenario=asked.scenario.model_copy(update={"mpc": mpc.model_copy(update={"limits": moved})}))
+    return asked.changed(asked.scenario.model_copy(update={"mpc": mpc.model_copy(update={"limits": moved})}))

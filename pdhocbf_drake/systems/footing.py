@@ -6,7 +6,7 @@ import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from pdhocbf_drake.systems.block import Block, weakly
-from pdhocbf_drake.systems.footing_kernels import FOOT, SIZE, STANDS, STATE, feel, put_where_met
+from pdhocbf_drake.systems.footing_kernels import FOOT, LATE, SIZE, STANDS, STATE, feel, put_where_met
 from pdhocbf_drake.systems.gait_reference import changed_gait
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import size, sizes
@@ -20,10 +20,11 @@ class Footing(Block):
 
     A swing foot that carries load in the second half of its swing stops there, and stands in the next step. A foot
     that is to carry load, and does not, goes on down at a bounded speed until it does, and counts as in the air so
-    long. The target of a sole that carries load follows the sole as it is measured, its height and its tilt: a foot
-    gives way to the ground, while the posture above it is held in the world. Where the next foot lands, the ground is
-    taken to be off the plan by as much as under the stance foot; a swinging sole turns back to its planned tilt. The
-    CoM's line follows the height of the stance foot.
+    long; the other foot waits on the ground, with the ZMP under it, and then catches up with its swing. The target of a
+    sole that carries load follows the sole as it is measured, its height and its tilt: a foot gives way to the ground,
+    while the posture above it is held in the world. Where the next foot lands, the ground is taken to be off the plan
+    by as much as under the stance foot; a swinging sole turns back to its planned tilt. The CoM's line follows the
+    height of the stance foot.
 
     All this is added to the plan, be that for level ground or for what is on the map.
 
@@ -32,7 +33,7 @@ class Footing(Block):
         ground_reference (18): likewise, of a walk that is planned on uneven ground.
         foot_state (12), foot_load (2): as measured.
     Output parts, see `unbundled`:
-        foot_target (18), ground_target (18): as in `systems.signals`.
+        foot_target (18), ground_target (18), landing_delay (1): as in `systems.signals`.
 
     Args:
         gait: the walk.
@@ -47,7 +48,7 @@ class Footing(Block):
         super().__init__()
         self._gait, self._least = gait, _CARRIES * weight
         self._timing = gait.period, gait.config.tick, delay
-        self.parts = sizes("foot_target", "ground_target")
+        self.parts = sizes("foot_target", "ground_target", "landing_delay")
         self.start = np.zeros(SIZE)
         self.start[[STATE, FOOT + STATE]] = STANDS
         names = ("gait_phase", "foot_reference", *["ground_reference"] * gait.uneven)
@@ -94,12 +95,12 @@ class Footing(Block):
 
     def targets(
         self, memory: np.ndarray, gait_phase: np.ndarray, feet: np.ndarray, ground: np.ndarray | None, gait: Gait
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """foot_target and ground_target of a tick, from the memory for it and what is planned."""
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """foot_target, ground_target and landing_delay of a tick, from the memory for it and what is planned."""
         tick, step, support = gait_phase.tolist()
         feet, ground = feet.copy(), _level() if ground is None else ground.copy()
         put_where_met(memory, self._timing, tick, support, gait.lift_off(round(step)), feet, ground)
-        return feet, ground
+        return feet, ground, memory[[LATE]]
 
 
 def _level() -> np.ndarray:

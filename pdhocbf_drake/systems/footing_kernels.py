@@ -1,8 +1,8 @@
 """What feet that feel the ground do with it, as machine code; see `footing.Footing`.
 
-The memory (21,) has nine numbers of the left foot, nine of the right one, as `STATE` to `STOP` say, and behind them
-height, speed and acceleration of the line under the CoM, all over what is planned. A function's arguments are those of
-`Footing` of the same name.
+The memory (30,) has 13 numbers of the left foot, 13 of the right one, as `STATE` to `FROM` say, and behind them
+height, speed and acceleration of the line under the CoM, all over what is planned, and by how many ticks the stance
+foot has come to the ground late. A function's arguments are those of `Footing` of the same name.
 """
 
 from __future__ import annotations
@@ -13,19 +13,22 @@ import numpy as np
 
 from pdhocbf_drake.jit import compiled
 
-STATE, HEIGHT, TILT, BEFORE, STOP, FOOT = 0, 1, 2, 4, 6, 9
-"""Of a foot: its state, height and roll and pitch over those planned, the latter at lift-off, and where it stopped."""
+STATE, HEIGHT, TILT, BEFORE, STOP, GAP, FROM, FOOT = 0, 1, 2, 4, 6, 9, 12, 13
+"""Of a foot: its state, height and roll and pitch over those planned, the latter at lift-off, where it stopped, and at
+its lift-off how far it was from where it was planned, and the tick of the step."""
 
-LINE, SIZE = 18, 21
+LINE, LATE, SIZE = 26, 29, 30
 AIR, STOPPED, STANDS = 0.0, 1.0, 2.0
-"""States: in the air, or not come to the ground yet; come to it early, in its swing; stands where it is planned."""
+"""States: in the air, or not come to the ground yet; on the ground in its swing, where it has come to it early, or
+waits for the other foot to come to it; stands where it is planned."""
 
 _SOLE, _GROUND = 9, 7  # elements of a sole in foot_reference and in ground_reference
 _ALOFT, _ROLL = 4, 5  # where those of the left sole begin in ground_reference; pitch is three behind roll
 _Z_ZMP = 3  # in ground_reference
 
-_DOWN = 0.25  # [m/s]: speed at which a foot that meets no ground where it is planned goes on down
+_DOWN = 0.5  # [m/s]: speed at which a foot that meets no ground where it is planned goes on down
 _DEEPEST = 0.08  # [m]: below the other foot
+_UNKNOWN = 2.0  # ticks over the present one, by which a step is taken to be late whose foot has not come down
 _LATE = 1.0  # tick of a step until which a foot that came down as planned carries load
 _FOLLOWS = 0.5  # share of a tick's difference by which a sole's target follows the sole that carries load
 _LEVELS = 0.6  # share of its swing in which a sole turns back to its planned tilt
@@ -41,6 +44,27 @@ def blend(s: float) -> tuple[float, float, float]:
 
 
 @compiled
+def lift(own: np.ndarray, tick: float, lift_off: float, sole: np.ndarray, waits: bool) -> None:
+    """Lifts a foot off; one that has to wait for the other to come to the ground stops where it stands.
+
+    Args:
+        own: of the foot in the memory. sole: of the foot in foot_reference.
+    """
+    if waits and own[STATE] != AIR:
+        if own[STATE] == STANDS:
+            own[STATE] = STOPPED
+            own[STOP], own[STOP + 1], own[STOP + 2] = sole[0], sole[1], sole[2] + own[HEIGHT]
+    elif tick == lift_off or own[STATE] != AIR:
+        stopped, own[FROM] = own[STATE] == STOPPED, tick
+        for axis in range(3):
+            own[GAP + axis] = own[STOP + axis] - sole[axis] if stopped else 0.0
+        if stopped:
+            own[GAP + 2] -= own[HEIGHT]
+        own[STATE], own[BEFORE], own[BEFORE + 1] = AIR, own[TILT], own[TILT + 1]
+        own[TILT], own[TILT + 1] = 0.0, 0.0
+
+
+@compiled
 def feel(
     memory: np.ndarray, timing: tuple[int, float, int], tick: float, support: float, lift_off: float, feet: np.ndarray,
     ground: np.ndarray, measured: np.ndarray, loads: np.ndarray, least: float,
@@ -53,18 +77,22 @@ def feel(
         least: load from which a foot carries [N].
     """
     period, delta, delay = timing
+    if tick == 0.0:
+        memory[LATE] = 0.0
     total = 0.0
     for i in range(len(measured)):
         total += measured[i]
     if math.isfinite(total + loads[0] + loads[1]):
+        stance = 0 if support > 0.0 else 1
+        if support != 0.0 and memory[FOOT * stance + STATE] == AIR and tick >= _LATE + delay:
+            memory[LATE] = tick - _LATE - delay if loads[stance] > least else tick + _UNKNOWN
         for foot in range(2):
             own, other = memory[FOOT * foot :], memory[FOOT * (1 - foot) :]
             carries = support == 0.0 or (support > 0.0) == (foot == 0)
             loaded, swings = loads[foot] > least, not carries and tick > lift_off
             height = feet[_SOLE * foot + 2]
-            if not carries and tick == lift_off:
-                own[STATE], own[BEFORE], own[BEFORE + 1] = AIR, own[TILT], own[TILT + 1]
-                own[TILT], own[TILT + 1] = 0.0, 0.0
+            if not carries and tick >= lift_off and not 2.0 * tick > period + lift_off:
+                lift(own, tick, lift_off, feet[_SOLE * foot :], tick < lift_off + memory[LATE])
             if own[STATE] == AIR:
                 if swings:
                     if tick >= period - 1:
@@ -104,9 +132,9 @@ def put_where_met(
 ) -> None:  # fmt: skip
     """Moves foot_reference (18,) and ground_reference (18,) to where the ground was met."""
     period, delta, delay = timing
-    swing = period - lift_off
     for foot in range(2):
         own, other = memory[FOOT * foot :], memory[FOOT * (1 - foot) :]
+        swing = period - own[FROM]
         sole, tilt = feet[_SOLE * foot : _SOLE * foot + _SOLE], ground[_ROLL + _GROUND * foot :]
         carries = support == 0.0 or (support > 0.0) == (foot == 0)
         in_air = False
@@ -122,11 +150,14 @@ def put_where_met(
                 in_air = True
         else:
             in_air = True
-            s, way = (tick - lift_off) / swing, other[HEIGHT] - own[HEIGHT]
+            s = (tick - own[FROM]) / swing
             share, rate, change = blend(s)
-            sole[2] += own[HEIGHT] + way * share
-            sole[5] += way * rate / (swing * delta)
-            sole[8] += way * change / (swing * delta) ** 2
+            sole[2] += own[HEIGHT]
+            for axis in range(3):
+                way = (other[HEIGHT] - own[HEIGHT] if axis == 2 else 0.0) - own[GAP + axis]
+                sole[axis] += own[GAP + axis] + way * share
+                sole[3 + axis] += way * rate / (swing * delta)
+                sole[6 + axis] += way * change / (swing * delta) ** 2
             share, rate, change = blend(s / _LEVELS)
             for i in range(2):
                 tilt[3 * i] += (1.0 - share) * own[BEFORE + i]

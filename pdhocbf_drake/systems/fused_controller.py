@@ -149,7 +149,8 @@ class FusedController(Block):
         command = None if self._command is None else self._command(context)
         offset = None if self._body is None else state[part["zmp_offset"]]
         bounds = None if self._schedule is None else state[part["barrier_bound"]]
-        return self._controller.measured(known.tick, self._lip.Eval(context), feet, offset, bounds, command)
+        late = state[part["landing_delay"]] if "landing_delay" in part else None
+        return self._controller.measured(known.tick, self._lip.Eval(context), feet, offset, bounds, command, late)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
         started = time.perf_counter()
@@ -208,8 +209,8 @@ class FusedController(Block):
             soles = feet
             if body.footing is not None:
                 felt = [before["footing"]]
-                soles, ground = body.footing.targets(before["footing"], phase, feet, ground, gait)
-                own += [soles, ground]
+                soles, ground, late = body.footing.targets(before["footing"], phase, feet, ground, gait)
+                own += [soles, ground, late]
             solution = body.kinematics.solution(before["motion"], phase, height, com, zmp, soles, turn, ground)
             coming = body.kinematics.coming
             front += [feet, *own, offset, solution[: coming.start]]

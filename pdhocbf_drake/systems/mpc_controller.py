@@ -37,6 +37,7 @@ class MpcController(Block):
             touchdown, in the last eighth of a step, unless it stops, at the one after that, and limited to what the
             robot can do. Where one of the numbers is not finite, as of a late sender, the last command holds on.
         foot_state (12): measured soles; where it is connected, a foot that lands is taken to be where it is measured.
+        landing_delay (1): ticks by which the stance foot has come to the ground late; may be left unconnected.
     Output parts, see `unbundled`:
         com_reference (6), zmp_reference (4), zmp_box (4), stance_plan (8), foot_plan (8), solver_status (6),
         barrier_slack (n_b), barrier_active (n_b), unmet (2 n_c): as in `systems.signals`, of the plan made at tick k.
@@ -80,6 +81,7 @@ class MpcController(Block):
         self._offset = self._optional("zmp_offset", size("zmp_offset", horizon=horizon))
         self._feet = self._optional("foot_state", size("foot_state"))
         self._command = self._optional("command", 4) if mpc.gait.turns else None
+        self._late = self._optional("landing_delay", size("landing_delay"))
         memory = Memory.at_start(mpc, initial, feet)
         start = self.layout.pack(memory)
         # The last memory with its vector: where the state is that one, it need not be taken apart.
@@ -99,19 +101,21 @@ class MpcController(Block):
         """What the controller is given at the tick of a context of this block."""
         bounds = None if self._bounds is None else self._bounds(context)
         command = None if self._command is None else self._command(context)
-        lip = self._lip.Eval(context)
-        return self.measured(self._tick(context), lip, self._feet(context), self._offset(context), bounds, command)
+        lip, late = self._lip.Eval(context), self._late(context)
+        feet, offset = self._feet(context), self._offset(context)
+        return self.measured(self._tick(context), lip, feet, offset, bounds, command, late)
 
     def measured(
         self, tick: int, lip: np.ndarray, feet: np.ndarray | None, offset: np.ndarray | None,
-        bounds: np.ndarray | None, command: np.ndarray | None,
+        bounds: np.ndarray | None, command: np.ndarray | None, late: np.ndarray | None,
     ) -> Measurement:  # fmt: skip
         """The measurement of a tick from the values of the ports."""
         feet = None if feet is None else feet.take(_SOLES)
         offset = None if offset is None else offset.reshape(2, -1)
         samples = None if bounds is None else bounds.reshape(len(self._names), -1)
         named = None if samples is None else dict(zip(self._names, samples, strict=True))
-        return Measurement(tick, lip.reshape(2, 3), feet, offset, named, command)
+        delay = 0.0 if late is None else float(late[0])
+        return Measurement(tick, lip.reshape(2, 3), feet, offset, named, command, delay)
 
     def _tick(self, context: Context) -> int:
         gait, given = self.mpc.gait, self._phase(context)

@@ -132,6 +132,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             ("z", "vz", "az", "z_zmp", *(f"{s}_{e}" for s in SIDES for e in ("aloft", *_TILT))),
             "m, m/s, m/s², m, 1, rad, rad/s, rad/s²", 
             "ground_reference likewise; a foot that goes on down is in the air"),
+    _signal("landing_delay", "footing", "ticks", "1",
+            "ticks by which the stance foot has come to the ground late: the ZMP's box moves onto it that much later"),
     _signal("turn_reference", "turn_reference",
             tuple(f"{part}_{d}yaw" for part in (*SIDES, "torso") for d in ("", "v", "a")), "rad, rad/s, rad/s²",
             "of a walk that turns: left sole, right sole, torso: heading, its rate and acceleration"),

@@ -27,10 +27,14 @@ class SupportRegion:
     """
 
     def __init__(self, config: GaitConfig) -> None:
-        ramp = (np.arange(config.ticks_per_step) + 1.0) / (config.double_support_ticks + 1.0)
-        self.weight = np.minimum(1.0, ramp)
+        self._ticks = config.double_support_ticks + 1.0
+        self.weight = self.share(np.arange(config.ticks_per_step))
         self.half_of_foot = np.array(config.zmp_box) / 2.0
         self._half_of_stand = self.half_of_foot + np.array([0.0, config.stance_width / 2.0])
+
+    def share(self, ticks: np.ndarray) -> np.ndarray:
+        """w_q at ticks of a step, 0 before its first one."""
+        return np.clip((ticks + 1.0) / self._ticks, 0.0, 1.0)
 
     def half(self, step: Footstep) -> np.ndarray:
         """Half sides of a step's box, shape (2,) [m]; that of a stand is wider by the distance between the feet."""

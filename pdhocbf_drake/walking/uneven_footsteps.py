@@ -19,7 +19,8 @@ def uneven_footsteps(config: GaitConfig, ground: KnownGround) -> Footsteps:
     """The footsteps that the `gait` keys describe, over ground that is not level.
 
     One foot stands in the middle of each surface that is too short for a stride, and on each stone. On a longer one the
-    steps are of equal length, `gait.stride` at most. After the last surface they are `gait.stride` long.
+    steps are of equal length, `gait.stride` at most. After the last surface they are `gait.stride` long. Where left and
+    right foot have surfaces of their own, each lands in its window that is nearest to a stride ahead.
 
     Raises:
         InputError: the stride is not positive, a surface is shorter than the soles, or there is no end of them.
@@ -45,6 +46,10 @@ def _places(config: GaitConfig, ground: KnownGround, first: Footstep) -> Iterato
     yield x, side * half
     for _ in range(_MOST):
         low, high = ground.under(x, side * half).window
+        if (low, high) != ground.under(x, -side * half).window:
+            side, x = -side, _ahead(ground, x, -side * half, config.stride)
+            yield x, side * half
+            continue
         goal = high - _FROM_EDGE if high - low > config.stride else x
         if stones and stones[0][0] <= high + 2.0 * ground.half:
             goal = stones[0][0] - config.stride
@@ -64,13 +69,7 @@ def _places(config: GaitConfig, ground: KnownGround, first: Footstep) -> Iterato
             side = -side
             yield x, y
         stones = []
-        low, high = _next(ground, x, -side * half, config.stride)
-        if low > high:
-            needed = 2.0 * (ground.half + ROOM)
-            raise InputError(
-                f"ground: the surface from x = {low - needed / 2.0:.3g} m on is {high - low + needed:.3g} m long, and "
-                f"soles need {needed:.3g} m"
-            )
+        low, high = _long_enough(ground, _next(ground, x, -side * half, config.stride))
         side, x = -side, _onto(low, high, config.stride)
         yield x, side * half
     raise InputError(f"ground: a walk over it takes more than {_MOST} steps")
@@ -80,6 +79,27 @@ def _next(ground: KnownGround, x: float, y: float, stride: float) -> tuple[float
     """The window on the surface that the foot beside x, at y, comes to: the next one, or the one a stride ahead."""
     windows = ground.next_surface(x, y), ground.under(x + stride, y).window
     return min((window for window in windows if window[0] > x), default=windows[0])
+
+
+def _ahead(ground: KnownGround, x: float, y: float, stride: float) -> float:
+    """Where the foot at y lands that is to be a stride ahead of x, but not on an edge [m]."""
+    low, high = ground.under(x + stride, y).window
+    if low > high or high <= x:
+        low, high = _long_enough(ground, ground.next_surface(x + stride, y))
+    inside = min(_FROM_EDGE, 0.5 * (high - low))
+    return min(max(x + stride, low + inside), high - inside)
+
+
+def _long_enough(ground: KnownGround, window: tuple[float, float]) -> tuple[float, float]:
+    """The window; raises `InputError` where its surface is too short for the soles."""
+    low, high = window
+    if low > high:
+        needed = 2.0 * (ground.half + ROOM)
+        raise InputError(
+            f"ground: the surface from x = {low - needed / 2.0:.3g} m on is {high - low + needed:.3g} m long, and "
+            f"soles need {needed:.3g} m"
+        )
+    return window
 
 
 def _onto(low: float, high: float, stride: float) -> float:

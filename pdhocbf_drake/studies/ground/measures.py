@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.commands import known_ground
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
+from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.shared.checks import Check, least, most
 from pdhocbf_drake.systems.signals import stretch
 from pdhocbf_drake.walking.edges import Edges
@@ -30,6 +32,30 @@ def clean(row: str, scenario: Scenario, log: RunLog, metrics: Metrics) -> list[C
     if math.isfinite(distance):
         found.append(least(row, "swinging soles from edges", 1e3 * distance, LEAST_FROM_EDGES, "mm"))
     return found
+
+
+def survived(row: str, share: float, scenario: Scenario, log: RunLog) -> list[Check]:
+    """Checks of one of many walks: a share of them must not fall; and how far it comes, over what is commanded."""
+    upright = float(log.ending == "finished")
+    found = [
+        least(row, "walks that don't fall", 100.0 * upright, 100.0 * share, "%"),
+        most(row, "ticks of recovery", recovery(log), 100.0, "%"),
+    ]
+    if upright:
+        found.append(least(row, "way over the commanded one", _way(scenario, log), 0.5))
+    return [check._replace(combine="mean") for check in found]
+
+
+def sensors(seed: int) -> dict[str, Any]:
+    """The `measurement` keys of the walk on sensors, with the errors of a seed."""
+    return {**load_scenario("walking_sensors").to_dict()["measurement"], "seed": seed}
+
+
+def _way(scenario: Scenario, log: RunLog) -> float:
+    """How far the CoM has come, over what equal steps of `gait.stride` come to."""
+    gait = scenario.gait
+    commanded = gait.stride / (gait.ticks_per_step * gait.tick) * (log.time[-1] - log.time[0])
+    return float(log.element("lip_state", "x")[-1]) / commanded
 
 
 def recovery(log: RunLog) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from pdhocbf_drake.studies.ground import courses, held, known, pushes, unknown
+from pdhocbf_drake.studies.ground import courses, held, known, pushes, sensed, unknown
 from pdhocbf_drake.studies.shared.row_kinds import Table
 
 TABLE: Final = Table(
@@ -13,6 +13,7 @@ TABLE: Final = Table(
         courses.ROW: courses,
         pushes.ROW: pushes,
         held.ROW: held,
+        sensed.ROW: sensed,
         **dict.fromkeys(unknown.ROWS, unknown),
     },
     flat=True,

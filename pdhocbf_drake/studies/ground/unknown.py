@@ -9,16 +9,14 @@ import numpy as np
 
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.ground.measures import recovery
-from pdhocbf_drake.studies.shared.checks import Check, Outcome, least, most
+from pdhocbf_drake.studies.ground.measures import sensors, survived
+from pdhocbf_drake.studies.shared.checks import Outcome
 from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.studies.shared.work import Work, fallen, walked
 
 _FIRST = 0.6  # x at which unknown ground begins [m]
 _LENGTH = 3.0  # of it [m]
 _PHASES = 8  # of a gait of two steps, at which an edge is met
-_SENSED = "walking_sensors"
 
 
 class Unknown(NamedTuple):
@@ -75,13 +73,7 @@ def measure(work: Work) -> Outcome:
     """Walks over one draw of the row's ground."""
     unknown, draw, scenario = ROWS[work.row], int(work.setting["draw"]), scenario_of(work)
     log, metrics = walked(scenario)
-    survived = float(metrics.ending == "finished")
-    found = [
-        least(work.row, "walks that don't fall", 100.0 * survived, 100.0 * unknown.share, "%")._replace(combine="mean"),
-        most(work.row, "ticks of recovery", recovery(log), 100.0, "%")._replace(combine="mean"),
-    ]
-    if survived:
-        found.append(_come(work.row, scenario, log))
+    found = survived(work.row, unknown.share, scenario, log)
     return Outcome(found, [f"{sentence}, {_cause(log)}" for sentence in fallen(f"{work.row}, walk {draw}", metrics)])
 
 
@@ -103,17 +95,8 @@ def scenario_of(work: Work) -> Scenario:
     steps = (first + unknown.length + 2.0 * two_steps) / abs(gait.stride) + gait.start_steps
     changes: dict[str, Any] = {"ground": [piece], "duration": round(steps * gait.ticks_per_step * gait.tick, 3)}
     if unknown.sensed:
-        changes["measurement"] = load_scenario(_SENSED).to_dict()["measurement"] | {"seed": draw}
+        changes["measurement"] = sensors(draw)
     return work.with_keys(**changes)
-
-
-def _come(row: str, scenario: Scenario, log: RunLog) -> Check:
-    """The mean speed over the commanded one: how much the ground slows the walk."""
-    gait = scenario.gait
-    commanded = gait.stride / (gait.ticks_per_step * gait.tick) * (log.time[-1] - log.time[0])
-    return least(row, "way over the commanded one", float(log.element("lip_state", "x")[-1]) / commanded, 0.5)._replace(
-        combine="mean"
-    )
 
 
 def _cause(log: RunLog) -> str:
