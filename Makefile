@@ -30,6 +30,7 @@ $(VENV)/installed: pyproject.toml constraints.txt
 
 walk: install
 	$(BIN)/pdhocbf run walking --out $(WALK)
+	@echo "for the command pdhocbf in this terminal: . $(BIN)/activate"
 
 test: lint types pytest
 

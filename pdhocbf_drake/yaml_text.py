@@ -109,6 +109,8 @@ def parse_settings(text: str, where: str) -> dict[str, Any]:
     try:
         data = parse_yaml(text, where)
     except InputError:
+        if text.lstrip()[:1] in ("{", "["):
+            raise
         try:
             data = parse_yaml(f"{{{text}\n}}", where)
         except InputError:
