@@ -26,7 +26,7 @@ _SOLE, _GROUND = 9, 7  # elements of a sole in foot_reference and in ground_refe
 _ALOFT, _ROLL = 4, 5  # where those of the left sole begin in ground_reference; pitch is three behind roll
 _Z_ZMP = 3  # in ground_reference
 
-_DOWN = 0.5  # [m/s]: speed at which a foot that meets no ground where it is planned goes on down
+_DOWN = 0.5  # [m/s]: speed at which a foot that meets no ground goes on down, less where loads are late
 _DEEPEST = 0.08  # [m]: below the other foot
 _UNKNOWN = 2.0  # ticks over the present one, by which a step is taken to be late whose foot has not come down
 _LATE = 1.0  # tick of a step until which a foot that came down as planned carries load
@@ -105,7 +105,7 @@ def feel(
                     if loaded:
                         own[STATE], own[HEIGHT] = STANDS, measured[6 * foot + 2] - height
                     elif tick >= _LATE + delay:
-                        own[HEIGHT] = max(own[HEIGHT] - _DOWN * delta, other[HEIGHT] - _DEEPEST)
+                        own[HEIGHT] = max(own[HEIGHT] - _DOWN / (1.0 + delay) * delta, other[HEIGHT] - _DEEPEST)
             if own[STATE] != AIR and loaded:
                 for i in range(2):
                     planned = ground[_GROUND * foot + _ROLL + 3 * i]
@@ -146,7 +146,7 @@ def put_where_met(
         elif carries or tick <= lift_off:
             sole[2] += own[HEIGHT]
             if carries and own[STATE] == AIR and tick > _LATE + delay:
-                sole[5] -= _DOWN
+                sole[5] -= _DOWN / (1.0 + delay)
                 in_air = True
         else:
             in_air = True
