@@ -26,8 +26,8 @@ def footing_of(scenario: Scenario, walk: Walk, biped: Biped) -> Footing | None:
     if not feels_ground(scenario):
         return None
     sensed = scenario.measurement.source == "sensors"
-    share = scenario.measurement.estimator.load_on if sensed else _CARRIES
-    return Footing(walk.gait, share * biped.weight, walk.mpc.config.delay_ticks)
+    met = scenario.measurement.estimator.load_on if sensed else _CARRIES
+    return Footing(walk.gait, (_CARRIES * biped.weight, met * biped.weight), walk.mpc.config.delay_ticks)
 
 
 def add_loads(wiring: Wiring, plant: MultibodyPlant, biped: Biped, sensed: bool) -> None:

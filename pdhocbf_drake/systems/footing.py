@@ -35,16 +35,16 @@ class Footing(Block):
 
     Args:
         gait: the walk.
-        least: load from which a foot carries [N].
+        limits: load from which a foot carries, and from which one that swings has met the ground [N].
         delay: of what is measured [ticks].
 
     Attributes:
         start: the memory at the start, see `footing_kernels`.
     """
 
-    def __init__(self, gait: Gait, least: float, delay: int) -> None:
+    def __init__(self, gait: Gait, limits: tuple[float, float], delay: int) -> None:
         super().__init__()
-        self._gait, self._least = gait, least
+        self._gait, self._limits = gait, limits
         self._timing = gait.period, gait.config.tick, delay
         self.parts = sizes("foot_target", "ground_target", "landing_delay")
         self.start = np.zeros(SIZE)
@@ -88,7 +88,7 @@ class Footing(Block):
         tick, step, support = gait_phase.tolist()
         memory, ground = memory.copy(), _level() if ground is None else ground
         lift_off = gait.lift_off(round(step))
-        feel(memory, self._timing, tick, support, lift_off, feet, ground, measured, loads, self._least)
+        feel(memory, self._timing, tick, support, lift_off, feet, ground, measured, loads, self._limits)
         return memory
 
     def targets(

@@ -67,16 +67,17 @@ def lift(own: np.ndarray, tick: float, lift_off: float, sole: np.ndarray, waits:
 @compiled
 def feel(
     memory: np.ndarray, timing: tuple[int, float, int], tick: float, support: float, lift_off: float, feet: np.ndarray,
-    ground: np.ndarray, measured: np.ndarray, loads: np.ndarray, least: float,
+    ground: np.ndarray, measured: np.ndarray, loads: np.ndarray, limits: tuple[float, float],
 ) -> None:  # fmt: skip
     """Moves the memory on to tick k + 1, by what is measured at tick k.
 
     Args:
         timing: N, δ and the delay of what is measured [ticks, s, ticks].
         tick, lift_off: of the step. support: +1 left, −1 right, 0 both.
-        least: load from which a foot carries [N].
+        limits: load from which a foot carries, and from which one that swings has met the ground [N].
     """
     period, delta, delay = timing
+    least, met = limits
     if tick == 0.0:
         memory[LATE] = 0.0
     total = 0.0
@@ -97,7 +98,7 @@ def feel(
                 if swings:
                     if tick >= period - 1:
                         own[HEIGHT] = other[HEIGHT]
-                    if loaded and 2.0 * tick > period + lift_off:
+                    if loads[foot] > met and 2.0 * tick > period + lift_off:
                         own[STATE] = STOPPED
                         for axis in range(3):
                             own[STOP + axis] = measured[6 * foot + axis]
