@@ -34,7 +34,7 @@ class Walk:
     """
 
     def __init__(self, ground: float, roll: float = 0.0, delay: int = 0) -> None:
-        self.footing, self.swing = Footing(GAIT, WEIGHT, delay), Swing(GAIT)
+        self.footing, self.swing = Footing(GAIT, (0.05 * WEIGHT, 0.14 * WEIGHT), delay), Swing(GAIT)
         self.ground, self.roll = {STANDING: 0.0, SWINGING: ground}, {STANDING: 0.0, SWINGING: roll}
         self.memory, self.before, self.rows = self.footing.start, np.zeros(18), []
 

@@ -12,6 +12,8 @@ from pdhocbf_drake.simulation.wiring import Wiring
 from pdhocbf_drake.systems.foot_loads import FootLoads, SensedLoads
 from pdhocbf_drake.systems.footing import Footing
 
+_CARRIES = 0.05  # share of the weight from which a foot carries load; sensors also feel a sole that is swung
+
 
 def feels_ground(scenario: Scenario) -> bool:
     """Whether the feet of a scenario's robot react to the ground: where that is not level, unless it says."""
@@ -21,7 +23,11 @@ def feels_ground(scenario: Scenario) -> bool:
 
 def footing_of(scenario: Scenario, walk: Walk, biped: Biped) -> Footing | None:
     """The block of feet that feel the ground; None for others."""
-    return Footing(walk.gait, biped.weight, walk.mpc.config.delay_ticks) if feels_ground(scenario) else None
+    if not feels_ground(scenario):
+        return None
+    sensed = scenario.measurement.source == "sensors"
+    met = scenario.measurement.estimator.load_on if sensed else _CARRIES
+    return Footing(walk.gait, (_CARRIES * biped.weight, met * biped.weight), walk.mpc.config.delay_ticks)
 
 
 def add_loads(wiring: Wiring, plant: MultibodyPlant, biped: Biped, sensed: bool) -> None:

@@ -12,8 +12,6 @@ from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import size, sizes
 from pdhocbf_drake.walking import Gait
 
-_CARRIES = 0.05  # share of the weight from which a foot carries load
-
 
 class Footing(Block):
     """Takes the ground for where the soles meet it: the planned motion of the soles, moved to where they are felt.
@@ -37,16 +35,16 @@ class Footing(Block):
 
     Args:
         gait: the walk.
-        weight: of the robot [N].
+        limits: load from which a foot carries, and from which one that swings has met the ground [N].
         delay: of what is measured [ticks].
 
     Attributes:
         start: the memory at the start, see `footing_kernels`.
     """
 
-    def __init__(self, gait: Gait, weight: float, delay: int) -> None:
+    def __init__(self, gait: Gait, limits: tuple[float, float], delay: int) -> None:
         super().__init__()
-        self._gait, self._least = gait, _CARRIES * weight
+        self._gait, self._limits = gait, limits
         self._timing = gait.period, gait.config.tick, delay
         self.parts = sizes("foot_target", "ground_target", "landing_delay")
         self.start = np.zeros(SIZE)
@@ -90,7 +88,7 @@ class Footing(Block):
         tick, step, support = gait_phase.tolist()
         memory, ground = memory.copy(), _level() if ground is None else ground
         lift_off = gait.lift_off(round(step))
-        feel(memory, self._timing, tick, support, lift_off, feet, ground, measured, loads, self._least)
+        feel(memory, self._timing, tick, support, lift_off, feet, ground, measured, loads, self._limits)
         return memory
 
     def targets(

@@ -26,7 +26,7 @@ _SOLE, _GROUND = 9, 7  # elements of a sole in foot_reference and in ground_refe
 _ALOFT, _ROLL = 4, 5  # where those of the left sole begin in ground_reference; pitch is three behind roll
 _Z_ZMP = 3  # in ground_reference
 
-_DOWN = 0.5  # [m/s]: speed at which a foot that meets no ground where it is planned goes on down
+_DOWN = 0.5  # [m/s]: speed at which a foot that meets no ground goes on down, less where loads are late
 _DEEPEST = 0.08  # [m]: below the other foot
 _UNKNOWN = 2.0  # ticks over the present one, by which a step is taken to be late whose foot has not come down
 _LATE = 1.0  # tick of a step until which a foot that came down as planned carries load
@@ -67,16 +67,17 @@ def lift(own: np.ndarray, tick: float, lift_off: float, sole: np.ndarray, waits:
 @compiled
 def feel(
     memory: np.ndarray, timing: tuple[int, float, int], tick: float, support: float, lift_off: float, feet: np.ndarray,
-    ground: np.ndarray, measured: np.ndarray, loads: np.ndarray, least: float,
+    ground: np.ndarray, measured: np.ndarray, loads: np.ndarray, limits: tuple[float, float],
 ) -> None:  # fmt: skip
     """Moves the memory on to tick k + 1, by what is measured at tick k.
 
     Args:
         timing: N, δ and the delay of what is measured [ticks, s, ticks].
         tick, lift_off: of the step. support: +1 left, −1 right, 0 both.
-        least: load from which a foot carries [N].
+        limits: load from which a foot carries, and from which one that swings has met the ground [N].
     """
     period, delta, delay = timing
+    least, met = limits
     if tick == 0.0:
         memory[LATE] = 0.0
     total = 0.0
@@ -97,7 +98,7 @@ def feel(
                 if swings:
                     if tick >= period - 1:
                         own[HEIGHT] = other[HEIGHT]
-                    if loaded and 2.0 * tick > period + lift_off:
+                    if loads[foot] > met and 2.0 * tick > period + lift_off:
                         own[STATE] = STOPPED
                         for axis in range(3):
                             own[STOP + axis] = measured[6 * foot + axis]
@@ -105,7 +106,7 @@ def feel(
                     if loaded:
                         own[STATE], own[HEIGHT] = STANDS, measured[6 * foot + 2] - height
                     elif tick >= _LATE + delay:
-                        own[HEIGHT] = max(own[HEIGHT] - _DOWN * delta, other[HEIGHT] - _DEEPEST)
+                        own[HEIGHT] = max(own[HEIGHT] - _DOWN / (1.0 + delay) * delta, other[HEIGHT] - _DEEPEST)
             if own[STATE] != AIR and loaded:
                 for i in range(2):
                     planned = ground[_GROUND * foot + _ROLL + 3 * i]
@@ -146,7 +147,7 @@ def put_where_met(
         elif carries or tick <= lift_off:
             sole[2] += own[HEIGHT]
             if carries and own[STATE] == AIR and tick > _LATE + delay:
-                sole[5] -= _DOWN
+                sole[5] -= _DOWN / (1.0 + delay)
                 in_air = True
         else:
             in_air = True
