@@ -22,9 +22,10 @@ from pdhocbf_drake.sets.invariant_set import broken_phases, invariant_set
 from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.studies.certify.adversary import adversary
-from pdhocbf_drake.studies.certify.certificate import LargestDisturbance, certify_scenario
+from pdhocbf_drake.studies.certify.certificate import LargestDisturbance
 from pdhocbf_drake.studies.certify.disturbance_report import disturbance_data
 from pdhocbf_drake.studies.certify.psi_rows import psi_disturbance
+from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 from pdhocbf_drake.studies.certify.starts import inside_starts, zmp_range
 from pdhocbf_drake.studies.certify.terminal import terminal_sets
 from pdhocbf_drake.studies.certify.trial import try_sets, walk_from

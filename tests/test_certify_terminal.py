@@ -14,8 +14,8 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.terminal_set import TerminalSet, limits_of, load_terminal_sets, save_terminal_sets
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.scenario_file import load_scenario
-from pdhocbf_drake.studies.certify.certificate import certify_scenario
 from pdhocbf_drake.studies.certify.report import certificate_data, certificate_lines
+from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 from pdhocbf_drake.studies.certify.starts import Start, zmp_range
 from pdhocbf_drake.studies.certify.terminal import psi_terminal_set, terminal_set, terminal_sets
 from pdhocbf_drake.studies.certify.trial import try_sets, walk_from

@@ -13,7 +13,7 @@ from pdhocbf_drake.mpc.loop import walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.robust import nearer_bound, zmp_margin
 from pdhocbf_drake.simulation.build import build_walk
-from pdhocbf_drake.studies.certify.certificate import certify_scenario
+from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 from pdhocbf_drake.studies.certify.trial import try_sets
 
 COARSE = "gait: {tick: 0.04, ticks_per_step: 10, double_support_ticks: 1}\n"

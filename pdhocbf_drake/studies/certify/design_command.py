@@ -22,9 +22,9 @@ from pdhocbf_drake.walking.quantities import QUANTITIES
 from pdhocbf_drake.yaml_text import merge
 
 if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
-    from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
     from pdhocbf_drake.studies.certify.design import Envelope
     from pdhocbf_drake.studies.certify.prediction_errors import PredictionErrors
+    from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 
 _WRITTEN = ("quantity", "axis", "side", "bound", "gamma")
 _OF_RUN = ("name", "description", "barriers", "duration", "seed", "pushes")  # which a walk under a bound has anew
@@ -61,10 +61,10 @@ def run(options: argparse.Namespace) -> int:
     place = options.out or Path(f"bound-{options.name}.yaml")
     check_file(place)  # before the work
     recorded = read_run(options.run)
-    from pdhocbf_drake.studies.certify.certificate import certify_scenario
     from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope, robust_bound
     from pdhocbf_drake.studies.certify.margin import margin_for, plain, with_robust
     from pdhocbf_drake.studies.certify.prediction_errors import prediction_errors
+    from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 
     scenario = recorded.scenario
     from_time = scenario.from_time if options.from_time is None else options.from_time

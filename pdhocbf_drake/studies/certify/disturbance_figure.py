@@ -8,9 +8,10 @@ from matplotlib.figure import Figure
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.sets.invariant_set import InvariantSet
-from pdhocbf_drake.studies.certify.certificate import AxisCertificate, ScenarioCertificate
+from pdhocbf_drake.studies.certify.certificate import AxisCertificate
 from pdhocbf_drake.studies.certify.disturbed import walk_sets
 from pdhocbf_drake.studies.certify.phase_plots import phase_plots
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)  # of the largest multiple
 

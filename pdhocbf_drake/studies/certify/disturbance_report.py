@@ -10,7 +10,7 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.sets.disturbance import TOLERANCE
 from pdhocbf_drake.sets.polytope import Array
-from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 
 Row = tuple[str, tuple[str, ...], tuple[float, ...] | None, float]
 """Axis, names of the barriers, γ where their ψ rows are to be kept, and the largest multiple."""

@@ -16,9 +16,9 @@ from pdhocbf_drake.analysis.drawing import label, legend, panels, save, styled
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.sets.polytope import Array, Polytope
-from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.disturbance_figure import disturbed_sections
 from pdhocbf_drake.studies.certify.phase_plots import phase_plots
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 from pdhocbf_drake.walking.quantities import SPEEDS
 
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 481)

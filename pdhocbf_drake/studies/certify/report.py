@@ -10,7 +10,7 @@ import numpy as np
 from pdhocbf_drake.sets.disturbance import Largest
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.user_system import LinearSystemConfig
-from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate, ScenarioCertificate
+from pdhocbf_drake.studies.certify.certificate import AxisCertificate, BoundCertificate
 from pdhocbf_drake.studies.certify.disturbance_report import (
     disturbance_data,
     disturbance_lines,
@@ -18,6 +18,7 @@ from pdhocbf_drake.studies.certify.disturbance_report import (
     sides_or_corners,
 )
 from pdhocbf_drake.studies.certify.pushes import kick_range, push_range
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.trial import Trial
 from pdhocbf_drake.studies.shared.stepping_template import area
 

@@ -20,7 +20,7 @@ from pdhocbf_drake.sets.disturbance import checked_half_widths
 from pdhocbf_drake.simulation.build import Walk, build_walk
 from pdhocbf_drake.simulation.checks import check_straight
 from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.studies.certify.certificate import certify_scenario
+from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 from pdhocbf_drake.studies.certify.terminal import terminal_sets
 from pdhocbf_drake.walking.walk_barrier import WalkBarrier
 

@@ -21,7 +21,7 @@ from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.yaml_text import write_yaml
 
 if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
-    from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
+    from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
     from pdhocbf_drake.studies.certify.trial import Trial
 
 STAGES: Final = 4  # those of `certify_scenario`, and the pushes
@@ -80,8 +80,8 @@ def certify(
             f"scenario '{scenario.name}' is no walk; another system is certified from a file with A, B and limits"
         )
     # Here and below, since they load Drake: what can't be certified is refused at once.
-    from pdhocbf_drake.studies.certify.certificate import certify_scenario
     from pdhocbf_drake.studies.certify.report import certificate_data
+    from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 
     started = time.perf_counter()
     with nullcontext() if out is None else new_folder(Path(out), ENTRIES, KIND) as folder:

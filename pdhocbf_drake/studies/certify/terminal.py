@@ -12,9 +12,10 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terminal_set import TerminalSet
 from pdhocbf_drake.sets.invariant_set import InvariantSet
 from pdhocbf_drake.sets.polytope import Array, support
-from pdhocbf_drake.studies.certify.certificate import BoundCertificate, ScenarioCertificate
+from pdhocbf_drake.studies.certify.certificate import BoundCertificate
 from pdhocbf_drake.studies.certify.disturbed import Disturbance
 from pdhocbf_drake.studies.certify.psi_rows import psi_disturbance
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 from pdhocbf_drake.studies.shared.stepping_template import SteppingTemplate
 
 _NONE = 1e-9

@@ -14,9 +14,9 @@ from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.sets.polytope import Array
 from pdhocbf_drake.studies.certify.adversary import KINDS, Adversary, Kind, adversary
-from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.psi_rows import zmp_of_psi
 from pdhocbf_drake.studies.certify.rescue import SAVED, Rescue
+from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
 from pdhocbf_drake.studies.certify.starts import Start, inside_starts, outside_starts, zmp_range
 from pdhocbf_drake.studies.certify.terminal import hard_rows, terminal_sets
 from pdhocbf_drake.walking.walk_barrier import WalkBarrier
