@@ -30,6 +30,7 @@ $(VENV)/installed: pyproject.toml constraints.txt
 
 walk: install
 	$(BIN)/pdhocbf run walking --out $(WALK)
+	@echo "for the command pdhocbf in this terminal: . $(BIN)/activate"
 
 test: lint types pytest
 
@@ -42,8 +43,9 @@ lint: install
 types: install
 	$(BIN)/mypy
 
-# On all cores; the tests of one file share what they build. Lines of kernels are counted with the compiler off.
-PYTEST := $(BIN)/python -m pytest -n logical --dist loadfile
+# On all cores, in the order of tests/conftest.py; the tests of one file share what they build. Lines of kernels are
+# counted with the compiler off.
+PYTEST := $(BIN)/python -m pytest -n logical --dist loadfile --no-loadscope-reorder
 KERNELS := tests/test_*_kernels.py tests/test_gait.py tests/test_push_swing.py
 
 quick: install
@@ -52,9 +54,10 @@ pytest: install
 	NUMBA_DISABLE_JIT=1 $(PYTEST) --cov --cov-report= --cov-fail-under=0 -k "not every_kernel" $(KERNELS)
 	$(PYTEST) --cov --cov-append
 
-# Every warning is an error, and nothing is loaded from a network. PATH has the commands whose help the pages show.
+# Four processes share the pages, of which notebooks take longest. Every warning is an error, and nothing is loaded from
+# a network. PATH has the commands whose help the pages show.
 docs: install
-	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going -c docs . build/docs
+	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m sphinx -j 4 --quiet --fail-on-warning --keep-going -c docs . build/docs
 	@echo "open build/docs/index.html"
 
 # The wheel walks from any folder: unpacked without the checkout, and run with what is installed here.

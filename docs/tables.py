@@ -1,14 +1,16 @@
-"""Writes the tables of rooms, signals and metrics into their pages from the code: `python docs/tables.py`."""
+"""Writes the tables of rooms, signals, metrics and public names into their pages: `python docs/tables.py`."""
 
 from __future__ import annotations
 
 import ast
+import inspect
 import re
 import sys
 from pathlib import Path
 
 from pydantic import BaseModel
 
+import pdhocbf_drake
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, EstimatorMetrics, Metrics, MpcMetrics
 from pdhocbf_drake.systems.signals import LOGGED
 
@@ -19,7 +21,7 @@ else:
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "pdhocbf_drake"
-PAGES = ROOT / "docs" / "how_it_is_built.md", ROOT / "docs" / "run_folder.md"
+PAGES = tuple(ROOT / "docs" / name for name in ("how_it_is_built.md", "run_folder.md", "python.md"))
 
 
 def rooms_table() -> str:
@@ -71,9 +73,19 @@ def _fields(model: type[BaseModel]) -> list[tuple[str, str]]:
     return [(f.alias or name, f.description) for name, f in model.model_fields.items() if f.description]
 
 
+def face_table() -> str:
+    """One row for each public name, with the first sentence of its docstring."""
+    rows = ["| name | what it is |", "|---|---|"]
+    for name in pdhocbf_drake.__all__:
+        first = (inspect.getdoc(getattr(pdhocbf_drake, name)) or "").partition("\n\n")[0].replace("\n", " ")
+        rows.append(f"| `{name}` | {first.replace('|', chr(92) + '|')} |")
+    return "\n".join(rows)
+
+
 def with_tables(text: str) -> str:
     """The text of a page with its tables renewed between their marks."""
-    for name, table in (("rooms", rooms_table()), ("signals", signals_table()), ("metrics", metrics_table())):
+    tables = {"rooms": rooms_table, "signals": signals_table, "metrics": metrics_table, "face": face_table}
+    for name, table in ((name, write()) for name, write in tables.items() if f"<!-- {name} -->" in text):
         mark = re.compile(f"(<!-- {name} -->\n).*?(<!-- end of {name} -->)", re.DOTALL)
         text = mark.sub(lambda m, table=table: f"{m[1]}\n{table}\n\n{m[2]}", text)  # type: ignore[misc]
     return text

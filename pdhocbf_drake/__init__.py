@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from pdhocbf_drake.studies.certify.study import certify
     from pdhocbf_drake.studies.push.study import push
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "InputError",

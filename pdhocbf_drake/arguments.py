@@ -22,7 +22,7 @@ def add_work(parser: argparse.ArgumentParser, verb: str) -> None:
 
 def add_overrides(parser: argparse.ArgumentParser) -> None:
     """Adds `--text YAML`, which may be given once."""
-    text = "overrides, such as 'gait: {stride: 0.1}'"
+    text = "overrides, such as 'gait: {stride: 0.1}, duration: 5'"
     parser.add_argument("--text", default="", metavar="YAML", action=_Once, help=text)
 
 
@@ -31,5 +31,5 @@ class _Once(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, options: argparse.Namespace, value: Any, *_: Any) -> None:
         if getattr(options, self.dest) != self.default:
-            parser.error(f"{self.option_strings[0]} is given twice; put all of it into one, such as '{{a: 1, b: 2}}'")
+            parser.error(f"{self.option_strings[0]} is given twice; put all of it into one, such as 'a: 1, b: 2'")
         setattr(options, self.dest, value)

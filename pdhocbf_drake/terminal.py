@@ -25,6 +25,8 @@ class Progress(Protocol):
 def shown_progress(name: str, total: float, unit: str, done: float = 0, every: bool = False) -> Iterator[Progress]:
     """Shows a command's progress on standard error: a bar with the time left on a terminal, plain lines otherwise.
 
+    The pace counts from the last report of no more than was done before, which says that all is prepared.
+
     Args:
         name: printed first.
         total: amount to do; shown with one decimal if it is a float.
@@ -47,6 +49,8 @@ def _bar(name: str, total: float, unit: str, done: float, digits: str) -> Iterat
     with tqdm(total=total, initial=done, desc=name, bar_format=form, file=sys.stderr) as bar:
 
         def progress(now: float, words: str = "") -> None:
+            if now <= done:
+                bar.unpause()
             bar.set_postfix_str(words, refresh=False)
             bar.update(min(now, total) - bar.n)
             if words:
@@ -57,20 +61,21 @@ def _bar(name: str, total: float, unit: str, done: float, digits: str) -> Iterat
 
 @contextmanager
 def _lines(name: str, total: float, unit: str, done: float, digits: str, every: bool) -> Iterator[Progress]:
-    started = printed_at = time.monotonic()
+    started = printed_at = paced = time.monotonic()
     printed = _share(done, total)
 
     def progress(now: float, words: str = "") -> None:
-        nonlocal printed, printed_at
+        nonlocal printed, printed_at, paced
         waiting.cancel()
         due, clock = _share(now, total), time.monotonic()
+        if now <= done:  # prepared
+            paced = clock
         if not (every or due > printed or clock - printed_at > _SILENCE):
             return
         printed, printed_at = due, clock
-        spent = clock - started
-        line = f"{name}: {now:{digits}} of {total:{digits}} {unit} in {spent:.1f} s"
+        line = f"{name}: {now:{digits}} of {total:{digits}} {unit} in {clock - started:.1f} s"
         if done < now < total:
-            line += f", about {(total - now) * spent / (now - done):.0f} s left"
+            line += f", about {(total - now) * (clock - paced) / (now - done):.0f} s left"
         say(f"{line}, {words}" if words else line)
 
     waiting = threading.Timer(_PATIENCE, say, [f"{name}: still being prepared"])

@@ -104,6 +104,24 @@ def parse_yaml(text: str, where: str) -> Any:
         raise InputError(f"{where} is not valid YAML: lists or maps are nested too deeply") from None
 
 
+def parse_settings(text: str, where: str) -> dict[str, Any]:
+    """The map of settings in YAML text, or in that text put in braces, as `a: 1, b: 2` needs; raises `InputError`."""
+    try:
+        data = parse_yaml(text, where)
+    except InputError:
+        if text.lstrip()[:1] in ("{", "["):
+            raise
+        try:
+            data = parse_yaml(f"{{{text}\n}}", where)
+        except InputError:
+            data = None
+        if not isinstance(data, dict):
+            raise
+    if not isinstance(data, dict):
+        raise InputError(f"{where} must hold a YAML map such as 'gait: {{stride: 0.1}}', given {shown(text)}")
+    return data
+
+
 def read_yaml(path: Path) -> Any:
     """Plain data from a YAML file; raises `InputError`."""
     try:

@@ -33,10 +33,15 @@ SLOW = {
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks every test of the slow files."""
+    """Marks every test of the slow files, which come first where several processes share the files.
+
+    So no process is left with a long file at the end.
+    """
     for item in items:
         if item.path.stem in SLOW:
             item.add_marker(pytest.mark.slow)
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: item.path.stem not in SLOW)
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -83,14 +83,15 @@ def test_a_barrier_says_whether_it_acted_when_first_and_how_slow_the_walk_was():
     run.log.signals["barrier_active"] = active
     line = dict(summary_rows(compute_metrics(run.scenario, run.log, 2.0, LIMITS)))["barrier forward_speed"]
     assert line.endswith("it never acted")
-    active[101:111] = 1.0  # planned at ticks 100 to 109, in step 2
-    run.log["lip_state"][80:120, 1] -= 0.1
+    active[101:111] = active[261:271] = 1.0  # planned at ticks 100 to 109, as it starts, and 260 to 269, in step 6
+    run.log["lip_state"][80:120, 1] -= 0.2
+    run.log["lip_state"][240:280, 1] -= 0.1
     found = compute_metrics(run.scenario, run.log, 2.0, LIMITS)
     barrier = found.barriers["forward_speed"]
-    assert (barrier.active_ticks, barrier.active_first) == (10, pytest.approx(1.0))
+    assert (barrier.active_ticks, barrier.active_first) == (20, pytest.approx(1.0))
     assert barrier.active_slower == pytest.approx(0.1)
     line = dict(summary_rows(found))["barrier forward_speed"]
-    assert line.endswith("it acted at 10 ticks, first at 1.00 s, in steps that were 0.100 m/s slower than commanded")
+    assert line.endswith("it acted at 20 ticks, first at 1.00 s, in steps that were 0.100 m/s slower than commanded")
 
 
 def test_the_width_of_the_walk_stands_beside_the_commanded_one():

@@ -132,6 +132,7 @@ def test_limits_of_the_input_hold_even_where_the_barrier_is_softened():
     assert result.status == "softened"
     assert result.input[0] == pytest.approx(-0.1, abs=1e-6)
     assert result.slack[0] == pytest.approx(0.4, abs=1e-6)  # ψ_1 = −1.9·½… = −u − ½: 0.1 of it is had
+    assert result.reason == "no input within its limits satisfies every barrier at once"
     assert barrier_filter(0, [-2.0], [3.0]).input.tolist() == [0.1]
 
 
@@ -211,13 +212,16 @@ def test_an_input_that_bends_psi_at_one_phase_only_is_refused():
 def test_the_filter_refuses_wrong_arguments():
     system = PeriodicAffineSystem([[1.0]], [[1.0]])
     square = Barrier("square", lambda k, x: 1 - x[0] ** 2, 1, (0.5,))
+    one = AffineBarrier("one", [1.0], constant(1.0), 1, (0.5,))
     for build, text in (
         (lambda: BarrierFilter(system, [square]),
          'barrier "square": psi_1 is not affine in the input, which BarrierFilter needs; '
          "NonlinearFilter takes any"),
         (lambda: BarrierFilter(Pendulum(), [AffineBarrier("a", [1, 0], constant(1), 1, (0.5,))]),
          'barrier "a": relative degree 1 is declared by 1 class-K function, but the dynamics give 2 (at every phase)'),
-        (lambda: BarrierFilter(system, [], lower=[1.0], upper=[0.0]),
+        (lambda: BarrierFilter(system, []), "a filter needs one barrier at least, given none"),
+        (lambda: BarrierFilter(system, [one, one]), "barriers need names of their own, given two of the name 'one'"),
+        (lambda: BarrierFilter(system, [one], lower=[1.0], upper=[0.0]),
          "input limits must be two vectors of 1, lower <= upper, given [1.0] and [0.0]"),
         (lambda: input_interval(PeriodicAffineSystem(np.eye(2), np.eye(2)), [], 0, [0, 0]),
          "the interval of allowed inputs is for systems with one input, given one with 2"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -16,12 +17,13 @@ from pdhocbf_drake.cli import main
 from pdhocbf_drake.mpc.config import AxisBoxes, RobustConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.terminal_set import limits_of, load_terminal_sets, save_terminal_sets
-from pdhocbf_drake.sets.disturbance import TOLERANCE, largest_disturbance
+from pdhocbf_drake.sets.disturbance import TOLERANCE, Largest, largest_disturbance
 from pdhocbf_drake.sets.invariant_set import broken_phases, invariant_set
 from pdhocbf_drake.sets.polytope import Polytope
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.studies.certify.adversary import adversary
-from pdhocbf_drake.studies.certify.certificate import certify_scenario
+from pdhocbf_drake.studies.certify.certificate import LargestDisturbance, certify_scenario
+from pdhocbf_drake.studies.certify.disturbance_report import disturbance_data
 from pdhocbf_drake.studies.certify.psi_rows import psi_disturbance
 from pdhocbf_drake.studies.certify.starts import inside_starts, zmp_range
 from pdhocbf_drake.studies.certify.terminal import terminal_sets
@@ -314,6 +316,19 @@ def test_a_walk_keeps_its_bound_and_has_a_plan_at_every_tick_under_what_its_sets
     trial = try_sets(disturbed, 6, ticks=150)
     assert trial.infeasible_ticks == 0
     assert trial.h_min >= 0.0
+
+
+def test_the_largest_multiple_counts_the_barrier_s_own_gamma_and_both_axes(disturbed):
+    def row(names, gamma, scale):
+        return LargestDisturbance(names, gamma, Largest(scale, None, 1))
+
+    speed = ("forward_speed",)
+    x = [row((), None, 8.0), row(speed, None, 5.0), row(speed, (0.5, 0.5), 4.0), row(speed, (0.2, 0.2), 1.0)]
+    y = [row((), None, 6.0)]
+    axes = [replace(axis, largest=tuple(part)) for axis, part in zip(disturbed.axes, (x, y), strict=True)]
+    data = disturbance_data(replace(disturbed, axes=tuple(axes)))
+    assert data["disturbance_max"] == (4.0 if disturbed.scenario.mpc.barrier == "hard" else 5.0)
+    assert [part["gamma"] for part in data["disturbance_table"]] == [None, None, [0.5, 0.5], [0.2, 0.2], None]
 
 
 def test_beyond_that_the_worst_disturbance_breaks_a_limit_from_every_start(disturbed):

@@ -9,6 +9,7 @@ from pydrake.systems.framework import BasicVector, Context, DiagramBuilder
 
 from pdhocbf_drake import Scenario, load_scenario, make_diagram, simulate
 from pdhocbf_drake.analysis.metrics import compute_metrics
+from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.mpc.loop import Measurement, walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.mpc.plan import Reason
@@ -157,7 +158,18 @@ def test_a_walk_that_stays_without_measurements_stands_whatever_the_port_has(sta
 def test_what_a_port_is_granted_in_part_is_counted() -> None:
     commands = [{"time": 0.0, "velocity": [5.0, 0.0]}, {"time": 2.0, "turn": 0.2}, {"time": 3.0, "turn": -9.0}]
     limited = scenario(commands, duration=4.5)
-    assert compute_metrics(limited, simulate(limited), 1.0, None).commands_limited == 2
+    metrics = compute_metrics(limited, simulate(limited), 1.0, None)
+    assert metrics.commands_limited == 2 and metrics.commands_granted is not None
+    assert [(each.asked[::2], round(each.granted[0], 3)) for each in metrics.commands_granted] == [
+        ((5.0, 0.0), 0.575),
+        ((0.0, -9.0), 0.0),
+    ]
+    said = dict(summary_rows(metrics))["commands"].partition("; 2 commands granted in part ")[2]
+    assert said.startswith("(at 0.") and " s 0.575 of 5 m/s ahead; at " in said
+    assert said.endswith(
+        "of -9 rad/s turning: soles that would meet, and 0.3 rad a step, limit turns, "
+        "the longest step limits velocities)"
+    )
 
 
 # The wired diagram.

@@ -98,17 +98,6 @@ def test_a_walk_that_is_to_go_and_turn_as_far_as_it_can_at_once_is_never_without
     assert set(log.element("solver_status", "reason")) <= {Reason.SOLVED, Reason.SOFTENED}
 
 
-def test_the_robot_stops_and_starts_again() -> None:
-    commands = [{"time": 0.0, "velocity": [0.3, 0.0]}, {"time": 2.1, "stop": True}, {"time": 4.0, "turn": -0.4}]
-    scenario, log = walked(commands, 6.0)
-    found = metrics_of(scenario, log)
-    assert found.ending == "finished"
-    support = log.element("gait_phase", "support")
-    assert np.all(support[(log.time > 3.25) & (log.time < 4.0)] == 0.0)
-    assert support[-1] != 0.0
-    assert log.element("path", "yaw")[-1] < 0.0
-
-
 def test_feet_turn_from_rest_to_rest_from_one_heading_of_the_path_to_the_next(turning: tuple[Scenario, RunLog]) -> None:
     _, log = turning
     rows = np.flatnonzero((log.element("gait_phase", "tick") == 0.0) & (log.time > 1.5))

@@ -17,6 +17,7 @@ from pdhocbf_drake.simulation.run_log import FELL
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope
 from pdhocbf_drake.studies.certify.prediction_errors import prediction_errors
+from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.quantities import SPEEDS
 
 N, ANGLE = synthetic.N, 2 * np.pi * np.arange(synthetic.N) / synthetic.N
@@ -92,13 +93,22 @@ def test_a_margin_below_zero_is_refused():
 @pytest.mark.parametrize("kind", ["tabulated", "harmonic"])
 def test_a_scenario_can_use_the_written_bound(elsewhere, capsys, kind):
     (elsewhere / "run").mkdir()
-    walked().save(elsewhere / "run")
+    run, packaged = walked(), kind == "harmonic"
+    measurement = {"delay_ticks": 2}
+    data = run.scenario.to_dict() | {"name": "vhip" if packaged else "mine", "measurement": measurement}
+    recorded = run.scenario.from_dict(data, "recorded")
+    run._replace(scenario=recorded).save(elsewhere / "run")
     assert main(["design-bound", "run", "--margin", "0.02", "--kind", kind, "--name", "limit"]) == 0
     assert "enforceable, its psi rows too" in capsys.readouterr().out
     text = (elsewhere / "bound-limit.yaml").read_text()
+    assert ("extends: vhip" in text) == packaged
     scenario = load_scenario("vhip_nobarrier", text[text.index("barriers:") :])
     assert bound_of(scenario.barriers["limit"].bound) == pytest.approx(FORMULA + 0.02, abs=6e-5)
-    assert load_scenario("bound-limit.yaml").barriers.keys() == {"limit"}
+    mine = load_scenario("bound-limit.yaml")  # it walks as the recorded one did
+    assert (mine.system, mine.gait, mine.mpc, mine.measurement) == (
+        recorded.system, recorded.gait, recorded.mpc, recorded.measurement
+    )  # fmt: skip
+    assert mine.barriers.keys() == {"limit", *(["forward_speed"] if packaged else [])}
 
 
 def test_a_bound_that_can_not_be_kept_is_not_written(elsewhere, capsys):
@@ -181,10 +191,15 @@ def test_margin_and_disturbance_that_belong_together_are_certified_and_written(e
     assert "enforceable under these errors" in capsys.readouterr().out
     scenario = load_scenario("bound-limit.yaml")
     assert scenario.mpc.robust == prediction_errors(surprised(0.0003), 0.99, 2.0).robust
-    # With the same errors in mpc.robust the bound that is enforced is the undisturbed walk.
+    # With the same errors in mpc.robust the bound that is enforced leaves both the recorded and the planned walk alone.
     walk = build_walk(scenario)
     nearer = nearer_bound(walk.mpc.barriers[0][0], walk.vhip, scenario.mpc, 0)
-    assert bound_of(scenario.barriers["limit"].bound) - nearer[:N] == pytest.approx(FORMULA, abs=2e-5)
+    orbit = {"orbit": WalkBarrierConfig(bound=WalkBoundConfig(kind="orbit"))}
+    planned = build_walk(scenario.model_copy(update={"barriers": orbit})).mpc.barriers[0][0].bound.samples(0, N)
+    undisturbed = np.maximum(FORMULA, planned)
+    room = bound_of(scenario.barriers["limit"].bound) - nearer[:N] - undisturbed
+    assert room.min() > -1e-9
+    assert room.max() < 4.0 * 0.0003  # of the normal errors by which plans were off
 
 
 @pytest.mark.parametrize(

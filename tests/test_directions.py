@@ -19,6 +19,7 @@ from pdhocbf_drake.studies.directions.command import STUDY
 from pdhocbf_drake.studies.directions.motions import WORLD, difference, mirrored, moved
 from pdhocbf_drake.studies.directions.table import TABLE
 
+COARSE = "plant: {time_step: 0.005}"
 TURN = [{"time": 0.0, "velocity": [0.25, 0.1], "turn": 0.5}, {"time": 2.0, "velocity": [0.3, 0.0], "turn": -0.2}]
 
 
@@ -95,7 +96,8 @@ def test_a_mirrored_log_is_that_of_the_mirrored_walk(turning: RunLog) -> None:
 def test_a_slice_of_the_table_holds_and_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "table"
     rows = "circle,in place,to the right,backwards,S,stop and start,template,random"
-    assert main(["directions", "walking", "--quick", "--rows", rows, "--workers", "1", "--out", str(out)]) == 0
+    words = ["directions", "walking", "--quick", "--rows", rows, "--text", COARSE, "--workers", "1", "--out", str(out)]
+    assert main(words) == 0
     found = json.loads((out / "directions.json").read_text(encoding="utf-8"))
     missed = [check for check in found["checks"] if not check["holds"]]
     assert missed == []
@@ -108,7 +110,7 @@ def test_single_walks_are_kept_as_run_folders(tmp_path: Path, monkeypatch: pytes
     from pdhocbf_drake.studies.directions import steady
 
     monkeypatch.setitem(steady.ROWS, "in place", steady.ROWS["in place"]._replace(duration=3.0))
-    checks, notes = STUDY.measured(load_scenario("walking"), rows=["in place"], out=tmp_path / "table")
+    checks, notes = STUDY.measured(load_scenario("walking", COARSE), rows=["in place"], out=tmp_path / "table")
     run = read_run(tmp_path / "table" / "in_place")
     assert run.log.time[-1] == pytest.approx(3.0)
     assert (tmp_path / "table" / "in_place" / "figures" / "footsteps.png").exists()

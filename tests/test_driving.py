@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -12,6 +13,7 @@ import pytest
 from pydrake.geometry import Meshcat
 
 from pdhocbf_drake import Scenario, load_scenario, read_run, simulate
+from pdhocbf_drake.cli.main import main
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.driving.barrier_sliders import BarrierSliders
 from pdhocbf_drake.driving.controls import SIDES, Asked, Kept, Pushed
@@ -130,6 +132,28 @@ def test_a_wrong_script_is_named(tmp_path: Path, text: str, said: str) -> None:
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=said):
         Script.read(path)
+
+
+def test_a_script_of_another_walk_is_refused_before_the_drive(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "script.yaml"
+    path.write_text("presses:\n  - {time: 9.0, barrier: sideways, gamma: 0.3}\n", encoding="utf-8")
+    assert main(["drive", "vhip", "--script", str(path), "--headless", "--out", str(tmp_path / "run")]) == 1
+    said = r"presses\.0\.barrier: must be a barrier of the walk: forward_speed \(given: sideways\)"
+    assert re.search(said, capsys.readouterr().err)
+
+
+def test_a_drive_that_waits_for_nobody_shows_how_far_it_is_and_has_no_late_ticks(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "script.yaml").write_text("presses: [{time: 0.2, forward: 3.0}]", encoding="utf-8")
+    words = ["--script", str(tmp_path / "script.yaml"), "--headless", "--seconds", "1", "--no-replay"]
+    assert main(["drive", "vhip", *words, "--out", str(tmp_path / "run")]) == 0
+    out, err = capsys.readouterr()
+    assert "vhip: 1.0 of 1.0 s simulated in " in err
+    assert "late" not in (out + err).replace("simulated", "")
+    assert json.loads((tmp_path / "run" / "metrics.json").read_text(encoding="utf-8"))["late_ticks"] is None
 
 
 def test_sliders_change_a_barrier_and_are_put_back() -> None:

@@ -137,5 +137,6 @@ def test_without_the_extra_mcap_is_missed_in_one_sentence(
     monkeypatch.setattr(builtins, "__import__", without_mcap)
     assert main(["export", str(folder), *words]) == code
     told = capsys.readouterr().err
-    assert told == "pdhocbf: MCAP needs the package 'mcap'; install it with pip install 'pdhocbf-drake[export]'\n"
+    cure = "install it with pip install '.[export]' in this package's repository"
+    assert told == f"pdhocbf: MCAP needs the package 'mcap'; {cure}\n"
     assert {path.name for path in folder.glob("*.[cm]*")} == written

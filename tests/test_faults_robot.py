@@ -21,6 +21,7 @@ from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.state_estimator import StateEstimator
 
 Lie = Callable[[int, np.ndarray], np.ndarray]
+COARSE = "plant: {time_step: 0.005}"
 WATCHED = 2.0  # [s], two and a half gaits
 NOBODY = np.zeros(3)
 
@@ -53,7 +54,7 @@ class FaultyEstimator(Block):
 def pushed() -> Iterator[PushedWalk]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(biped_diagram, "StateEstimator", FaultyEstimator)
-        yield PushedWalk(load_scenario("walking"), [10])
+        yield PushedWalk(load_scenario("walking", COARSE), [10])
 
 
 @pytest.fixture(scope="module")
@@ -154,7 +155,7 @@ def test_a_solver_that_fails_every_fifth_tick_is_walked_with(
 
 
 def test_ice_that_is_not_expected_ends_in_a_fall_that_is_logged_to_its_end() -> None:
-    log = simulate(load_scenario("walking", "friction: 0.1\nfriction_belief: 0.8\nduration: 8.0"))
+    log = simulate(load_scenario("walking", f"friction: 0.1\nfriction_belief: 0.8\nduration: 8.0\n{COARSE}"))
     assert log.ending == FELL
     assert not log.complete
     assert 2.0 < log.time[-1] < 8.0
@@ -170,13 +171,13 @@ def test_ice_that_is_not_expected_ends_in_a_fall_that_is_logged_to_its_end() -> 
         ("model_error: {torso_mass: 1.3}", True),
         ("measurement: {delay_ticks: 4}, wind: [0.0, 10.0]", True),
         ("measurement: {delay_ticks: 2}, mpc: {delay: 3}", None),
-        ("model_error: {torso_mass: 1.2}, mpc: {disturbance: null}", False),
+        ("model_error: {torso_mass: 1.3}, mpc: {disturbance: null}", False),
     ],
 )
 def test_a_heavy_torso_and_a_late_measurement_cost_no_speed_where_they_are_expected(
     fault: str, kept: bool | None
 ) -> None:
-    log = simulate(load_scenario("walking", f"{{{fault}, duration: 6.0}}"))
+    log = simulate(load_scenario("walking", f"{{{fault}, duration: 6.0, {COARSE}}}"))
     assert log.ending == FINISHED
     assert np.all(log.element("solver_status", "fallbacks") == 0)
     assert log.element("com_z", "z").min() > 0.55

@@ -20,7 +20,7 @@ from pdhocbf_drake.fitting.facts import PACKAGED, RobotFacts
 from pdhocbf_drake.fitting.preview import Step, is_mirrored, preview, zmp_shift
 from pdhocbf_drake.fitting.rules import RULES
 from pdhocbf_drake.fitting.step import SHIFT
-from pdhocbf_drake.mpc.config import MpcConfig, PlanLimits
+from pdhocbf_drake.mpc.config import MpcConfig, PlanLimits, RecoveryConfig
 from pdhocbf_drake.robot import Biped, models_folder, sole_pose, swing_lever, upright_posture
 from pdhocbf_drake.robot.leg import leg_length
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -32,7 +32,8 @@ SIZES = (0.4, 0.5, 1.5, 1.8)
 # Numbers of a gait and its controller that are the same for every robot, or belong to the robot or its step.
 SCALE_FREE = {
     "gait.com_height_phase", "gait.start_steps", "gait.walk_steps", "mpc.swing_acceleration",
-    "mpc.recovery.swing_acceleration", "mpc.robust.disturbance", "mpc.robust.estimate", "mpc.robust.sigmas",
+    "mpc.recovery.swing_acceleration", "mpc.robust.disturbance.x", "mpc.robust.disturbance.y",
+    "mpc.robust.estimate", "mpc.robust.sigmas",
     "mpc.disturbance.band", "mpc.disturbance.gain", "mpc.disturbance.most", "mpc.disturbance.rate",  # accelerations
     "mpc.filter.com", "mpc.filter.model", "mpc.filter.push", "mpc.filter.velocity", "mpc.zmp_lag",  # of the hardware
 }  # fmt: skip
@@ -121,6 +122,18 @@ def numbers(model: type[BaseModel], prefix: str) -> Iterator[str]:
 def test_every_number_of_gait_and_controller_has_a_rule_or_none_on_purpose() -> None:
     keys = {*numbers(GaitConfig, "gait."), *numbers(MpcConfig, "mpc.")}
     assert keys == {key for key in RULES if key.startswith(("gait.", "mpc."))} | SCALE_FREE | OF_ROBOT_AND_STEP
+
+
+def test_a_foothold_is_held_later_on_small_soles(tmp_path: Path) -> None:
+    """Since the ZMP makes up for less of one that a late push has made wrong."""
+    shares = []
+    for name, sole in (("small", bipeds.narrow().sole), ("usual", bipeds.Shape().sole)):
+        scenario = on(bipeds.write(tmp_path / name, dataclasses.replace(bipeds.narrow(), sole=sole)))
+        assert scenario.mpc.recovery is not None
+        shares.append(scenario.mpc.recovery.freeze_ticks / scenario.gait.ticks_per_step)
+    small, usual = shares
+    assert usual == pytest.approx(RecoveryConfig().freeze_ticks / GaitConfig().ticks_per_step, abs=0.025)
+    assert 0.0 < small < 0.5 * usual
 
 
 def test_given_values_are_never_scaled(robots: dict[float, Path], tmp_path: Path) -> None:

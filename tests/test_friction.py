@@ -20,6 +20,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.systems.torso_yaw import FASTEST, TorsoYaw
 
+COARSE = "plant: {time_step: 0.005}"
 GRIP = Grip(friction=0.1, radius=0.08, lever=6e-4)
 
 
@@ -66,7 +67,8 @@ def test_it_never_gives_way_faster_than_a_torso_can(moment: float, used: float) 
 
 def test_a_plan_that_hardly_loads_the_soles_asks_no_joint_for_the_impossible() -> None:
     push = "{time: 2.4, duration: 0.1, force: [-230.0, 0.0, 0.0]}"
-    log = simulate(load_scenario("walking_nobarrier", f"{{gait: {{stride: 0.1}}, duration: 3.2, pushes: [{push}]}}"))
+    text = f"{{gait: {{stride: 0.1}}, duration: 3.2, pushes: [{push}], {COARSE}}}"
+    log = simulate(load_scenario("walking_nobarrier", text))
     assert log.ending == "finished"
     assert np.abs(log["feedforward"]).max() < 1e3
 
@@ -79,7 +81,7 @@ def test_the_torso_comes_back_to_rest() -> None:
 
 
 def test_on_a_slippery_ground_the_walk_goes_on_at_full_speed() -> None:
-    scenario = load_scenario("walking_nobarrier", "{duration: 3.6, friction: 0.1}")
+    scenario = load_scenario("walking_nobarrier", f"{{duration: 3.6, friction: 0.1, {COARSE}}}")
     log = simulate(scenario)
     assert log.ending == "finished"
     assert slip_max(log) < 0.002

@@ -156,5 +156,5 @@ def test_a_missing_library_is_named(
     assert main(["import", str(model), "--out", "bot"]) == 1
     assert capsys.readouterr().err.endswith(
         "pdhocbf: meshes are converted with the packages 'trimesh', 'fast-simplification' and 'pycollada'; "
-        "install them with pip install 'pdhocbf-drake[import]'\n"
+        "install them with pip install '.[import]' in this package's repository\n"
     )

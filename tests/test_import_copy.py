@@ -65,6 +65,16 @@ def test_meshes_keep_their_place_and_size(tmp_path: Path, ending: str) -> None:
         np.testing.assert_allclose(corners(model, role), wanted, atol=2e-3)
 
 
+def test_parts_whose_material_is_missing_are_kept(tmp_path: Path) -> None:
+    ellipsoid().export(tmp_path / "shell.dae")
+    name_up(tmp_path / "shell.dae", "Z_UP")
+    text = (tmp_path / "shell.dae").read_text()
+    (tmp_path / "shell.dae").write_text(re.sub(r'<instance_effect url="#', r"\g<0>not_", text))
+    model = ParsedModel(copied(tmp_path, with_shells(bipeds.urdf(bipeds.Shape()), "shell.dae")).path)
+    wanted = np.array([[-0.09, -0.18, -0.27], [0.11, 0.22, 0.33]])
+    np.testing.assert_allclose(corners(model, Role.kIllustration), wanted, atol=2e-3)
+
+
 def test_an_upright_axis_that_collada_names_counts(tmp_path: Path) -> None:
     ellipsoid().export(tmp_path / "shell.dae")
     name_up(tmp_path / "shell.dae", "Y_UP")

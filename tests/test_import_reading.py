@@ -82,7 +82,11 @@ def _json(data: Any) -> str:
 
 
 def test_the_scenario_needs_nothing_more(packaged: Path) -> None:
-    assert yaml.safe_load((packaged / SCENARIO).read_text()) == {"extends": "walking", "robot": ROBOT}
+    assert yaml.safe_load((packaged / SCENARIO).read_text()) == {
+        "name": "biped-walking",
+        "extends": "walking",
+        "robot": ROBOT,
+    }
     assert load_scenario(str(packaged / SCENARIO)).gait.stride == 0.15
 
 
@@ -168,6 +172,14 @@ def test_five_joints_a_leg(tmp_path: Path) -> None:
     assert "has 5: left_hip_yaw [0 0 1], left_hip_roll [1 0 0], left_hip_pitch [0 1 0], left_knee_pitch [0 1 0]" in text
 
 
+def test_arms_are_no_legs(tmp_path: Path) -> None:
+    """Five joints each, on a body that reaches far below where they begin."""
+    urdf = joint(bipeds.urdf(bipeds.Shape()), "left_hip_yaw")
+    body = '<visual><origin xyz="0 0 -0.3"/><geometry><box size="0.1 0.1 0.4"/></geometry></visual>'
+    text = refused(tmp_path, urdf.replace('<link name="torso">', f'<link name="torso">{body}', 1))
+    assert text.startswith("no legs were found: the limbs that reach lowest, to ")
+
+
 def limb(name: str, parent: str, xyz: str, axis: str = "0 1 0", geometry: bool = True) -> str:
     """A link that hangs from another one by a joint."""
     shape = '<collision><origin xyz="0 0 -0.3"/><geometry><box size="0.1 0.1 0.6"/></geometry></collision>'
@@ -186,6 +198,14 @@ def test_four_legs(tmp_path: Path) -> None:
     assert refused(tmp_path, urdf) == (
         "4 limbs stand on the ground, and a biped has two: front_left, front_right, left_foot, right_foot; "
         "name its feet with --left-foot and --right-foot"
+    )
+
+
+def test_one_leg(tmp_path: Path) -> None:
+    urdf = bipeds.urdf(bipeds.Shape())
+    right = urdf.index('<link name="right_')
+    assert refused(tmp_path, urdf[:right] + "</robot>") == (
+        "1 limb stands on the ground, and a biped has two: left_foot; name its feet with --left-foot and --right-foot"
     )
 
 

@@ -153,6 +153,7 @@ def test_a_weak_knee_walks_at_full_speed_with_the_zmp_farther_ahead(tmp_path: Pa
     limits = kept.scenario.mpc.plan_limits
     assert limits is not None
     ahead, outward = limits.zmp_middle
+    assert kept.sentences[0].startswith(f"the middle of the ZMP box is moved {1e3 * ahead:.0f} mm ahead on the soles: ")
     assert 0.03 < ahead <= 0.5 * biped.soles["left"].half_size[0]
     assert outward == 0.0
     assert kept.scenario.gait.stride == weak.gait.stride

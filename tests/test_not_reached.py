@@ -24,6 +24,8 @@ STAIRS = "{kind: stairs, at: AT, rise: 0.05, tread: 0.25, count: 2}"
         ("vhip", "commands: [{time: 0, turn: 0.1}, {time: 3, turn: 0.2}, {time: 5, stop: true}]",
          "commands.1 at 3 s, commands.2 at 5 s"),
         ("vhip", "barrier_changes: [{time: 4, name: forward_speed, kind: none}]", "barrier_changes.0 at 4 s"),
+        ("vhip", "gait: {walk_steps: 6}", "the end of gait.walk_steps at 3.2 s"),
+        ("vhip", "gait: {walk_steps: 5}", ""),
         ("walking_sensors", f"measurement: {{faults: [{FAULT}]}}", "measurement.faults.0 at 4 s"),
         ("walking", f"measurement: {{faults: [{FAULT}]}}", ""),  # has no sensors
         ("vhip", "commands: [{time: 0, turn: 0.1}, {time: 2.99, turn: 0.2}]", ""),
@@ -43,9 +45,16 @@ def test_ground_beyond_the_last_step_is_said(known: str, keys: str) -> None:
     pieces = ", ".join(f"{STAIRS.replace('AT', str(at))[:-1]}, known: {known}}}" for at in (near, far))
     scenario = load_scenario("walking", f"{{duration: 3.0, ground: [{pieces}]{keys}}}")
     (sentence,) = not_reached(scenario)
-    assert sentence.startswith("the walk ends ")
-    assert sentence.endswith("m from its start, before ground.1, 2.5 m away")
+    assert sentence.startswith("the walk comes ")
+    assert sentence.endswith("m from its start, not to ground.1, 2.5 m away")
     assert not_reached(scenario.model_copy(update={"duration": 12.0})) == []
+
+
+def test_waypoints_that_a_run_is_too_short_for_are_said() -> None:
+    path = "path: [[1.0, 0.0], [1.0, 1.0]], start: {position: [0.5, 0.0]}, path_speed: 0.2"
+    assert not_reached(load_scenario("vhip", f"{{duration: 10.0, {path}}}")) == []
+    said = "the walk comes 1 m along its path, not to path.1, 1.5 m along it"
+    assert not_reached(load_scenario("vhip", f"{{duration: 5.0, {path}}}")) == [said]
 
 
 @pytest.mark.parametrize("name", scenario_names())

@@ -63,7 +63,8 @@ def test_constraints_meet_what_the_package_asks_for(pyproject):
         assert requirement.specifier.contains(pinned[requirement.name.lower()]), text
 
 
-def test_the_changelog_begins_with_what_is_not_released_or_with_this_version():
+def test_changelog_and_citation_are_of_this_version():
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     first = next(line.split()[1] for line in text.splitlines() if line.startswith("## "))
     assert first in ("Unreleased", pdhocbf_drake.__version__)
+    assert f"version: {pdhocbf_drake.__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.terms import TERMS
-from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
+from pdhocbf_drake.simulation.scenario_file import load_scenario, load_written, scenario_names
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -21,7 +22,8 @@ def test_tables_are_those_of_the_code() -> None:
     tables = runpy.run_path(str(ROOT / "docs" / "tables.py"))
     texts = [page.read_text(encoding="utf-8") for page in tables["PAGES"]]
     assert [tables["with_tables"](text) for text in texts] == texts, "run python docs/tables.py"
-    assert all(any(tables[f"{name}_table"]() in text for text in texts) for name in ("rooms", "signals", "metrics"))
+    names = "rooms", "signals", "metrics", "face"
+    assert all(any(tables[f"{name}_table"]() in text for text in texts) for name in names)
 
 
 def test_the_table_of_rooms_names_every_package() -> None:
@@ -51,6 +53,16 @@ def test_the_page_s_example_is_a_scenario(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text(re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)[0], encoding="utf-8")
     scenario = load_scenario(str(tmp_path / "mine.yaml"))
     assert (scenario.gait.stride, set(scenario.barriers)) == (0.1, {"forward_speed", "sideways"})
+
+
+def test_the_example_of_one_s_own_robot_extends_the_imported_walk(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "own_robot.md").read_text(encoding="utf-8")
+    (tmp_path / "mine.yaml").write_text(re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)[0], encoding="utf-8")
+    (tmp_path / "mybot").mkdir()
+    (tmp_path / "mybot" / "walking.yaml").write_text("extends: walking\ngait: {stride: 0.11}\n", encoding="utf-8")
+    scenario = load_scenario(str(tmp_path / "mine.yaml"))
+    assert (scenario.gait.stride, set(scenario.barriers)) == (0.11, {"forward_speed", "sideways"})
+    assert len(scenario.commands) == 2 and len(scenario.pushes) == 1
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "models/README.md", "docs/*.md"])
@@ -118,4 +130,34 @@ def test_every_page_ends_with_the_commands_that_make_its_numbers(page: str) -> N
 
 
 def test_every_packaged_scenario_is_named() -> None:
-    assert all(f"`{name}`" in README for name in scenario_names())
+    commands = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert [name for name in scenario_names() if f"`{name}`" not in README or f"`{name}`" not in commands] == []
+
+
+def _printed_commands() -> list[tuple[str, str, str]]:
+    """(page, scenario, text) of each `--text '…'` in the repository's pages; without a packaged scenario, ""."""
+    pages = [
+        *ROOT.glob("*.md"),
+        *ROOT.glob("docs/*.md"),
+        ROOT / "models" / "README.md",
+        *ROOT.glob("notebooks/*.ipynb"),
+    ]
+    found = []
+    for page in pages:
+        for before, text in re.findall(r"([^`\n]*)--text '([^'\n]*)'", page.read_text(encoding="utf-8")):
+            verb_and_name = re.search(r"pdhocbf [\w-]+ (\w+) *(?:[^|;]*)$", before)
+            name = verb_and_name[1] if verb_and_name and verb_and_name[1] in scenario_names() else ""
+            found.append((page.name, name, text))
+    return found
+
+
+def test_every_printed_override_is_one() -> None:
+    printed = [each for each in _printed_commands() if not re.search(r"…|^[A-Z]+$", each[2])]
+    assert len(printed) > 40 and sum(bool(name) for _, name, _ in printed) > 25
+    wrong = []
+    for page, name, text in printed:
+        try:
+            load_written(name or "walking", text)
+        except InputError as error:
+            wrong.append(f"{page}: {text}: {error}")
+    assert wrong == []

@@ -8,7 +8,7 @@ import yaml
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario import Push, Scenario
-from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
+from pdhocbf_drake.simulation.scenario_file import load_scenario, load_written, scenario_names
 from pdhocbf_drake.yaml_text import merge, read_yaml, write_yaml
 
 NAMES = [
@@ -100,10 +100,41 @@ def test_the_stem_of_a_file_makes_a_name(tmp_path):
 
 def test_an_unknown_base_is_an_error_that_names_the_file(tmp_path):
     (tmp_path / "mine.yaml").write_text("extends: other.yaml\n")
-    with pytest.raises(InputError, match=r"mine\.yaml\.extends: there is no scenario 'other\.yaml' in that file or"):
+    with pytest.raises(InputError, match=r"mine\.yaml\.extends: file .*other\.yaml does not exist"):
+        load_scenario(str(tmp_path / "mine.yaml"))
+    (tmp_path / "mine.yaml").write_text("extends: other\n")
+    with pytest.raises(InputError, match=r"mine\.yaml\.extends: there is no scenario 'other' in .* or FILE\.yaml:NAME"):
         load_scenario(str(tmp_path / "mine.yaml"))
     with pytest.raises(InputError, match=r"is a folder; a YAML file is needed, such as the scenario\.yaml of a run"):
         load_scenario(f"{tmp_path}/")
+
+
+def test_a_scenario_extends_one_of_another_file_with_that_file_s_own_paths_and_names(tmp_path):
+    (tmp_path / "robot").mkdir()
+    (tmp_path / "robot" / "walking.yaml").write_text(
+        "name: theirs\nextends: walking\nmpc: {terminal_set: set.npz}\ngait: {stride: 0.1}\n"
+    )
+    (tmp_path / "robot" / "both.yaml").write_text("a: {extends: walking.yaml, seed: 3}\nb: {extends: a, seed: 4}\n")
+    (tmp_path / "mine.yaml").write_text("extends: robot/both.yaml:b\ngait: {tick: 0.02}\n")
+    written = load_written(str(tmp_path / "mine.yaml"))
+    mine = written.scenario
+    assert (mine.name, mine.seed, mine.gait.stride, mine.gait.tick) == ("mine", 4, 0.1, 0.02)
+    assert mine.mpc.terminal_set == str(tmp_path / "robot" / "set.npz")
+    assert written.given["gait"] == {"stride": 0.1, "tick": 0.02}
+
+
+@pytest.mark.parametrize(
+    ("text", "braces"),
+    [
+        ("gait: {stride: 0.1}, duration: 5.0", "{gait: {stride: 0.1}, duration: 5.0}"),
+        ("seed: 3, biped: {weigh: true} # slow", "{seed: 3, biped: {weigh: true}}"),
+        ("pushes: [{time: 1, force: [1, 0, 0]}], seed: 3", "{pushes: [{time: 1, force: [1, 0, 0]}], seed: 3}"),
+        ("duration: 3, seed: 3", "{duration: 3, seed: 3}"),
+    ],
+)
+def test_several_settings_need_no_braces(text, braces):
+    assert load_scenario("walking", text) == load_scenario("walking", braces)
+    assert load_scenario("walking", text) != load_scenario("walking")
 
 
 def test_one_of_several_scenarios_in_a_file(tmp_path):
@@ -167,6 +198,8 @@ _BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 
         ("simulator: {integration_scheme: guess}", r"Unknown integration scheme: guess"),
         ("pushes: [{force: [10, 0, 0]}]", r"either at a time \[s\] or at a step"),
         ("a: {b", r"--text is not valid YAML at line 1, column 6"),
+        ("seed: 1}, {gait: {stride: 0.1}", r"--text is not valid YAML at line 1"),
+        ("seed: 1, seed: 2", r"--text is not valid YAML at line 1"),
         ("gait: {stride: 0.1, stride: 0.2}", r"key 'stride' is given twice"),
         ("0.1", r"--text must hold a YAML map such as"),
         ("extends: vhip", r"--text overrides a scenario and cannot extend"),
@@ -222,6 +255,11 @@ def test_a_circle_of_scenarios_is_named(tmp_path):
     (tmp_path / "c.yaml").write_text("a: {extends: b}\nb: {extends: a}\n")
     with pytest.raises(InputError, match="extends itself: a -> b -> a"):
         load_scenario(f"{tmp_path}/c.yaml:a")
+    (tmp_path / "d.yaml").write_text("extends: folder/../e.yaml:walking\n")
+    (tmp_path / "e.yaml").write_text("walking: {extends: d.yaml}\n")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(InputError, match=r"extends itself: .*/d\.yaml -> .*e\.yaml:walking -> d\.yaml$"):
+        load_scenario(f"{tmp_path}/d.yaml")
 
 
 def test_a_push_at_a_step_starts_with_that_step():
@@ -233,8 +271,8 @@ def test_a_push_at_a_step_starts_with_that_step():
 
 def test_packaged_scenarios_are_plain_yaml():
     # Users copy these files; nothing in them may depend on this package's reader.
-    from pdhocbf_drake.simulation import scenario_file
+    from pdhocbf_drake.simulation.scenario_layers import PACKAGED
 
     for name in scenario_names():
-        text = (scenario_file._PACKAGED / f"{name}.yaml").read_text()
+        text = (PACKAGED / f"{name}.yaml").read_text()
         assert isinstance(yaml.safe_load(text), dict)

@@ -15,6 +15,8 @@ from pdhocbf_drake.studies.sensing.table import beside_exact
 from pdhocbf_drake.studies.sensing.walks import ZMP
 from pdhocbf_drake.studies.shared.checks import most
 
+COARSE = "plant: {time_step: 0.005}"
+
 
 def test_each_row_is_walked_from_each_seed_and_every_walk_can_be_built() -> None:
     walks = STUDY.plan(load_scenario("walking"), seeds=3)
@@ -36,8 +38,8 @@ def test_limits_on_the_zmp_count_from_the_exact_walk() -> None:
 
 def test_a_slice_of_the_table_holds_and_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "table"
-    words = ["sensing", "walking", "--quick", "--rows", "noise, late", "--workers", "1", "--out", str(out)]
-    assert main(words) == 0
+    words = ["sensing", "walking", "--quick", "--rows", "noise, late", "--text", COARSE]
+    assert main([*words, "--workers", "1", "--out", str(out)]) == 0
     found = json.loads((out / "sensing.json").read_text(encoding="utf-8"))
     assert [check for check in found["checks"] if not check["holds"]] == []
     assert {check["row"] for check in found["checks"]} == {EXACT, "noise, late"}

@@ -11,16 +11,17 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 
 GAIT = "com_height_phase: 20"  # highest in mid-stance
+COARSE, FINE = "plant: {time_step: 0.005}", "plant: {time_step: 0.001}"
 
 
-def pushed(time: float, force: tuple[float, float], gait: str, duration: float) -> RunLog:
+def pushed(time: float, force: tuple[float, float], gait: str, duration: float, plant: str) -> RunLog:
     push = f"{{time: {time}, duration: 0.1, force: [{force[0]}, {force[1]}, 0.0]}}"
-    return simulate(load_scenario("walking", f"{{gait: {{{gait}}}, duration: {duration}, pushes: [{push}]}}"))
+    return simulate(load_scenario("walking", f"{{gait: {{{gait}}}, duration: {duration}, pushes: [{push}], {plant}}}"))
 
 
 @pytest.mark.parametrize("force", [60.0, 80.0, 100.0])
 def test_a_recovery_from_a_push_in_the_standing_start_ends(force: float) -> None:
-    log = pushed(0.6, (force, 0.0), GAIT, 5.0)
+    log = pushed(0.6, (force, 0.0), GAIT, 5.0, FINE)
     reasons = log.element("solver_status", "reason")
     assert log.ending == FINISHED
     assert 0 < np.isin(reasons, (Reason.RECOVERING, Reason.NO_STEADY_PLAN)).sum() <= 200
@@ -37,14 +38,14 @@ def test_a_recovery_from_a_push_in_the_standing_start_ends(force: float) -> None
     ],
 )  # fmt: skip
 def test_a_robot_that_is_to_stand_stands_again_after_a_push(time: float, force: tuple[float, float]) -> None:
-    log = pushed(time, force, f"walk_steps: 6, {GAIT}", time + 3.6)
+    log = pushed(time, force, f"walk_steps: 6, {GAIT}", time + 3.6, COARSE)
     assert log.ending == FINISHED
     assert log.element("gait_phase", "support")[-1] == 0.0
     assert np.abs(log["lip_state"][-40:, [1, 4]].mean(axis=0)).max() < 0.05
 
 
 def test_a_robot_stands_for_as_long_as_it_is_asked_to() -> None:
-    log = simulate(load_scenario("walking", "{gait: {walk_steps: 0}, duration: 30.0}"))
+    log = simulate(load_scenario("walking", f"{{gait: {{walk_steps: 0}}, duration: 30.0, {COARSE}}}"))
     assert log.ending == FINISHED
     assert not log.element("gait_phase", "support").any()
     assert np.abs(log["lip_state"][:, [0, 3]]).max() < 0.02

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import psutil
@@ -148,6 +149,17 @@ def test_progress_in_lines_has_the_done_amount_and_the_time_left(capsys: pytest.
     assert first.endswith(" s left, one more")
     assert last.startswith("push: 4 of 4 searches in ")
     assert "left" not in last
+
+
+def test_the_time_left_does_not_count_what_was_needed_before_the_first_of_it(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    clock = iter([100.0, 120.0, 121.0])
+    monkeypatch.setattr("pdhocbf_drake.terminal.time", SimpleNamespace(monotonic=lambda: next(clock)))
+    with shown_progress("walk", 10.0, "s simulated") as progress:
+        progress(0.0)
+        progress(1.0)
+    assert capsys.readouterr().err == "walk: 1.0 of 10.0 s simulated in 21.0 s, about 9 s left\n"
 
 
 def test_progress_prints_each_report_on_request(capsys: pytest.CaptureFixture[str]) -> None:

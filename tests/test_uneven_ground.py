@@ -119,7 +119,7 @@ def test_on_boards_each_foot_stands_on_its_own_ones(length: float) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (stairs(0.25), r"^the step at x = 0\.\d+ m on ground\.0 \(stairs\) is beyond the legs' reach: .*; a rise of up "
+        (stairs(0.25), r"^the step at x = 0\.\d+ m on ground\.0 \(stairs\) is beyond the legs' reach; a rise of up "
                        r"to 0\.1\d m is possible, with the CoM at 0\.\d+ m \(given: 0\.25\)$"),
         (stairs(0.05, 0.2), r"^ground: the surface from x = 1 m on is 0\.2 m long, and soles need 0\.22 m$"),
         (stairs(0.05, more=", commands: [{time: 0, velocity: [0.3, 0]}]"),
@@ -179,9 +179,8 @@ def test_a_bound_that_follows_the_orbit_encloses_that_of_the_climb() -> None:
 
 
 def test_a_slice_of_the_table_holds_and_is_written(tmp_path) -> None:
-    checks, notes = STUDY.measured(
-        load_scenario("walking"), rows=["stairs up 0.05"], quick=True, out=tmp_path / "table"
-    )
+    scenario = load_scenario("walking")  # a plant step of 5 ms would leave the soles 3 mm from the edges
+    checks, notes = STUDY.measured(scenario, rows=["stairs up 0.05"], quick=True, out=tmp_path / "table")
     assert [check.what for check in checks if not check.holds] == []
     assert {"falls", "ticks of recovery", "swinging soles from edges", "h of forward_speed"} <= {c.what for c in checks}
     assert notes[0].startswith("stairs up 0.05: steps of 0.4 s, CoM at 0.5")

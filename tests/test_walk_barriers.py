@@ -19,6 +19,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.loop import TemplateTick, walk_template
 from pdhocbf_drake.mpc.memory import Memory
 from pdhocbf_drake.simulation.build import Walk, build_walk, gait_of, nominal_walk_of
+from pdhocbf_drake.simulation.given_bounds import notes_on_bounds
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.shared.stepping_template import is_input_limit, stepping_template
@@ -322,3 +323,17 @@ def test_psi_of_a_log_leaves_out_what_compares_two_stance_feet(name: str) -> Non
             assert psi[row] == pytest.approx(psi_from_h(h[row : row + order + 1], use.class_k)[-1], abs=1e-12)
     found = compute_metrics(scenario, log, 1.0, None).barriers["b"].psi_min
     assert found == pytest.approx(np.nanmin(psi[200:]), abs=1e-12)
+
+
+def test_a_bound_that_the_nominal_walk_is_beyond_and_a_table_that_repeats_early_are_noted() -> None:
+    bounds = {
+        "behind": "{quantity: com_x, bound: {kind: constant, value: -0.5}}",
+        "wide": "{quantity: com_x, side: lower, bound: {kind: constant, value: -0.5}}",
+        "short": "{quantity: forward_speed, bound: {kind: tabulated, values: [0.9, 0.8]}}",
+        "whole": f"{{quantity: forward_speed, bound: {{kind: tabulated, values: {[0.9] * 40}}}}}",
+        "orbit": "{quantity: forward_speed, bound: {kind: orbit, margin: 0.1}}",
+    }
+    text = ", ".join(f"{name}: {bound}" for name, bound in bounds.items())
+    behind, short = notes_on_bounds(load_scenario("vhip_nobarrier", f"barriers: {{{text}}}"))
+    assert behind.startswith("barriers.behind: the nominal walk is beyond this bound at 80 of 80 ticks, by 0.5")
+    assert short == "barriers.short.bound.values: the table repeats every 2 ticks; a step has 40 ticks"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.summary import count, of
+from pdhocbf_drake.analysis.summary import count, granted, of
 from pdhocbf_drake.simulation.run_log import FINISHED
 
 
@@ -78,6 +78,6 @@ def _ways(metrics: Metrics) -> Iterator[str]:
     if metrics.joint_speed_margin_min is not None and metrics.joint_speed_margin_min < 0.0:
         yield f"a joint's speed by {of(-metrics.joint_speed_margin_min, 'rad/s')}"
     if metrics.commands_limited:
-        yield f"{count(metrics.commands_limited, 'command')} granted in part"
+        yield f"{count(metrics.commands_limited, 'command')} granted in part{granted(metrics)}"
     if metrics.unloaded_ticks:
         yield f"no load on the ground at {count(metrics.unloaded_ticks, 'tick')}"

@@ -15,7 +15,7 @@ from pdhocbf_drake.analysis.barrier_margins import (
     violated,
 )
 from pdhocbf_drake.analysis.finite import active, finite, statistic
-from pdhocbf_drake.analysis.heading import along_heading
+from pdhocbf_drake.analysis.heading import SETTLING, along_heading
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics
 from pdhocbf_drake.barriers.margin import BarrierRecord, record_from_h
 from pdhocbf_drake.errors import InputError
@@ -61,7 +61,10 @@ def _psi_min(rows: RunLog, use: BarrierUse, record: BarrierRecord) -> float | No
 
 
 def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
-    """Ticks whose plan a barrier changed, and the walk's speed over the steps in which they are."""
+    """Ticks whose plan a barrier changed, and the walk's speed over the steps in which they are.
+
+    Steps in which the walk gets up to its command are left out, whatever the barrier does then.
+    """
     if "barrier_active" not in log:  # an older log
         return {}
     acted = log["barrier_active"][1:, column] > 0.0  # a row holds what was planned at the row before
@@ -70,7 +73,7 @@ def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
         return found
     gait, step = scenario.gait, log.element("gait_phase", "step")[:-1]
     whole = (step < step[-1]) & (log.element("gait_phase", "support")[:-1] != 0.0)
-    rows = whole & np.isin(step, step[acted])
+    rows = whole & np.isin(step, step[acted]) & (step >= _commanded_since(scenario, log)[:-1] + SETTLING)
     if "path" in log:
         wanted = log.element("path", "forward")[:-1][rows]
         ahead = along_heading(log, "lip_state", 1, 4)[:-1, 0][rows]
@@ -79,3 +82,13 @@ def _action(scenario: Scenario, log: RunLog, column: int) -> dict[str, Any]:
     commanded = abs(gait.stride) / (gait.ticks_per_step * gait.tick)
     forward = np.copysign(1.0, gait.stride) * log.element("lip_state", "vx")[:-1][rows]
     return {**found, "active_slower": statistic(lambda speeds: commanded - np.mean(speeds), forward)}
+
+
+def _commanded_since(scenario: Scenario, log: RunLog) -> np.ndarray:
+    """The step from which the command of each row holds, (T,); the first one that moves a foot at least."""
+    step = log.element("gait_phase", "step")
+    changes = np.zeros(len(step))
+    if "path" in log:
+        changed = np.any(np.diff(log["path"][:, 3:], axis=0, prepend=np.nan) != 0.0, axis=1)
+        changes = np.maximum.accumulate(np.where(changed, step, 0.0))
+    return np.maximum(changes, scenario.gait.start_steps)

@@ -18,7 +18,9 @@ _SIGNALS = {signal.name: signal for signal in LOGGED}
 _OF_BARRIERS = ("h", "barrier_slack", "barrier_active")  # signals with one element for each barrier
 _NANOSECONDS = 1_000_000_000
 
-MISSING_MCAP: Final = "MCAP needs the package 'mcap'; install it with pip install 'pdhocbf-drake[export]'"
+MISSING_MCAP: Final = (
+    "MCAP needs the package 'mcap'; install it with pip install '.[export]' in this package's repository"
+)
 
 
 def elements_of(run: Run) -> dict[str, tuple[str, ...]]:

@@ -9,7 +9,7 @@ from pdhocbf_drake.simulation.run_log import RunLog
 
 Array = NDArray[np.float64]
 
-_SETTLING = 4  # steps after a change of the command that are not judged
+SETTLING = 4  # steps after a change of the command that are not judged
 
 
 def commanded_path(log: RunLog, ticks_per_step: int, tick: float, joined: bool = False) -> Array:
@@ -91,7 +91,7 @@ def settled_errors(log: RunLog, yaw: Array | None, ticks_per_step: int) -> Array
     edges = np.flatnonzero(np.any(np.diff(path[:, 3:], axis=0) != 0.0, axis=1)) + 1
     worst = None
     for start, stop in zip([0, *edges], [*edges, len(path)], strict=True):
-        first = start + _SETTLING * ticks_per_step
+        first = start + SETTLING * ticks_per_step
         whole = (stop - first) // gait * gait
         if path[start, 6] == 0.0 or whole <= 0:
             continue

@@ -21,11 +21,21 @@ class BarrierMetrics(_Table):
     active_ticks: int | None = Field(None, description="ticks, at any time, whose plan a row of it changed")
     active_first: float | None = Field(None, description="time of the first such tick [s]")
     active_slower: float | None = Field(
-        None, description="commanded speed of the walk less its mean speed, over the whole steps with such ticks [m/s]"
+        None,
+        description="commanded speed of the walk less its mean speed, over the whole steps with such ticks, from the "
+        "fifth step after the start and after a change of the command on [m/s]",
     )
     gamma: list[float] = Field(description="class-K slopes γ_1 … γ_m")
     relative_degree: int = Field(description="declared relative degree, in ticks")
     unit: str = Field(description="unit of h")
+
+
+class GrantedCommand(_Table):
+    """A command that was granted in part, ahead and aside [m/s] and as a turn rate [rad/s]."""
+
+    time: float = Field(description="when it was taken up [s]")
+    asked: tuple[float, float, float] = Field(description="what was asked for")
+    granted: tuple[float, float, float] = Field(description="what was granted of it")
 
 
 class MpcMetrics(_Table):
@@ -113,6 +123,9 @@ class Metrics(_Table):
         "from four steps after a change of the command on",
     )
     commands_limited: int | None = Field(None, description="commands that were granted in part")
+    commands_granted: tuple[GrantedCommand, ...] | None = Field(
+        None, description="these, the first twenty: `time` [s], and velocity and turn rate `asked` for and `granted`"
+    )
     stance_width: float | None = Field(
         None, description="mean lateral distance of successive planned footholds, of whole steps from from_time on [m]"
     )
@@ -150,7 +163,7 @@ class Metrics(_Table):
     joint_position_margin_min: float | None = Field(description="least distance of a joint from its stop [rad]")
     joint_speed_margin_min: float | None = Field(description="least distance of a joint's speed from its limit [rad/s]")
     late_ticks: float | None = Field(
-        None, description="share of the ticks of a driven walk that were late in real time"
+        None, description="share of the ticks of a driven walk that were late, where it was to keep real time"
     )
     barriers: dict[str, BarrierMetrics]
     mpc: MpcMetrics | None

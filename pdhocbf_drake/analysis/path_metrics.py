@@ -10,12 +10,15 @@ from numpy.typing import ArrayLike
 from pdhocbf_drake.analysis.feet import steps_taken
 from pdhocbf_drake.analysis.finite import Array, finite, statistic
 from pdhocbf_drake.analysis.heading import along, commanded_path, settled_errors
+from pdhocbf_drake.analysis.metrics_schema import GrantedCommand
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.commands import commanded_gait, known_ground
 from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.waypoints import distance_to
+
+_COMMANDS = 20  # that are named of those granted in part
 
 
 def torso_yaw(log: RunLog, ahead: ArrayLike) -> Array:
@@ -65,17 +68,22 @@ def path_metrics(scenario: Scenario, log: RunLog, body: RobotLimits | None) -> d
         "yaw_drift_deg": None if yaw is None else _drift(scenario, log, np.degrees(yaw - path[:, 2])),
         "path_error_max": finite(_path_errors(scenario, com, error).max()),
         "command_error": None if settled is None else [finite(value) for value in settled],
-        "commands_limited": _limited(log),
+        **_limited(log),
     }
 
 
-def _limited(log: RunLog) -> int | None:
-    """How many of the commands that were taken up were granted in part; each change counts as another command."""
+def _limited(log: RunLog) -> dict[str, Any]:
+    """The commands that were taken up and granted in part; each change counts as another command."""
     if "command_asked" not in log:
-        return None
+        return {}
     asked, granted = log["command_asked"], log["path"][:, 3:]
     limited, changed = np.any(granted != asked, axis=1), np.any(np.diff(asked, axis=0, prepend=np.nan) != 0.0, axis=1)
-    return int(np.count_nonzero(limited & changed))
+    rows = np.flatnonzero(limited & changed)
+    first = [
+        GrantedCommand(time=log.time[k], asked=tuple(asked[k, :3]), granted=tuple(granted[k, :3]))
+        for k in rows[:_COMMANDS]
+    ]
+    return {"commands_limited": len(rows), "commands_granted": tuple(first)}
 
 
 def _path_errors(scenario: Scenario, com: Array, away: Array) -> Array:

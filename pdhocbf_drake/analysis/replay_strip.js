@@ -1,16 +1,17 @@
 // Draws each curve of `strip` over time under the scene, with a line at the replay's time; a click goes to a time.
-// The range is that of the settled walk, from `strip.from` on.
+// The range is that of the settled walk, from `strip.from` on; while the replay is before that, of the whole walk.
 (strip) => {
   const canvas = document.getElementById("strip"), choice = document.getElementById("strip-choice");
-  const pen = canvas.getContext("2d"), left = 62, right = 12, top = 8, bottom = 20;
+  const pen = canvas.getContext("2d"), left = 62, right = 12, top = 4, bottom = 20, label = 12;
   const now = () => viewer.animator.actions.reduce((latest, action) => Math.max(latest, action.time), 0);
   const shown = () => strip.plots[choice ? choice.selectedIndex : 0];
   let width, height, drawn = null;
 
   const place = (time) => left + (time - strip.start) / (strip.end - strip.start) * (width - left - right);
 
-  function panel(part, first, last, time) {
-    const settled = Math.max(0, shown().time.findIndex((other) => other >= strip.from));
+  function panel(part, head, last, time) {
+    const first = head + label;
+    const settled = time < strip.from ? 0 : Math.max(0, shown().time.findIndex((other) => other >= strip.from));
     const numbers = part.curves.flatMap((curve) => curve.values.slice(settled)).filter((value) => value !== null);
     const values = numbers.concat(part.floor ?? []);
     let low = Math.min(...values), high = Math.max(...values);
@@ -53,10 +54,7 @@
     const at = shown().time.findIndex((other) => other >= time - 1e-9);
     const said = part.curves.map((curve) => `${curve.name} ${curve.values.at(at)?.toPrecision(3) ?? "none"}`).join(", ");
     const text = `${said} ${part.unit}`;
-    pen.fillStyle = "rgba(255, 255, 255, 0.8)";
-    pen.fillRect(left + 3, first, pen.measureText(text).width + 6, 11);
-    pen.fillStyle = "#222";
-    pen.fillText(text, left + 6, first + 9);
+    pen.fillText(text, left + 6, head + 9);
   }
 
   function draw() {

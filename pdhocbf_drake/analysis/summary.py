@@ -4,6 +4,11 @@ from __future__ import annotations
 
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, EstimatorMetrics, Metrics, MpcMetrics
 
+_ROUNDING = 1e-9
+_NAMED = 3  # of the commands that were granted in part
+_WAYS, _UNITS = ("ahead", "aside", "turning"), ("m/s", "m/s", "rad/s")
+_STRIDE = "the longest step limits velocities"
+
 
 def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
     """(subject, values with units) of everything that applies to the run."""
@@ -125,6 +130,8 @@ def _margin(barrier: BarrierMetrics) -> str:
     if barrier.violations is None:
         return "not judged: the run ended before from_time"
     violations = count(barrier.violations, "violation")
+    if barrier.violations and barrier.psi_min is not None and barrier.psi_min >= -_ROUNDING:
+        violations += " while h goes back to 0 after a change of command, bound or stance foot, as ψ ≥ 0 has it"
     if barrier.h_min is None:
         return f"h is no number at some ticks; {violations}, counting those"
     return (
@@ -140,7 +147,21 @@ def _commands(metrics: Metrics) -> str:
         text += f", settled within {of(ahead, 'm/s')} ahead, {of(aside, 'm/s')} aside"
         text += "" if turn is None else f", {of(turn, 'rad/s')}"
     limited = metrics.commands_limited
-    return f"{text}; {count(limited, 'command')} granted in part" if limited else text
+    return f"{text}; {count(limited, 'command')} granted in part{granted(metrics)}" if limited else text
+
+
+def granted(metrics: Metrics) -> str:
+    """What was granted of the first commands that were granted in part, and why not more."""
+    said, ways = [], set[str]()
+    for command in (metrics.commands_granted or ())[:_NAMED]:
+        parts = []
+        for name, unit, asked, had in zip(_WAYS, _UNITS, command.asked, command.granted, strict=True):
+            if asked != had:
+                parts.append(f"{had:.3g} of {asked:.3g} {unit} {name}")
+                ways.add("soles that would meet, and 0.3 rad a step, limit turns" if name == "turning" else _STRIDE)
+        if parts:
+            said.append(f"at {command.time:.2f} s {', '.join(parts)}")
+    return f" ({'; '.join(said)}: {', '.join(sorted(ways))})" if said else ""
 
 
 def _mpc(mpc: MpcMetrics) -> str:

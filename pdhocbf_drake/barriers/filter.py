@@ -27,6 +27,7 @@ _ROUNDING_OF_INPUT = 2e-15  # of an answer, as a share of the wanted input
 _SETTLED = 1e-9  # a linear ψ_m that errs by less than the effect of this share of the input is exact
 _LINEARISATIONS = 5  # of ψ_m from one starting point, where it is not affine in the input
 _EXCLUDED = "no input satisfies every barrier at once"
+_WITHIN = "no input within its limits satisfies every barrier at once"
 _NOT_AFFINE = "psi is not affine in the input here, and no input was found that satisfies every barrier"
 
 
@@ -40,8 +41,8 @@ class FilterResult(NamedTuple):
             clipped to its limits.
         psi: each barrier's ψ_m, evaluated at that input, (n_b,) [unit of its h].
         slack: by how much each ψ_m falls short of its tightening, ≥ 0, (n_b,) [unit of its h]; 0 within rounding.
-        reason: a sentence for anything but "solved". "no input satisfies every barrier at once" is proved by a
-            combination of the rows.
+        reason: a sentence for anything but "solved". "no input satisfies every barrier at once", or "no
+            input within its limits ..." where there are limits, is proved by a combination of the rows.
     """
 
     input: NDArray[np.float64]
@@ -85,7 +86,8 @@ class BarrierFilter:
 
     Args:
         system: the dynamics.
-        barriers: any number, with different relative degrees if need be.
+        barriers: one or more, of different names, with different relative degrees and periods if need be: all repeats
+            after the least common multiple of the barriers' and the system's periods, such as 120 ticks for 30 and 40.
         lower, upper: limits of the input, (n_u,); None for none.
         tightening: d̄ ≥ 0 [unit of h], one for all barriers: ψ_m ≥ d̄ withstands |d| ≤ d̄ on h(k+m).
         priority: names of barriers, the most important one first; the others follow in the order of `barriers`.
@@ -97,9 +99,9 @@ class BarrierFilter:
         delay: the age of what they were predicted from, by the inputs sent since [ticks].
 
     Raises:
-        InputError: a declared relative degree is not the computed one; ψ_m is not affine in the input within its
-            limits; limits that leave no input; a tightening that is negative or not finite; or a priority that is no
-            list of different names of barriers.
+        InputError: no barrier, or two of one name; a declared relative degree is not the computed one; ψ_m is not
+            affine in the input within its limits; limits that leave no input; a tightening that is negative or not
+            finite; or a priority that is no list of different names of barriers.
     """
 
     def __init__(
@@ -134,6 +136,7 @@ class BarrierFilter:
         self._affine = isinstance(system, PeriodicAffineSystem) and all(
             isinstance(barrier, AffineBarrier) for barrier in self.barriers
         )
+        self._excluded = _WITHIN if len(self._limit_rows) else _EXCLUDED
         self._check_inputs(states)
 
     def _check_inputs(self, states: ArrayLike | None) -> None:
@@ -187,7 +190,7 @@ class BarrierFilter:
         best = answers[-1] if exact else min(answers, key=self._rank)
         if not np.any(best.slack):
             return FilterResult(best.input, "solved", best.psi, best.slack)
-        return FilterResult(best.input, "softened", best.psi, best.slack, _EXCLUDED if exact else _NOT_AFFINE)
+        return FilterResult(best.input, "softened", best.psi, best.slack, self._excluded if exact else _NOT_AFFINE)
 
     def _rows(self, k: int, state: Array, point: Array) -> Linearisation:
         """The linear ψ_m at an input."""

@@ -50,9 +50,14 @@ def check_barriers(barriers: Any, system: PeriodicSystem, states: ArrayLike | No
         states: (S, n), where functions are tried; by default drawn from a standard normal distribution.
 
     Raises:
-        InputError: as `check_relative_degree` and `barrier_list`.
+        InputError: no barrier, or two of one name; as `check_relative_degree` and `barrier_list`.
     """
     found = barrier_list(barriers)
+    names = [barrier.name for barrier in found]
+    if not found:
+        raise InputError("a filter needs one barrier at least, given none")
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise InputError(f"barriers need names of their own, given two of the name {shown(twice)}")
     for barrier in found:
         check_degrees(barrier, system, checked_phases(barrier, system), states)
     return found

@@ -12,8 +12,8 @@ from pdhocbf_drake.arguments import add_overrides
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot.locate import robot_names
 from pdhocbf_drake.simulation.scenario_file import load_fitted, load_written, scenario_names
-from pdhocbf_drake.terminal import say, table
-from pdhocbf_drake.yaml_text import parse_yaml, read_yaml
+from pdhocbf_drake.terminal import table
+from pdhocbf_drake.yaml_text import parse_settings, read_yaml
 
 if TYPE_CHECKING:
     from pdhocbf_drake.fitting.findings import Finding
@@ -35,11 +35,10 @@ def run(options: argparse.Namespace) -> int:
     if options.json:
         print(json.dumps([finding.to_dict() for finding in found], indent=2))
     else:
-        rows = [(finding.level, finding.check, finding.said) for finding in found]
+        rows = [
+            (finding.level, finding.check, finding.said if finding.level == "ok" else finding.cure) for finding in found
+        ]
         print(table(rows))
-        for finding in found:
-            if finding.fix:
-                say(f"pdhocbf: {finding.level}: {finding}")
     return int(any(finding.level == "fault" for finding in found))
 
 
@@ -72,9 +71,9 @@ def _scenario(what: str, text: str) -> tuple[str, str]:
     """The scenario to load and its overrides; a robot is that of the scenario `_WALK`."""
     if what not in robot_names() and not _is_robot_file(what):
         return what, text
-    overrides = parse_yaml(text, "--text") if text else {}
+    overrides = parse_settings(text, "--text") if text else {}
     robot = what if what in robot_names() else str(Path(what).expanduser().resolve())
-    return _WALK, json.dumps({**overrides, "robot": robot}) if isinstance(overrides, dict) else text
+    return _WALK, json.dumps({**overrides, "robot": robot})
 
 
 def _is_robot_file(what: str) -> bool:

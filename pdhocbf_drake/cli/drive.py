@@ -18,11 +18,15 @@ from pdhocbf_drake.simulation.run_folder import ENTRIES, ROWS, Run, begin_run
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.stopping import interruptible, stop_requests
-from pdhocbf_drake.terminal import say, table
+from pdhocbf_drake.terminal import say, shown_progress, table
 
 if TYPE_CHECKING:
     from pdhocbf_drake.driving.session import Driven
 
+_HOW = (
+    'W S forward, A D sideways, Q E turn, Space stand or walk, P pause, R restart; "Open Controls" at the upper right '
+    'of the page shows h and all controls; Ctrl-C or the button "end" ends it and writes the run'
+)
 _LATE = 0.05  # share of late ticks from which on it is said that real time isn't kept
 
 
@@ -70,10 +74,11 @@ def run(options: argparse.Namespace) -> int:
             folder.finish()
         written, problem = write_pages(recorded, metrics, place, not options.no_replay)
     rows = [(name.removesuffix(".html"), str(place / name)) for name in written] or [("run folder", str(place))]
-    late = f"{100 * driven.late_ticks:.1f} % of the ticks were late"
-    print(table([*summary_rows(metrics), ("real time", late), *rows]))
-    if driven.late_ticks > _LATE and not options.headless:
-        say(f"pdhocbf: real time was not kept: {late}; the walk itself is as it would be on time")
+    share = driven.late_ticks
+    late = [] if share is None else [("real time", f"{100 * share:.1f} % of the ticks were late")]
+    print(table([*summary_rows(metrics), *late, *rows]))
+    if share is not None and share > _LATE:
+        say(f"pdhocbf: real time was not kept: {late[0][1]}; the walk itself is as it would be on time")
     if problem:
         say(f"pdhocbf: {problem}; `pdhocbf report {place}` makes up what is missing")
     complete(driven.scenario, verbose=False)
@@ -86,17 +91,23 @@ def _driven(options: argparse.Namespace, scenario: Scenario, rows: Path, stopped
         from pdhocbf_drake.driving.script import Script
         from pdhocbf_drake.driving.session import LONGEST, Session
 
-    ask = None if options.script is None else Script.read(options.script).at
+    script = None if options.script is None else Script.read(options.script)
     seconds = options.seconds or LONGEST
     if options.headless:
-        assert ask is not None
-        return Session(scenario, ask, pace=False, rows=rows).run(seconds, stopped)
+        assert script is not None
+        with shown_progress(scenario.name, float(seconds), "s simulated") as progress:
+            session = Session(scenario, script.at, pace=False, rows=rows)
+            session.check(script.barriers())
+            return session.run(seconds, stopped, progress)
     from pdhocbf_drake.analysis.replay_stage import Stage
     from pdhocbf_drake.driving.panel import Panel, strongest_push
     from pdhocbf_drake.driving.scene import LiveScene
 
     stage = Stage(None)
     scene, panel = LiveScene(stage, scenario), Panel(stage.meshcat, scenario, strongest_push(scenario))
-    session = Session(scenario, ask or (lambda now: panel.read()), scene.draw, rows=rows)
-    say(f'drive it at {stage.meshcat.web_url()}; Ctrl-C or the button "end" ends it and writes the run')
+    ask = script.at if script is not None else lambda now: panel.read()
+    session = Session(scenario, ask, scene.draw, rows=rows)
+    if script is not None:
+        session.check(script.barriers())
+    say(f"drive it at {stage.meshcat.web_url()}; {_HOW}")
     return session.run(seconds, stopped)

@@ -20,10 +20,8 @@ from pdhocbf_drake.streams import safe_streams
 from pdhocbf_drake.terminal import say
 
 _DESCRIPTION = "Periodic safety for walking robots, simulated with Drake."
-_CODES = (
-    "Exit codes: 0 success; 1 an error, explained in one sentence, or Ctrl-C; 2 wrong usage; 3 `run` simulated and "
-    "wrote its run folder, but the robot fell or the simulation failed before the scenario's duration."
-)
+_CODES = "Exit codes: 0 success; 1 an error, explained in one sentence, or Ctrl-C; 2 wrong usage"
+_ENDED_EARLY = "; 3 the run folder is written, but the robot fell or the simulation failed before its end"
 
 # Verb: (its help, the module below this package with its `add_arguments(parser)` and `run(options) -> exit code`).
 # Only the module of the given verb is imported, since most of them load Drake.
@@ -150,13 +148,16 @@ def _page_warnings() -> Iterator[list[str]]:
 
 def _parser(words: Sequence[str]) -> tuple[argparse.ArgumentParser, argparse.ArgumentParser, Any]:
     """The parser, with the arguments of the verb among the words; that verb's parser; and its module."""
-    parser = argparse.ArgumentParser(prog="pdhocbf", description=_DESCRIPTION, epilog=_CODES)
+    parser = argparse.ArgumentParser(
+        prog="pdhocbf", description=_DESCRIPTION, epilog=f"{_CODES}{_ENDED_EARLY} (run, drive)."
+    )
     parser.add_argument("--version", action="version", version=f"pdhocbf_drake {pdhocbf_drake.__version__}")
     verbs = parser.add_subparsers(dest="verb", required=True, metavar="VERB")
     given = next((word for word in words if not word.startswith("-")), None)
     module, used = None, parser
     for verb, (text, place) in _VERBS.items():
-        subparser = verbs.add_parser(verb, help=text, description=f"{text[0].upper()}{text[1:]}.", epilog=_CODES)
+        codes = f"{_CODES}{_ENDED_EARLY if verb in ('run', 'drive') else ''}."
+        subparser = verbs.add_parser(verb, help=text, description=f"{text[0].upper()}{text[1:]}.", epilog=codes)
         if verb == given:
             module = load(f"pdhocbf_drake.{place}")
             module.add_arguments(subparser)

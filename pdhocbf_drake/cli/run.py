@@ -45,7 +45,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_overrides(parser)
     parser.add_argument("--out", type=Path, metavar="DIR", help="the run folder; otherwise a new one in ./runs")
     parser.add_argument("--meshcat", action="store_true", help="show the run live in a browser")
-    parser.add_argument("--verbose", action="store_true", help="say whether programs are compiled or read, and where")
+    verbose = "say whether programs are compiled or read, and where, and which values fit another robot"
+    parser.add_argument("--verbose", action="store_true", help=verbose)
     parser.add_argument("--no-replay", action="store_true", help="leave replay.html out")
 
 
@@ -53,15 +54,20 @@ def run(options: argparse.Namespace) -> int:
     """Simulates, writes the run folder, prints the summary and returns the exit code."""
     scenario, fitted = load_fitted(options.scenario, options.text)
     check_scenario(scenario)
-    _say_fit(scenario, fitted)
+    _say_fit(scenario, fitted, options.verbose)
     if options.meshcat and scenario.system == "van_der_pol":
         raise InputError("--meshcat: walks can be watched live; the replay shows this scenario's oscillator")
     if unused := unused_settings(scenario):
         say(f"pdhocbf: system {scenario.system} makes no use of what is set for {', '.join(unused)}")
     for sentence in not_reached(scenario):
         say(f"pdhocbf: {sentence}")
+    if scenario.system != "van_der_pol" and any(not each.bound.follows_orbit for each in scenario.barriers.values()):
+        from pdhocbf_drake.simulation.given_bounds import notes_on_bounds  # here and below, since it loads Drake
+
+        for sentence in notes_on_bounds(scenario):
+            say(f"pdhocbf: note: {sentence}")
     if scenario.commands or scenario.path:
-        from pdhocbf_drake.simulation.commands import limited_commands  # here, since it loads Drake
+        from pdhocbf_drake.simulation.commands import limited_commands
 
         for sentence in limited_commands(scenario):
             say(f"pdhocbf: {sentence}")
@@ -92,12 +98,12 @@ def run(options: argparse.Namespace) -> int:
     return exit_code(recorded.log.ending, place) or bool(problem)
 
 
-def _say_fit(scenario: Scenario, fitted: Fitted | None) -> None:
-    """Says which values were made to fit the robot."""
+def _say_fit(scenario: Scenario, fitted: Fitted | None, every: bool) -> None:
+    """Says which values were made to fit the robot, or how many."""
     if fitted is not None:
         from pdhocbf_drake.fitting.said import sentences  # here, since it loads Drake
 
-        for sentence in sentences(fitted, scenario.robot):
+        for sentence in sentences(fitted, scenario.robot, every):
             say(f"pdhocbf: {sentence}")
 
 

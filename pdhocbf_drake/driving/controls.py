@@ -40,6 +40,10 @@ class Kept(NamedTuple):
     margin: float | None = None
     gamma: float | None = None
 
+    def given(self) -> dict[str, Any]:
+        """What is not None, by its name."""
+        return {key: value for key, value in self._asdict().items() if value is not None}
+
 
 class Asked(NamedTuple):
     """What a driver asks for at a tick.
@@ -96,6 +100,5 @@ class Drive:
 
     def keep(self, time: float, barrier: Kept) -> dict[str, Any]:
         """Notes how a barrier is kept from a time on [s]; returns the entry."""
-        given = {key: value for key, value in barrier._asdict().items() if value is not None}
-        self.barrier_changes.append({"time": time, **given})
+        self.barrier_changes.append({"time": time, **barrier.given()})
         return self.barrier_changes[-1]

@@ -59,15 +59,20 @@ class _File(Config):
 class Script:
     """The presses of a file, in the order of their times."""
 
-    def __init__(self, presses: tuple[Press, ...]) -> None:
+    def __init__(self, presses: tuple[Press, ...], where: str = "presses") -> None:
         self._presses = sorted(presses, key=lambda press: press.time)
+        self._where = {id(press): f"{where}.{number}" for number, press in enumerate(presses)}
         self._next, self._way, self._walks = 0, {"forward": 0.0, "sideways": 0.0, "turn": 0.0}, False
 
     @classmethod
     def read(cls, path: Path) -> Script:
         """The script of a YAML file with a list `presses`; raises `InputError`."""
         data = read_yaml(path)
-        return cls(parse_config(_File, data, str(path)).presses)
+        return cls(parse_config(_File, data, str(path)).presses, f"{path}.presses")
+
+    def barriers(self) -> list[tuple[str, float, Kept]]:
+        """Where each change of a barrier is in the file, its time [s], and the change, in the order of their times."""
+        return [(self._where[id(press)], press.time, kept) for press in self._presses if (kept := _kept(press))]
 
     def at(self, time: float) -> Asked:
         """What is asked for at a time [s], which must not decrease from call to call."""
@@ -79,8 +84,12 @@ class Script:
             self._walks = self._walks if press.walks is None else press.walks
             if press.push is not None:
                 pushes.append(Pushed(press.push, press.impulse))
-            if press.barrier is not None:
-                barriers.append(Kept(press.barrier, press.kind, press.margin, press.gamma))
+            if (kept := _kept(press)) is not None:
+                barriers.append(kept)
         ahead, aside, turn = self._way.values()
         command = Command(ahead, aside, turn) if self._walks or any(self._way.values()) else STOP
         return Asked(command, tuple(pushes), tuple(barriers))
+
+
+def _kept(press: Press) -> Kept | None:
+    return None if press.barrier is None else Kept(press.barrier, press.kind, press.margin, press.gamma)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
@@ -40,12 +40,12 @@ class Driven(NamedTuple):
     Attributes:
         scenario: with what was asked for as its commands and pushes; `simulate` makes the same log of it.
         log: the recorded run.
-        late_ticks: share of the ticks that ended later than they had to in real time.
+        late_ticks: share of the ticks that ended later than they had to in real time; None where it was not to be kept.
     """
 
     scenario: Scenario
     log: RunLog
-    late_ticks: float
+    late_ticks: float | None
 
 
 def drivable(scenario: Scenario) -> Scenario:
@@ -107,10 +107,38 @@ class Session:
         self._command_at(0.0, STOP)
         self._simulator.Initialize()
 
-    def run(self, seconds: float = LONGEST, stopped: Callable[[], bool] = lambda: False) -> Driven:
-        """Drives until the driver ends it, `stopped` says so, the walk falls, or so much time has passed [s]."""
+    def check(self, barriers: Iterable[tuple[str, float, Kept]]) -> None:
+        """Tries changes of barriers that are to come, in the order of their times.
+
+        Args:
+            barriers: the name of each in messages, its time [s] and what it is.
+
+        Raises:
+            InputError: one of them can't be.
+        """
+        names = [*self._scenario.barriers]
+        for where, start, kept in barriers:
+            if self._settings is None or kept.name not in names:
+                there = ", ".join(names) or "none"
+                raise InputError(f"{where}.barrier: must be a barrier of the walk: {there} (given: {kept.name})")
+            self._settings.add(parse_config(BarrierChange, {"time": start, **kept.given()}, where), where)
+        if self._settings is not None:
+            self._settings.clear()
+
+    def run(
+        self,
+        seconds: float = LONGEST,
+        stopped: Callable[[], bool] = lambda: False,
+        progress: Callable[[float], None] = lambda now: None,
+    ) -> Driven:
+        """Drives until the driver ends it, `stopped` says so, the walk falls, or so much time has passed [s].
+
+        Args:
+            progress: called with the time of each tick [s].
+        """
         last, ending = min(round(seconds / self._tick), round(LONGEST / self._tick) - 2), FINISHED
         due, shown, down = time.perf_counter(), -1.0, False
+        progress(0.0)
         while self._ticks < last and not stopped():
             asked = self._ask(self._ticks * self._tick)
             if asked.ends:
@@ -127,6 +155,7 @@ class Session:
                 continue
             self._take(asked)
             reason = self._advance()
+            progress(self._ticks * self._tick)
             if reason:
                 ending, down = reason, True
             now = time.perf_counter()
@@ -196,4 +225,4 @@ class Session:
         asked = {"commands": drive.commands, "pushes": drive.pushes, "barrier_changes": drive.barrier_changes}
         duration = {"duration": max(self._ticks, 1) * self._tick}
         scenario = Scenario.from_dict(self._scenario.to_dict() | asked | duration, "drive")
-        return Driven(scenario, log, self._late / max(1, self._ticks))
+        return Driven(scenario, log, self._late / max(1, self._ticks) if self._pace else None)

@@ -23,7 +23,12 @@ class Finding(NamedTuple):
     fix: str = ""
 
     def __str__(self) -> str:
-        return f"{self.check}: {self.said} ({self.key})" + (f"; {self.fix}" if self.fix else "")
+        return f"{self.check}: {self.cure}"
+
+    @property
+    def cure(self) -> str:
+        """What was found, the entries that it is about, and what to do."""
+        return f"{self.said} ({self.key})" + (f"; {self.fix}" if self.fix else "")
 
     def to_dict(self) -> dict[str, Any]:
         """Plain data."""

@@ -72,6 +72,11 @@ def _at_least_one(value: int, scale: Scale) -> int:
     return max(1, _ticks(value, scale))
 
 
+def _freeze(value: int, scale: Scale) -> int:
+    """Later with soles that are small for the legs, on which the ZMP makes up for less of a missed foothold."""
+    return math.floor(value * scale.ticks * min(1.0, min(scale.sole) / scale.length) + 1e-9)
+
+
 def _horizon(value: int, scale: Scale) -> int:
     """As many gaits as before; the step's ticks are whole."""
     return round(value * scale.ticks)
@@ -182,7 +187,7 @@ RULES: Final[dict[str, Rule]] = {
     "mpc.recovery.stance_width_min": _least_width_of_recovery,
     "mpc.recovery.path_correction": LENGTH,
     "mpc.recovery.slack_weight": _slack,
-    "mpc.recovery.freeze_ticks": _ticks,
+    "mpc.recovery.freeze_ticks": _freeze,
     "plant.penetration_allowance": LENGTH,
     "plant.stiction_tolerance": SPEED,
 }

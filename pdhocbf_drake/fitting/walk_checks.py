@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,8 +46,11 @@ def walk_findings(
         motion: of the planned walk; otherwise torques and speeds are those of a preview, whose ZMP is in the middle of
             the sole, and which asks more of the ankles than a plan does that keeps their limits.
     """
-    found = [_box(biped, "gait.zmp_box", gait.zmp_box), _box(biped, "mpc.recovery.zmp_box", recovery_box)]
-    found += [*_reach(biped, gait), _time(gait)]
+    found = [
+        _box(biped, "gait.zmp_box", gait.zmp_box, "of the walk"),
+        _box(biped, "mpc.recovery.zmp_box", recovery_box, "of a recovery"),
+    ]
+    found += [*_reach(biped, gait), _time(biped, gait)]
     if all(finding.level != "fault" for finding in found if finding.check == "reach"):
         found += [*motion_findings(biped, gait, motion)]
     return found
@@ -59,14 +63,13 @@ def is_refused(found: Sequence[Finding]) -> bool:
 
 def motion_findings(biped: Biped, gait: GaitConfig, motion: SteadyMotion | None = None) -> Iterator[Finding]:
     """The checks of a walk's motion, see `walk_findings`, some hundredths of a second; nothing if it can't stand."""
-    swing = Step.of(gait).swing
     half, height = gait.stance_width / 2.0, gait.com_height
     feet = sole_pose(0.0, half), sole_pose(0.0, -half)
     try:
         posture = upright_posture(biped, np.array([0.0, 0.0, height]), *feet)
     except ModelError:
         return
-    yield _swing(biped, gait, float(swing_lever(biped, posture)[0]), swing)
+    yield _swing(biped, gait, float(swing_lever(biped, posture)[0]))
     yield _standing(biped, gait, motion is not None)
     if motion is None:
         seen = preview(biped, Step.of(gait))
@@ -94,13 +97,14 @@ _LESS_TORQUE = {
 }
 
 
-def _box(biped: Biped, key: str, box: tuple[float, float] | None) -> Finding:
+def _box(biped: Biped, key: str, box: tuple[float, float] | None, of: str) -> Finding:
     try:
         if box is not None:
             check_zmp_box(biped, box, key)
     except ModelError as error:
         return Finding("ZMP box", "fault", key, str(error), "make it as large as the smaller sole at most")
-    return Finding("ZMP box", "ok", key, "none" if box is None else f"{box[0]:g} x {box[1]:g} m is within the soles")
+    said = f"none {of}" if box is None else f"that {of}, {box[0]:g} x {box[1]:g} m, is within the soles"
+    return Finding("ZMP box", "ok", key, said)
 
 
 def _reach(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
@@ -117,15 +121,17 @@ def _reach(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
         yield Finding("reach", "ok", key, f"{said} within the legs' reach")
 
 
-def _swing(biped: Biped, gait: GaitConfig, lever: float, swing: float) -> Finding:
-    half = min(float(biped.soles[side].half_size[0]) for side in SIDES)
+def _swing(biped: Biped, gait: GaitConfig, lever: float) -> Finding:
+    half, swing = _half_sole(biped), Step.of(gait).swing
     shift = zmp_shift(lever, gait.stride, swing)
     level = level_of(shift / half, SHIFT * _ROUNDED, LARGEST_SHIFT)
     said = f"the swing leg shifts the ZMP by up to {1e3 * shift:.0f} mm, {shift / half:.2f} of the half sole"
     time = swing * math.sqrt(shift / half / SHIFT)
     ticks = math.ceil(time / gait.tick) + gait.double_support_ticks
-    shorter = gait.stride * SHIFT * half / shift if shift else 0.0
-    fix = f"up to {SHIFT:g} walks well: gait.ticks_per_step {ticks}, or gait.stride {shorter:.3g}"
+    shorter = f"gait.stride {_stride(biped, gait, lever, gait.ticks_per_step):.3g}"
+    # A step that long would get a note on its time.
+    cure = f"gait.ticks_per_step {ticks}, or {shorter}" if ticks <= _most_ticks(gait) else shorter
+    fix = f"up to {SHIFT:g} walks well: {cure}"
     return Finding("swing leg", level, "gait.stride, gait.ticks_per_step", said, "" if level == "ok" else fix)
 
 
@@ -169,9 +175,33 @@ def _share(
     return Finding(check, level, key, said, "" if level == "ok" else fix)
 
 
-def _time(gait: GaitConfig) -> Finding:
+def _half_sole(biped: Biped) -> float:
+    return min(float(biped.soles[side].half_size[0]) for side in SIDES)
+
+
+def _stride(biped: Biped, gait: GaitConfig, lever: float, ticks: int) -> float:
+    """The stride at which the swing leg moves the ZMP by `SHIFT` of the half sole in steps of so many ticks [m]."""
+    swing = (ticks - gait.double_support_ticks) * gait.tick
+    return math.copysign(SHIFT * _half_sole(biped) / zmp_shift(lever, 1.0, swing), gait.stride)
+
+
+def _most_ticks(gait: GaitConfig) -> int:
+    """The ticks of a step in which a fall grows little enough."""
+    return int(GOOD_TIME * math.sqrt(gait.com_height / GRAVITY) / gait.tick)
+
+
+def _time(biped: Biped, gait: GaitConfig) -> Finding:
     duration, omega = gait.ticks_per_step * gait.tick, math.sqrt(GRAVITY / gait.com_height)
     level = level_of(omega * duration, GOOD_TIME, _LONGEST_TIME)
     said = f"steps of {duration:.3g} s, in which a fall grows {math.exp(omega * duration):.3g} times"
-    fix = f"gait.ticks_per_step {int(GOOD_TIME / omega / gait.tick)} or fewer"
-    return Finding("step time", level, "gait.ticks_per_step", said, "" if level == "ok" else fix)
+    if level == "ok":
+        return Finding("step time", level, "gait.ticks_per_step", said)
+    most, half = _most_ticks(gait), gait.stance_width / 2.0
+    fix = f"gait.ticks_per_step {most} or fewer"
+    with suppress(ModelError):  # which is a finding of its own
+        posture = upright_posture(
+            biped, np.array([0.0, 0.0, gait.com_height]), sole_pose(0.0, half), sole_pose(0.0, -half)
+        )
+        shorter = _stride(biped, gait, float(swing_lever(biped, posture)[0]), most)
+        fix += f", with gait.stride {shorter:.3g}" if abs(shorter) < abs(gait.stride) else ""
+    return Finding("step time", level, "gait.ticks_per_step", said, fix)

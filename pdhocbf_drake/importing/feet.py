@@ -13,6 +13,7 @@ from pdhocbf_drake.importing.parsed import ParsedModel
 from pdhocbf_drake.robot.parsing import listed
 from pdhocbf_drake.robot.per_joint import ROLES
 
+_SHOULDER = 0.35  # share of a limb's length that a hip is above the lowest of the body, at most
 _LOW = 0.15  # of the base's height: links that reach so low stand on the ground
 
 
@@ -51,7 +52,8 @@ def find_feet(model: ParsedModel, up: np.ndarray, named: tuple[str | None, str |
         groups = _standing(model, up)
     if len(groups) != 2:
         names = listed(bodies[0].name() for bodies in groups)
-        raise ModelError(f"{len(groups)} limbs stand on the ground, and a biped has two: {names}{_flags()}")
+        stand = "1 limb stands" if len(groups) == 1 else f"{len(groups)} limbs stand"
+        raise ModelError(f"{stand} on the ground, and a biped has two: {names}{_flags()}")
     chains = [model.chain(bodies[0]) for bodies in groups]
     shared = 0
     while shared < min(map(len, chains)) and chains[0][shared].index() == chains[1][shared].index():
@@ -87,6 +89,22 @@ def ways_up(model: ParsedModel) -> list[np.ndarray]:
             if np.linalg.norm(way) > 1e-6:
                 ways.append(way / np.linalg.norm(way))
     return ways
+
+
+def are_arms(model: ParsedModel, feet: Feet, up: np.ndarray) -> bool:
+    """Whether both limbs hang from high above the lowest of the body that they hang from, as arms do and legs don't."""
+    highs = []
+    for limb in feet.limbs:
+        key = _key(model, limb.bodies[0])
+        if not limb.joints or not key:
+            return False
+        first = model.place(limb.joints[0]) @ up
+        held = len(key) - len(limb.joints)
+        body = min(
+            _lowest(model, bodies, up) for each, bodies in model.groups.items() if each == key[: len(each)][:held]
+        )
+        highs.append((first - body) / max(first - _lowest(model, limb.bodies, up), 1e-9))
+    return min(highs) > _SHOULDER
 
 
 def limb_centre(model: ParsedModel, limb: Limb) -> np.ndarray:

@@ -71,7 +71,9 @@ def import_robot(source: Path, folder: Path, given: Given, report: Report) -> Im
     )
     units = "lengths m, angles rad, torques N m"
     write_yaml(config, folder / ROBOT, f"Imported from {source.name}; {units}.")
-    write_yaml({"extends": "walking", "robot": ROBOT, **more}, folder / SCENARIO, "pdhocbf run walking.yaml")
+    name = as_name(f"{config['name']}-walking")  # so that runs of several robots are told apart
+    scenario = {"name": name, "extends": "walking", "robot": ROBOT, **more}
+    write_yaml(scenario, folder / SCENARIO, "pdhocbf run walking.yaml")
     return Imported(Biped.load(str(folder / ROBOT)), facts, changes)
 
 

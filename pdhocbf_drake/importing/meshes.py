@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any, Final
 
@@ -13,13 +15,14 @@ from pdhocbf_drake.importing.mesh_axes import Y_UP, named_turn, to_z_up
 
 MISSING: Final = (
     "meshes are converted with the packages 'trimesh', 'fast-simplification' and 'pycollada'; "
-    "install them with pip install 'pdhocbf-drake[import]'"
+    "install them with pip install '.[import]' in this package's repository"
 )
 FOLDER: Final = "meshes"
 _MOST_FACES = 60_000  # of all visual meshes together: 3 to 5 MB in a replay
 _FEWEST_FACES = 200  # of a mesh that is simplified
 _HULL_FACES = 2000  # the most of a convex hull
 _AGGRESSION = 3  # of the simplification, from 0 to 10; low is slow and exact
+_LINES = 4  # of progress
 _PLAIN = {".stl", ".ply", ".off"}  # formats without materials
 
 Report = Callable[[str], None]
@@ -59,6 +62,7 @@ class MeshFolder:
     def write_as_stored(self, report: Report) -> None:
         """Writes all meshes anew, without regard to the up axis that COLLADA files name."""
         self._as_stored = True
+        report("meshes reach to the joints only without the up axis that their files name: writing them anew")
         self.changes = ["the up axis that mesh files name passed over: without it meshes reach to the joints"]
         self.write(report)
 
@@ -74,8 +78,10 @@ class MeshFolder:
         parts = {key: _parts(key[0], self._as_stored) for key in self._wanted}
         total = sum(len(part.faces) for (_, contact), mesh in parts.items() if not contact for part in mesh)
         share = min(1.0, _MOST_FACES / max(total, 1))
+        said = set(np.linspace(1, len(self._wanted), _LINES).round().astype(int).tolist())
         for number, (key, name) in enumerate(self._wanted.items(), start=1):
-            report(f"mesh {number} of {len(self._wanted)}: {key[0].name}")
+            if number in said:
+                report(f"mesh {number} of {len(self._wanted)}: {key[0].name}")
             if key[1]:
                 _write_hull(parts[key], self._home / name)
             else:
@@ -119,6 +125,8 @@ def _parts(source: Path, as_stored: bool = False) -> list[Any]:
     trimesh = _trimesh()
     try:
         scene = trimesh.load_scene(str(source))
+        if source.suffix.lower() == ".dae":
+            scene = _with_all_parts(source, scene)
     except Exception as error:  # the loaders of many formats raise many types
         raise InputError(f"mesh {source} can't be read: {reason(error)}") from None
     factor = str(scene.units or "").partition(" *")[0]
@@ -132,6 +140,15 @@ def _parts(source: Path, as_stored: bool = False) -> list[Any]:
     if not parts:
         raise InputError(f"mesh {source} can't be read: it has no triangles")
     return parts
+
+
+def _with_all_parts(source: Path, scene: Any) -> Any:
+    """The scene of a COLLADA file, without colours if parts are missing, as where a material that they name is."""
+    text = source.read_bytes()
+    if len(scene.graph.nodes_geometry) >= text.count(b"<instance_geometry"):
+        return scene
+    plain = re.sub(rb"<bind_material>.*?</bind_material>", b"", text, flags=re.DOTALL)
+    return _trimesh().load_scene(BytesIO(plain), file_type="dae")
 
 
 def _simplified(part: Any, share: float) -> Any:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.importing.directions import NAMES, facing, side_to_side, word
-from pdhocbf_drake.importing.feet import Feet, find_feet, limb_centre, ways_up
+from pdhocbf_drake.importing.feet import Feet, are_arms, find_feet, limb_centre, ways_up
 from pdhocbf_drake.importing.given import Given
 from pdhocbf_drake.importing.inferred import Inferred, Sure, listed
 from pdhocbf_drake.importing.parsed import ParsedModel
@@ -38,7 +38,24 @@ def read_legs(model: ParsedModel, given: Given) -> tuple[Legs, list[Inferred]]:
                 return _read(model, given, up, "the way up in which it is a biped", "likely")
             except ModelError:
                 continue
-        raise error
+        raise _without_legs(model, given) or error from None
+
+
+def _without_legs(model: ParsedModel, given: Given) -> ModelError | None:
+    """What to say of a model that can't be read where its lowest limbs are arms."""
+    if given.left_foot or given.right_foot or given.left_joints or given.right_joints:
+        return None
+    up = np.array(NAMES["z"], dtype=float)
+    try:
+        feet = find_feet(model, up, (None, None))
+    except ModelError:
+        return None
+    if not are_arms(model, feet, up):
+        return None
+    names = " and ".join(limb.name for limb in feet.limbs)
+    return ModelError(
+        f"no legs were found: the limbs that reach lowest, to {names}, hang from high on the body, as arms do"
+    )
 
 
 def _read(model: ParsedModel, given: Given, up: np.ndarray, source: str, sure: Sure) -> tuple[Legs, list[Inferred]]:

@@ -38,13 +38,16 @@ class Largest:
     solved: int
 
 
-def largest_disturbance(solve: Solve, known: Sequence[tuple[float, InvariantSet]] = ()) -> Largest:
+def largest_disturbance(
+    solve: Solve, known: Sequence[tuple[float, InvariantSet]] = (), tolerance: float = TOLERANCE
+) -> Largest:
     """Bisects for the largest multiple.
 
     Args:
         solve: the invariant sets under λ W within the given limits, or within the system's own where none are given.
             Sets under a smaller multiple hold all those under a larger one, so that the search goes on from them.
         known: multiples whose sets are known.
+        tolerance: of the multiple, as a share of it.
     """
     low, high, solved = 0.0, float("inf"), 0
     sets: InvariantSet | None = None
@@ -57,7 +60,7 @@ def largest_disturbance(solve: Solve, known: Sequence[tuple[float, InvariantSet]
         return Largest(0.0, None, 0)
     guess = low or min(1.0, high)
     for _ in range(2 * _DOUBLINGS):
-        if low > 0.0 and high <= low * (1.0 + TOLERANCE):
+        if low > 0.0 and high <= low * (1.0 + tolerance):
             break
         if high == float("inf"):
             guess *= 2.0 if low else 1.0

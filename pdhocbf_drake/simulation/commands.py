@@ -131,9 +131,15 @@ def limited_commands(scenario: Scenario) -> list[str]:
     for command in scenario.commands:
         asked, granted = command.command, limits.granted(command.command, scenario.gait)
         if asked != granted:
+            why = [f"the feet go {limits.stride:.3g} m in a step at most, half of it aside"] * (
+                asked[:2] != granted[:2]
+            )
+            why += ["a foot turns by 0.3 rad in a step at most, less where soles would meet"] * (
+                asked.turn != granted.turn
+            )
             sentences.append(
                 f"the command at {command.time:g} s is granted in part: velocity [{granted.forward:.3g}, "
                 f"{granted.lateral:.3g}] m/s and turn {granted.turn:.3g} rad/s of [{asked.forward:g}, "
-                f"{asked.lateral:g}] m/s and {asked.turn:g} rad/s"
+                f"{asked.lateral:g}] m/s and {asked.turn:g} rad/s: {', and '.join(why)}"
             )
     return sentences

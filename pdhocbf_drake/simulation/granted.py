@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -25,18 +26,38 @@ _YAW = 10.0  # how far the torso may turn where it gives way, over the friction 
 _GAITS = 4  # in which the torso's yaw settles
 
 
-class Asked(NamedTuple):
+@dataclass(frozen=True)
+class Asked:
     """A robot's walk at any stride.
 
     Attributes:
         biped: the robot. scenario: with `mpc.limits` as numbers. programs: of its plans.
         turn: the largest turn rate that is commanded [rad/s].
+        motions: what `steady` has found, by stride.
     """
 
     biped: Biped
     scenario: Scenario
     programs: ProgramCache
     turn: float = 0.0
+    motions: dict[float, SteadyMotion | str] = field(default_factory=dict)
+
+    def changed(self, scenario: Scenario) -> Asked:
+        """The same of another scenario."""
+        return replace(self, scenario=scenario, motions={})
+
+    def steady(self, stride: float) -> SteadyMotion | str:
+        """The steady motion straight ahead, or why there is none."""
+        if stride not in self.motions:
+            self.motions[stride] = self._steady(stride)
+        return self.motions[stride]
+
+    def _steady(self, stride: float) -> SteadyMotion | str:
+        try:
+            motion = steady_motion(self.biped, nominal_mpc(self.scenario, stride, self.programs))
+        except PdhocbfError as error:
+            return _of_ankles(self.biped, self.scenario) or str(error)
+        return motion.reason if isinstance(motion, OutOfReach) else motion
 
 
 class Excess(NamedTuple):
@@ -63,7 +84,7 @@ def largest_torque(asked: Asked, stride: float) -> tuple[float, str]:
 
     Infinite where it can't be walked.
     """
-    motion = _steady(asked, stride)
+    motion = asked.steady(stride)
     if isinstance(motion, str):
         return math.inf, motion
     peaks, limits = np.abs(motion.torques).max(axis=0), asked.biped.effort_limits
@@ -73,7 +94,7 @@ def largest_torque(asked: Asked, stride: float) -> tuple[float, str]:
 
 def exceeded(asked: Asked, stride: float) -> Excess:
     """What a steady walk straight ahead at a stride [m] asks of a joint, or of the ground, beyond its limit."""
-    biped, scenario, motion = asked.biped, asked.scenario, _steady(asked, stride)
+    biped, scenario, motion = asked.biped, asked.scenario, asked.steady(stride)
     if isinstance(motion, str):
         return Excess(motion)
     asks = [
@@ -91,16 +112,6 @@ def exceeded(asked: Asked, stride: float) -> Excess:
     # In a turn the ground also gives the centripetal force.
     duration = scenario.gait.ticks_per_step * scenario.gait.tick
     return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)._replace(motion=motion)
-
-
-def _steady(asked: Asked, stride: float) -> SteadyMotion | str:
-    """The steady motion straight ahead, or why there is none."""
-    biped, scenario = asked.biped, asked.scenario
-    try:
-        motion = steady_motion(biped, nominal_mpc(scenario, stride, asked.programs))
-    except PdhocbfError as error:
-        return _of_ankles(biped, scenario) or str(error)
-    return motion.reason if isinstance(motion, OutOfReach) else motion
 
 
 def _needs(biped: Biped, joint: int, peaks: np.ndarray, limits: np.ndarray, unit: str) -> str:

@@ -88,7 +88,7 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
         scenario, said = _cautious(scenario, biped)
         if said:
             sentences.append(f"{said}: {first.said}")
-            walk = walk._replace(scenario=scenario)
+            walk = walk.changed(scenario)
             first = exceeded(walk, asked)
     if not first.said:
         return Kept(scenario, tuple(sentences), first.motion)

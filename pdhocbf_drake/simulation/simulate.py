@@ -70,7 +70,7 @@ def simulate(
     """The log of a scenario up to its duration, a fall, a failure in Drake or Ctrl-C; `RunLog.ending` says which.
 
     Args:
-        progress: called every 0.1 s of simulated time, with that time [s].
+        progress: called as the simulation begins and every 0.1 s of simulated time, with that time [s].
         meshcat: shows the robot while it walks, no faster than real time.
         rows: a new folder to which the log is written while the run goes on. The log that is returned reads from it,
             so that a long run takes no memory; `RunLog.of_killed` reads it if the process is killed.
@@ -109,6 +109,8 @@ def advance(
     try:
         simulator.Initialize()
         now, end = 0.0, _end(scenario)
+        if progress is not None:
+            progress(now)
         while now < end:
             now = min(now + (_CHUNK if show is None else _PICTURE), end)
             status = simulator.AdvanceTo(now)

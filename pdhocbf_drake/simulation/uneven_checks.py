@@ -42,9 +42,8 @@ def check_known_ground(scenario: Scenario, biped: Biped) -> None:
     _check_sides(scenario, biped, gait)
     for step in uneven_steps(biped, gait, reserve=0.0):
         if step.missed:
-            raise ModelError(
-                f"{_named(scenario, step.place)} is beyond the legs' reach: {step.missed}{_allowed(scenario, biped)}"
-            )
+            why = _allowed(scenario, biped) or f": {step.missed}"
+            raise ModelError(f"{_named(scenario, step.place)} is beyond the legs' reach{why}")
         if step.clearance < LEAST_CLEARANCE:
             raise ModelError(
                 f"{_named(scenario, step.place)} brings the swing foot to {1e3 * step.clearance:.0f} mm from an edge, "

@@ -37,8 +37,9 @@ def placed(asked: Asked, stride: float) -> tuple[Asked, str]:
     limits = found.scenario.mpc.plan_limits
     if limits is None or not place.any():
         return asked, ""
-    ahead, outward = (f"{1e3 * shift:.0f}" for shift in limits.zmp_middle)
-    return found, f"the ZMP box is {ahead} mm ahead and {outward} mm outward of the soles' centres: {said}"
+    ways = zip(limits.zmp_middle, (("ahead", "behind"), ("outward", "inward")), strict=True)
+    where = " and ".join(f"{1e3 * abs(shift):.0f} mm {way[shift < 0.0]}" for shift, way in ways if shift)
+    return found, f"the middle of the ZMP box is moved {where} on the soles: {said}"
 
 
 def _places(place: np.ndarray, axis: int, sign: float) -> Iterator[np.ndarray]:
@@ -59,4 +60,4 @@ def _at(asked: Asked, place: np.ndarray) -> Asked:
     rooms = [("zmp_ahead", x, length), ("zmp_behind", -x, length), ("zmp_outward", y, width), ("zmp_inward", -y, width)]
     ends = {name: min(getattr(limits, name), room) for name, way, room in rooms if way > 0.0}
     moved = limits.model_copy(update={**ends, "zmp_middle": (x, y)})
-    return asked._replace(scenario=asked.scenario.model_copy(update={"mpc": mpc.model_copy(update={"limits": moved})}))
+    return asked.changed(asked.scenario.model_copy(update={"mpc": mpc.model_copy(update={"limits": moved})}))

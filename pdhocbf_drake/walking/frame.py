@@ -49,14 +49,18 @@ def inner_box(low: np.ndarray, high: np.ndarray, angle: float) -> tuple[np.ndarr
     The largest similar rectangle, whose sides then go out, those across x first, to the edges of [low, high] or to the
     same number there. Where 0 lies on an edge, the similar rectangle is a point, and this box goes to one side of it.
     """
-    matrix, share = rotation(angle), inner_share(low, high, angle)
-    normals, distances = np.vstack([matrix, -matrix]), np.concatenate([high, -low])  # n · r ≤ d in turned axes
-    sides, farthest = np.array([-share * low, share * high]), np.array([-low, high])  # distances from 0
+    c, s, share = math.cos(angle), math.sin(angle), inner_share(low, high, angle)
+    farthest = [(-float(one), float(other)) for one, other in zip(low, high, strict=True)]  # from 0, across x and y
+    sides = [[share * one, share * other] for one, other in farthest]
+    (x, more_x), (y, more_y) = farthest
+    edges = ((c, -s), more_x), ((-c, s), x), ((s, c), more_y), ((-s, -c), y)  # n · r ≤ d in turned axes
     for axis in (0, 1):
-        across = normals[:, 1 - axis]
-        taken = np.maximum(-across * sides[0, 1 - axis], across * sides[1, 1 - axis])
-        for side, outward in ((0, -normals[:, axis]), (1, normals[:, axis])):
-            facing = outward > 1e-9
-            room = np.min((distances - taken)[facing] / outward[facing])
-            sides[side, axis] = max(sides[side, axis], min(room, farthest[side, axis]))
-    return -sides[0], sides[1]
+        lower, upper = sides[1 - axis]
+        for side, sign in ((0, -1.0), (1, 1.0)):
+            room = farthest[axis][side]
+            for normal, distance in edges:
+                outward, across = sign * normal[axis], normal[1 - axis]
+                if outward > 1e-9:
+                    room = min(room, (distance - max(-across * lower, across * upper)) / outward)
+            sides[axis][side] = max(sides[axis][side], room)
+    return np.array([-sides[0][0], -sides[1][0]]), np.array([sides[0][1], sides[1][1]])

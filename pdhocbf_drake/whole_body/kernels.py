@@ -57,8 +57,8 @@ def write_use(
     tau: np.ndarray, left: np.ndarray, right: np.ndarray, q: np.ndarray, v: np.ndarray, vdot: np.ndarray,
     memory: np.ndarray, tick: int, poses: np.ndarray, share: float, limits: Limits, use: np.ndarray, low: np.ndarray,
     high: np.ndarray,
-) -> tuple[int, float, float]:  # fmt: skip
-    """What a motion uses of each limit, and the limits (n,); n, and by how much it exceeds one, and a sole's edge.
+) -> tuple[int, float, float, float]:  # fmt: skip
+    """What a motion uses of each limit, and the limits (n,).
 
     First the joints' torques over what the plan may use, then their accelerations [rad/s²], then the rows of each sole
     that carries load. A centre of pressure beyond an edge is its own limit: no motion brings it back inside, but none
@@ -70,6 +70,7 @@ def write_use(
         poses: see `robot.task_space`. share: of the load, on the left sole.
     """
     usable, change, joints, places, coefficients, lower, upper, speed, rows, rows_low, rows_high = limits
+    worst = stopped = outside = -np.inf
     for i in range(JOINTS):
         added = memory[TABLE + JOINTS * tick + i] + PERSISTS * memory[ERROR + i]
         use[i], use[JOINTS + i] = (tau[i] + added) / usable[i], vdot[places[i]]
@@ -79,7 +80,10 @@ def write_use(
             q[joints[i] : joints[i] + 1], v[places[i] : places[i] + 1], coefficients, lower[i : i + 1],
             upper[i : i + 1], speed[i : i + 1], low[JOINTS + i : JOINTS + i + 1], high[JOINTS + i : JOINTS + i + 1],
         )  # fmt: skip
-    count, outside = 2 * JOINTS, -np.inf
+        of_speed = abs(vdot[places[i]] - coefficients[3] * v[places[i]]) - coefficients[4] * speed[i]
+        worst = max(worst, max(max(low[i] - use[i], use[i] - high[i]), of_speed))
+        stopped = max(stopped, max(low[JOINTS + i] - use[JOINTS + i], use[JOINTS + i] - high[JOINTS + i]))
+    count = 2 * JOINTS
     for sole in range(2):
         if (share if sole == 0 else 1.0 - share) > 0.0:
             wrench = left if sole == 0 else right
@@ -90,10 +94,9 @@ def write_use(
                 outside = max(outside, max(low[i] - use[i], use[i] - high[i]))
                 low[i], high[i] = min(low[i], use[i]), max(high[i], use[i])
             count += PER_SOLE
-    worst = -np.inf
-    for i in range(count):
+    for i in range(2 * JOINTS, count):
         worst = max(worst, max(low[i] - use[i], use[i] - high[i]))
-    return count, worst, outside
+    return count, worst, stopped, outside
 
 
 @compiled
@@ -109,9 +112,11 @@ def passes(
         last: q of the last tick. effort: of the joints (12,) [N m]. step: most that they move in a tick (12,) [rad].
         exceeded: by how much a limit may be exceeded.
     """
-    _, worst, outside = write_use(tau, left, right, q, v, vdot, memory, tick, poses, share, limits, use, low, high)
+    _, worst, stopped, outside = write_use(
+        tau, left, right, q, v, vdot, memory, tick, poses, share, limits, use, low, high
+    )
     joints = limits[2]
-    inside = max(worst, outside) <= exceeded
+    inside = max(worst, max(stopped, outside)) <= exceeded
     for i in range(JOINTS):
         inside = inside and abs(tau[i]) <= effort[i] and abs(q[joints[i]] - last[joints[i]]) <= step[i]
     if inside:

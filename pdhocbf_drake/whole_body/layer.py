@@ -32,6 +32,7 @@ _LIFT = 2.0  # [m/s²]: by which height gives way at most, since what is pressed
 _DEARER = 100.0  # price of the tasks that give way last, over that of the CoM's height
 _OF_LOAD = 1e-2  # price of another share of the load, of the squared share of the weight [m²/s⁴]
 _OF_LEG = JOINTS // 2
+_FEET_TURN = np.r_[LEFT_TURN, RIGHT_TURN]
 _FIRM = 1e-6  # price of squared joint accelerations where they are decisions [m²/rad²]
 
 
@@ -114,23 +115,32 @@ class WholeBody:
         self._into = np.empty(len(self._kinds)), np.empty(len(self._kinds)), np.empty(len(self._kinds))
 
     def __call__(self, moving: Moving, deviation: Deviation) -> Kept:
-        """The motion within the limits; nothing here raises."""
+        """The motion within the limits; nothing here raises.
+
+        Where only the barrier on a joint's angle is exceeded, a foot that may turn gives way, or else CoM and soles,
+        since inverse kinematics stops the joint at its limit: to bend the torso for a knee that is nearly straight
+        moves the CoM more than the stop does. The planned torques stay.
+        """
         use = self._use(moving)
-        if use.worst <= EXCEEDED and not self._always:
+        near = use.worst <= EXCEEDED and not self._always
+        if near and use.stopped <= EXCEEDED:
             reason, miss = (Reason.COP, use.outside) if use.outside > EXCEEDED else (Reason.INSIDE, 0.0)
             return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), reason, miss)
         tasks, price = self._free(moving, use)
-        directions = along_tasks(self._task, tasks)
+        if near:
+            tasks = np.intersect1d(tasks, _FEET_TURN)
+        directions = along_tasks(self._task, tasks) if len(tasks) else None
         if directions is not None:
             change = columns(self._biped, self._task, moving.q, directions, moving.share)
             low, high = self._room_left(deviation)
             bounded = self._bounded(np.diag(price[tasks]), low[tasks], high[tasks], change)
             rows = self._rows(change, moving.share)
-            for make in (hard_program, soft_program):
+            for make in (hard_program,) if near else (hard_program, soft_program):
                 found = self.solve(make(use, rows, bounded))
                 if found is not None:
                     return self._changed(moving, use, change, found, tasks)
-        return self._of_joints(moving, use, price)
+        kept = self._of_joints(moving, use, price)
+        return kept._replace(torque=self._within(moving.torque, moving.last)) if near else kept
 
     def unreached(self, moving: Moving) -> Kept:
         """The closed form where inverse kinematics misses its target, its torques within their limits."""
@@ -163,7 +173,7 @@ class WholeBody:
         ordered = jacobian[:, order]
         hessian = ordered.T @ (price[:, None] * ordered) + _FIRM * np.eye(TASKS)
         bounded, soft = self._bounded(hessian, low, high, change), use.kinds > 0
-        others = Use(use.use[soft], use.low[soft], use.high[soft], use.kinds[soft], use.worst, use.outside)
+        others = Use(use.use[soft], use.low[soft], use.high[soft], use.kinds[soft], *use[4:])
         found = self.solve(soft_program(others, self._rows(change, moving.share)[soft], bounded))
         if found is None:
             return self._clipped(moving, use)
@@ -185,11 +195,11 @@ class WholeBody:
     def _use(self, moving: Moving) -> Use:
         """What the motion uses of all limits."""
         use, low, high = self._into
-        count, worst, outside = write_use(
+        count, *exceeded = write_use(
             *moving.torque, moving.q, moving.v, moving.vdot, moving.memory, moving.tick, self._task.poses(),
             moving.share, self._limits, use, low, high,
         )  # fmt: skip
-        return Use(use[:count], low[:count], high[:count], self._kinds[:count], worst, outside)
+        return Use(use[:count], low[:count], high[:count], self._kinds[:count], *exceeded)
 
     def _rows(self, change: Columns, share: float) -> np.ndarray:
         """How the use changes with the decisions (m, n)."""
@@ -227,7 +237,7 @@ class WholeBody:
         wrenches = np.concatenate([moving.torque.left, moving.torque.right]) + change.wrenches @ decisions
         torque = Feedforward(moving.torque.tau + change.tau @ decisions, wrenches[:WRENCH], wrenches[WRENCH:])
         miss = float(slack.max(initial=0.0))
-        reason = Reason.INSIDE if use.worst <= EXCEEDED else Reason.KEPT
+        reason = Reason.INSIDE if max(use.worst, use.stopped) <= EXCEEDED else Reason.KEPT
         if miss > EXCEEDED:
             reason = SOFTENED[int(slack.argmax())]
         elif use.outside > EXCEEDED:

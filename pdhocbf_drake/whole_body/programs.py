@@ -18,7 +18,8 @@ class Use(NamedTuple):
     Attributes:
         use, low, high: (m,).
         kinds: the `Reason` of each row that may be softened, 0 for the joints' accelerations (m,).
-        worst: by how much a limit is exceeded, negative where none is.
+        worst: by how much a limit of torque, speed or ground is exceeded, negative where none is.
+        stopped: by how much the barrier on a joint's angle is, likewise.
         outside: by how much a sole's centre of pressure is beyond an edge, likewise.
     """
 
@@ -27,6 +28,7 @@ class Use(NamedTuple):
     high: np.ndarray
     kinds: np.ndarray
     worst: float
+    stopped: float
     outside: float
 
 

@@ -36,6 +36,9 @@ def local_cluster(workers: int) -> Iterator[Client]:
         # The death of a worker ends its run at once, and only one that it had begun.
         "distributed.scheduler.allowed-failures": 0,
         "distributed.scheduler.worker-saturation": 1.0,
+        # Dask always listens for HTTP; there is nothing to be seen.
+        "distributed.scheduler.http.routes": [],
+        "distributed.worker.http.routes": [],
     }
     scratch = tempfile.TemporaryDirectory(prefix="pdhocbf-campaign-", ignore_cleanup_errors=True)
     with scratch as folder, dask.config.set(settings):
@@ -47,6 +50,7 @@ def local_cluster(workers: int) -> Iterator[Client]:
                 processes=True,
                 memory_limit=None,  # it would limit the worker, but the run is another process
                 dashboard_address=None,
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # any free port, in place of 8787
                 local_directory=folder,
                 silence_logs=logging.CRITICAL,
             )

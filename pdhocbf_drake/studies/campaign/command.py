@@ -7,6 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Final
 
+from pdhocbf_drake.simulation.run_folder import REPORT
 from pdhocbf_drake.studies.campaign.study import campaign
 from pdhocbf_drake.terminal import Progress, say, shown_progress, table
 
@@ -69,4 +70,4 @@ def _print(summary: dict[str, Any], folder: Path) -> None:
     print(table(cells, ("barrier", "survived", "95 % interval")))
     if summary["failed"]:
         print(f"failed: {summary['failed']} runs, each explained in the report")
-    print(f"results: {folder}")
+    print(f"results: {folder}" + (f"; read {folder / REPORT}" if (folder / REPORT).exists() else ""))

@@ -81,7 +81,8 @@ def campaign(
         from pdhocbf_drake.studies.campaign.survival import campaign_summary
     except ModuleNotFoundError as error:
         raise InputError(
-            f"a campaign needs the package '{error.name}'; install them all with pip install 'pdhocbf-drake[campaign]'"
+            f"a campaign needs the package '{error.name}'; "
+            "install them all with pip install '.[campaign]' in this package's repository"
         ) from None
     name = path.stem if seed is None else f"{path.stem}-seed-{seed}"
     folder = Path("runs") / f"campaign-{name}" if out is None else Path(out)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pdhocbf_drake.barriers import AffineBarrier
+from pdhocbf_drake.barriers import AffineBarrier, Linear
 from pdhocbf_drake.barriers.recursion import linear_rates
 from pdhocbf_drake.mpc.config import Box, MpcConfig, RobustConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
@@ -33,6 +33,11 @@ from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.vhip import Vhip
 
 """Stages of `certify_scenario`: the walk, then the sets along x and y."""
+
+
+_RATES = (0.2, 1.0)
+"""Other γ that are tried beside a barrier's own, the same one for each of its class-K functions [1]."""
+_COARSE = 2e-2  # of what they withstand, as a share of it
 
 
 @dataclass(frozen=True)
@@ -174,11 +179,16 @@ def certify_axis(
     return (
         found
         if disturbance is None or not search
-        else replace(found, largest=tuple(_largest(found, disturbance, with_rows)))
+        else replace(found, largest=tuple(_largest(found, disturbance, with_rows, enforced)))
     )
 
 
-def _largest(found: AxisCertificate, disturbance: Disturbance, with_rows: bool) -> Iterator[LargestDisturbance]:
+def _largest(
+    found: AxisCertificate,
+    disturbance: Disturbance,
+    with_rows: bool,
+    enforced: Callable[[AffineBarrier], AffineBarrier],
+) -> Iterator[LargestDisturbance]:
     """What `AxisCertificate.largest` lists."""
     template = found.template
     free = largest(disturbance, found.unbounded, lambda given, within: walk_sets(template, (), given, within))
@@ -196,6 +206,18 @@ def _largest(found: AxisCertificate, disturbance: Disturbance, with_rows: bool) 
         if with_rows and (undisturbed := psi_set(template, barrier, bound.enforced)) is not None:
             found_rows = largest(disturbance, bound.rows, rows, undisturbed)
             yield LargestDisturbance(name, linear_rates(barrier), found_rows)
+            for rate in _RATES:
+                other = barrier.with_class_k([Linear(rate)] * barrier.order)
+
+                def with_rate(
+                    given: Disturbance, within: Sets, barrier: AffineBarrier = barrier, other: AffineBarrier = other
+                ) -> InvariantSet | None:
+                    return psi_set(template, barrier, enforced(other), given, within)
+
+                calm = with_rate(disturbance.times(0.0), ())
+                if calm is not None and linear_rates(other) != linear_rates(barrier):
+                    coarse = largest(disturbance, None, with_rate, calm, _COARSE)
+                    yield LargestDisturbance(name, linear_rates(other), coarse)
     if len(found.bounds) > 1:
         together = [bound.barrier for bound in found.bounds]
         names = tuple(barrier.name for barrier in together)

@@ -41,9 +41,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ticks", type=int, default=400, metavar="T", help="of each such walk; otherwise 400")
     parser.add_argument(
         "--disturbance", type=float, nargs="*", metavar="D",
-        help="what the sets are to withstand at every tick: the half-width of each state's disturbance, for a walk of "
-        "the CoM [m] and of its velocity [m/s], along x and y, or without numbers the scenario's "
-        "mpc.robust; and the largest multiple of it that leaves any",
+        help="what the sets are to withstand at every tick, the half-width of each state's disturbance: for a walk two "
+        "numbers, of the CoM [m] and of its velocity [m/s], the same along x and y; without numbers that of the "
+        "scenario's mpc.robust. The largest multiple of it that leaves a set is found too",
     )  # fmt: skip
     parser.add_argument("--no-rows", action="store_true", help="leave out the psi rows, the slowest part")
 

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.optimize import linprog
 
-from pdhocbf_drake.analysis.barrier_margins import measured
+from pdhocbf_drake.analysis.barrier_margins import measured, planned
 from pdhocbf_drake.barriers.config import Side
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.sets.polytope import Array
@@ -29,6 +29,7 @@ class Envelope(NamedTuple):
         quantity: the quantity.
         mean: shape (period,) [its unit].
         outer: the largest value for an upper bound, the smallest for a lower one, shape (period,) [its unit].
+        planned: as outer, of what was planned for the next tick, shape (period,) [its unit].
         spread: the largest distance of outer from mean [its unit].
         periods: number of samples of each phase, at least.
     """
@@ -36,6 +37,7 @@ class Envelope(NamedTuple):
     quantity: Quantity
     mean: Array
     outer: Array
+    planned: Array
     spread: float
     periods: int
 
@@ -55,8 +57,10 @@ def measured_envelope(run: Run, quantity: Quantity, side: Side, from_time: float
     period = quantity.period(scenario.gait.ticks_per_step)
     ticks = np.rint(log.time / scenario.gait.tick).astype(int)
     walking = (log.element("gait_phase", "support") != 0) & (log.time >= from_time - 1e-9)
-    values = measured(run, quantity)
-    samples = [values[walking & (ticks % period == phase)] for phase in range(period)]
+    samples, ahead = (
+        [values[walking & (ticks % period == phase)] for phase in range(period)]
+        for values in (measured(run, quantity), planned(run, quantity))
+    )
     count = min(map(len, samples))
     if count < _FEWEST:
         what = "steps" if period == scenario.gait.ticks_per_step else "gaits"
@@ -64,8 +68,10 @@ def measured_envelope(run: Run, quantity: Quantity, side: Side, from_time: float
             f"run of '{scenario.name}': at least {_FEWEST} {what} from {from_time:g} s on are needed, given {count}"
         )
     mean = np.array([sample.mean() for sample in samples])
-    outer = np.array([sample.max() if side == "upper" else sample.min() for sample in samples])
-    return Envelope(quantity, mean, outer, float(np.abs(outer - mean).max()), count)
+    outer, farthest = (
+        np.array([sample.max() if side == "upper" else sample.min() for sample in part]) for part in (samples, ahead)
+    )
+    return Envelope(quantity, mean, outer, farthest, float(np.abs(outer - mean).max()), count)
 
 
 def design_bound(envelope: Envelope, margin: float, kind: Kind, side: Side) -> WalkBoundConfig:
@@ -79,10 +85,18 @@ def design_bound(envelope: Envelope, margin: float, kind: Kind, side: Side) -> W
     return bound_beyond((1.0 if side == "upper" else -1.0) * envelope.outer + margin, kind, side)
 
 
-def robust_bound(envelope: Envelope, margin: Array, kind: Kind, side: Side) -> WalkBoundConfig:
-    """The tightest bound of its kind that leaves a margin (period,) beyond the mean, and holds all measured values."""
+def robust_bound(envelope: Envelope, orbit: Array, margin: Array, kind: Kind, side: Side) -> WalkBoundConfig:
+    """The tightest bound of its kind that leaves a margin beyond all that was measured or planned, and the orbit.
+
+    There is room for as much again as the walk varies about its mean: where a plan may not go beyond what it catches
+    up with, each error that slows the walk is kept.
+
+    Args:
+        orbit, margin: over one period, (period,) [unit of the quantity].
+    """
     sign = 1.0 if side == "upper" else -1.0
-    return bound_beyond(np.maximum(sign * envelope.mean + margin, sign * envelope.outer), kind, side)
+    walked = np.max(sign * np.array([envelope.outer, envelope.planned, orbit]), axis=0)
+    return bound_beyond(walked + envelope.spread + margin, kind, side)
 
 
 def bound_beyond(wanted: Array, kind: Kind, side: Side) -> WalkBoundConfig:

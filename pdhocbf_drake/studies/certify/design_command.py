@@ -19,6 +19,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.quantities import QUANTITIES
+from pdhocbf_drake.yaml_text import merge
 
 if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
     from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
@@ -26,6 +27,7 @@ if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have be
     from pdhocbf_drake.studies.certify.prediction_errors import PredictionErrors
 
 _WRITTEN = ("quantity", "axis", "side", "bound", "gamma")
+_OF_RUN = ("name", "description", "barriers", "duration", "seed", "pushes")  # which a walk under a bound has anew
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,8 +79,8 @@ def run(options: argparse.Namespace) -> int:
     else:
         errors = prediction_errors(recorded, options.confidence, from_time)
         scenario = with_robust(scenario, errors.robust)
-        beyond = margin_for(scenario, WalkBarrierConfig(**keys, bound=_anywhere(envelope), gamma=gamma), envelope)
-        bound = robust_bound(envelope, beyond, options.kind, options.side)
+        beyond, orbit = margin_for(scenario, named.model_copy(update={"gamma": gamma}), envelope)
+        bound = robust_bound(envelope, orbit, beyond, options.kind, options.side)
         margin = f"{beyond.min():.3g} to {beyond.max():.3g} {envelope.quantity.unit}"
     barrier = WalkBarrierConfig(**keys, bound=bound, gamma=gamma)
     found = certify_scenario(plain(scenario).model_copy(update={"barriers": {options.name: barrier}}),
@@ -97,15 +99,10 @@ def run(options: argparse.Namespace) -> int:
         if any(errors.estimate):
             far, fast = np.multiply(1e3, errors.estimate)
             print(f"estimate  off by {far:.3g} mm from the foot and {fast:.3g} mm/s likewise")
-        print(f"margin    {margin} beyond the mean")
+        print(f"margin    {margin} beyond all that was measured or planned")
     print(f"certified {verdict}")
     print(place)
     return 0
-
-
-def _anywhere(envelope: Envelope) -> WalkBoundConfig:
-    """A bound on the mean, for a barrier whose margin is still to be found."""
-    return WalkBoundConfig(kind="tabulated", values=tuple(envelope.mean.tolist()))
 
 
 def _checked(found: ScenarioCertificate, name: str, margin: str) -> str:
@@ -154,18 +151,32 @@ def _yaml(
         f"# run of {scenario.name} ({envelope.periods} times at every phase, {recorded.provenance.started}).",
         f"# Certified for that scenario's template: {verdict}.",
     ]
-    data: dict[str, Any] = {"extends": scenario.name} if _is_packaged(scenario) else {}
     kept = barrier.model_dump(mode="json", exclude_none=True)
-    data["barriers"] = {options.name: {key: kept[key] for key in _WRITTEN if key in kept}}
+    data: dict[str, Any] = {"barriers": {options.name: {key: kept[key] for key in _WRITTEN if key in kept}}}
     if errors is not None:
         data["mpc"] = {"robust": errors.robust.model_dump(mode="json", exclude_defaults=True)}
+    data = merge(_walk(scenario), data)
     body = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=110, default_flow_style=None)
     return "\n".join([*lines, body])
 
 
-def _is_packaged(scenario: Scenario) -> bool:
-    """Whether the package has a scenario of this name with the same walk, which the file then extends."""
+def _walk(scenario: Scenario) -> dict[str, Any]:
+    """The recorded walk without its barriers: how it differs from the packaged scenario of its name, or all of it."""
+    data = {key: value for key, value in scenario.to_dict().items() if key not in _OF_RUN}
     if scenario.name not in scenario_names():
-        return False
-    packaged = load_scenario(scenario.name)
-    return all(getattr(packaged, key) == getattr(scenario, key) for key in ("system", "robot", "gait", "mpc"))
+        return data
+    packaged = load_scenario(scenario.name).to_dict()
+    differs = _differences(data, packaged)
+    if packaged["mpc"]["limits"] == "model":  # a run has the numbers
+        differs.get("mpc", {}).pop("limits", None)
+    return {"extends": scenario.name, **{key: value for key, value in differs.items() if value != {}}}
+
+
+def _differences(data: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """The values of `data` that are others in `other`, each in its place."""
+    found = {}
+    for key, value in data.items():
+        if value != other[key]:
+            both = isinstance(value, dict) and isinstance(other[key], dict) and value.keys() == other[key].keys()
+            found[key] = _differences(value, other[key]) if both else value
+    return found

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.sets.disturbance import TOLERANCE
 from pdhocbf_drake.sets.polytope import Array
 from pdhocbf_drake.studies.certify.certificate import ScenarioCertificate
@@ -32,13 +33,18 @@ def disturbance_data(found: ScenarioCertificate) -> dict[str, Any]:
     hard, counted = found.scenario.mpc.barrier == "hard", []
     for axis, certificate in enumerate(found.axes):
         of_axis = [row for row in rows if row[0] == "xy"[axis]]
-        with_rows = [row for row in of_axis if row[2] is not None]
-        names = tuple(bound.barrier.name for bound in certificate.bounds)
+        own = {bound.barrier.name: _gamma(bound.barrier) for bound in certificate.bounds}
+        with_rows = [row for row in of_axis if row[2] is not None and row[2] == own[row[1][0]]]
+        names = tuple(own)
         counted += with_rows if hard and with_rows else [r for r in of_axis if r[1] == names and r[2] is None]
     boxes = [[list(box) for box in part.boxes] for part in given]
     same = boxes[0] == boxes[1] and len(boxes[0]) == 1
     data = largest_data(boxes[0][0] if same else dict(zip("xy", boxes, strict=True)), rows)
     return {**data, "disturbance_max": min(row[3] for row in counted)}
+
+
+def _gamma(barrier: AffineBarrier) -> tuple[float | None, ...]:
+    return tuple(getattr(alpha, "gamma", None) for alpha in barrier.class_k)
 
 
 def sides_or_corners(corners: Sequence[Array]) -> list[Any]:

@@ -26,7 +26,7 @@ import numpy as np
 from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.config import Box
-from pdhocbf_drake.sets.disturbance import Largest, largest_disturbance
+from pdhocbf_drake.sets.disturbance import TOLERANCE, Largest, largest_disturbance
 from pdhocbf_drake.sets.invariant_set import InvariantSet, invariant_set
 from pdhocbf_drake.sets.polytope import Array, Polytope
 from pdhocbf_drake.studies.certify.psi_rows import psi_disturbance, psi_system
@@ -143,6 +143,7 @@ def largest(
     here: InvariantSet | None,
     sets: Callable[[Disturbance, Sets], InvariantSet | None],
     undisturbed: InvariantSet | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Largest:
     """The largest multiple of a disturbance for which sets exist, from those at 1 and at 0 on, where they are known."""
 
@@ -153,4 +154,4 @@ def largest(
         return found
 
     known = [(scale, found) for scale, found in ((0.0, undisturbed), (1.0, here)) if found is not None]
-    return largest_disturbance(solve, known)
+    return largest_disturbance(solve, known, tolerance)

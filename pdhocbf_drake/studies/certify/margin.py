@@ -30,15 +30,22 @@ def plain(scenario: Scenario) -> Scenario:
     return scenario.model_copy(update={"mpc": mpc})
 
 
-def margin_for(scenario: Scenario, barrier: WalkBarrierConfig, envelope: Envelope) -> Array:
-    """t(k) of (R4) in docs/robust.md for the scenario's `mpc.robust`, over one period of the bound [unit of h].
+def margin_for(scenario: Scenario, barrier: WalkBarrierConfig, envelope: Envelope) -> tuple[Array, Array]:
+    """t(k) of (R4) in docs/robust.md for the scenario's `mpc.robust`, and the nominal orbit.
 
-    A bound this far from the undisturbed walk leaves that walk to a controller with this `mpc.robust`.
+    A bound this far from the orbit leaves it to the plans of a controller with this `mpc.robust`.
+
+    Args:
+        barrier: whose bound is the orbit itself.
+
+    Returns:
+        Both over one period of the bound, (period,) [unit of h].
     """
     walk = build_walk(with_robust(scenario, None).model_copy(update={"barriers": {"bound": barrier}}))
     made = next(barrier for axis in walk.mpc.barriers for barrier in axis)
     nearer = nearer_bound(made, walk.vhip, sensed(scenario), envelope.quantity.axis)
-    if nearer is None:
-        return np.zeros(len(envelope.mean))
     period = len(envelope.mean)
-    return np.asarray(np.max([nearer[start : start + period] for start in range(0, len(nearer), period)], axis=0))
+    orbit = made.bound.samples(0, period)
+    if nearer is None:
+        return np.zeros(period), orbit
+    return np.max([nearer[start : start + period] for start in range(0, len(nearer), period)], axis=0), orbit

@@ -180,11 +180,19 @@ def certificate_lines(data: dict[str, Any]) -> list[tuple[str, str]]:
                 continue
             forward, backward = ([p[key] for p in phases] for key in ("push_max", "push_min"))
             if None not in forward + backward:
-                text = f"+{min(forward):.3g} to +{max(forward):.3g}, {max(backward):.3g} to {min(backward):.3g} N s"
-                lines.append((f"{name}: push{what}", f"{text} (0.1 s, the phase decides)"))
+                text = f"{_span(forward)} along +{name}, {_span(backward)} along -{name}"
+                lines.append(
+                    (f"{name}: push{what}", f"withstands {text}, by the phase at which it begins (0.1 s long)")
+                )
     lines += disturbance_lines(data)
     lines.append(("time", f"{data['seconds']:.1f} s"))
     return lines
+
+
+def _span(impulses: list[float]) -> str:
+    """The least and the largest of signed impulses, as sizes."""
+    sizes = sorted(abs(impulse) for impulse in impulses)
+    return f"{sizes[0]:.3g} to {sizes[-1]:.3g} N s"
 
 
 def _verdict(bound: dict[str, Any]) -> str:

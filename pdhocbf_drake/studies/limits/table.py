@@ -1,11 +1,11 @@
-"""The table: walks at the limits, with the whole-body program and without; joint barriers; and the program's time."""
+"""The table: walks at the limits, with the whole-body program and without; pushes; joint barriers; the program."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Final
 
-from pdhocbf_drake.studies.limits import joints, program, walks
+from pdhocbf_drake.studies.limits import joints, program, pushes, walks
 from pdhocbf_drake.studies.limits.rows import BARRIERS, PROGRAM, ROWS
 from pdhocbf_drake.studies.limits.weak import Peaks
 from pdhocbf_drake.studies.shared.checks import Check, combined
@@ -19,7 +19,8 @@ def in_order(checks: Iterable[Check]) -> list[Check]:
 
 
 TABLE: Final = Table(
-    {**dict.fromkeys(ROWS, walks), BARRIERS: joints, PROGRAM: program},
+    {**dict.fromkeys(ROWS, walks), **dict.fromkeys(pushes.ROWS, pushes), BARRIERS: joints, PROGRAM: program},
+    unless_quick=list(pushes.ROWS),
     stride=True,
     prepare=Peaks.of,
     together=in_order,
