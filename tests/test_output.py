@@ -152,12 +152,12 @@ def test_a_run_that_fails_leaves_no_folder(simulated: Path, monkeypatch, capsys)
 
 def test_files_are_refused_before_the_work(simulated: Path, monkeypatch, capsys) -> None:
     from pdhocbf_drake.studies.bench import command as bench
-    from pdhocbf_drake.studies.certify import certificate
+    from pdhocbf_drake.studies.certify import scenario_certificate
 
     assert main(["run", "vhip", "--out", "run", "--no-replay"]) == 0
     Path("folder").mkdir()
     os.mkfifo("pipe")
-    monkeypatch.setattr(certificate, "certify_scenario", lambda *_: pytest.fail("certified"))
+    monkeypatch.setattr(scenario_certificate, "certify_scenario", lambda *_: pytest.fail("certified"))
     monkeypatch.setattr("pdhocbf_drake.studies.bench.benchmark.measure", lambda *_: pytest.fail("measured"))
     for place, kind in (("folder", "a folder"), ("pipe", "a pipe")):
         says = f"{place} is {kind}; the name of a file is needed"

@@ -33,9 +33,10 @@ def opened(tmp_path_factory: pytest.TempPathFactory) -> Iterator[firefox.Firefox
 
 def at(browser: firefox.Firefox, seconds: float) -> np.ndarray:
     """The page at a time of the replay, once it has been drawn."""
-    browser.evaluate(f"viewer.animator.pause(); viewer.animator.seek({seconds}); viewer.set_dirty(); 1")
     before, end = browser.picture(), time.monotonic() + 120.0
     while time.monotonic() < end:
+        # Each time anew: a page that is still being loaded begins to play when it is.
+        browser.evaluate(f"viewer.animator.pause(); viewer.animator.seek({seconds}); viewer.set_dirty(); 1")
         time.sleep(0.5)
         after = browser.picture()
         if np.array_equal(before, after):
