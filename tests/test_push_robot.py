@@ -29,7 +29,7 @@ SHORT = "gait: {stride: 0.1}"
 
 @pytest.fixture(scope="module")
 def walk() -> PushedWalk:
-    return PushedWalk(load_scenario("walking", SHORT), [20])
+    return PushedWalk(load_scenario("walking", SHORT), [20], with_action=True)
 
 
 @pytest.fixture(scope="module")
@@ -53,6 +53,8 @@ def test_small_pushes_are_survived_by_stepping_and_large_ones_have_an_ending(wal
     reasons = survived.log.element("solver_status", "reason")
     assert np.any(reasons == Reason.RECOVERING)
     assert np.all(survived.log.element("solver_status", "fallbacks") == 0)
+    assert survived.action.max() > 1e-3  # of the barrier, against the same controller without
+    assert survived.action[-80:].max() < survived.action.max()
     assert walk.trial(20, np.array([500.0, 0.0, 0.0])).ending != SURVIVED
 
 

@@ -126,6 +126,11 @@ class FusedController(Block):
             self._true = self.DeclareVectorInputPort("true_state", size("lip_state"))
             self.DeclareVectorOutputPort("h", self._count, weakly(self._h), {self._true.ticket(), self.xd_ticket()})
 
+    @property
+    def latency(self) -> float:
+        """From a measurement to the effect of what is planned from it, see `MpcController` [s]."""
+        return self._controller.latency
+
     def memory(self, context: Context) -> Memory:
         """What the MPC remembers before its update, in a context of this block."""
         return self._known(context.get_discrete_state_vector().value()).memory
