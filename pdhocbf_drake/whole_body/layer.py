@@ -122,12 +122,12 @@ class WholeBody:
         moves the CoM more than the stop does. The planned torques stay.
         """
         use = self._use(moving)
-        near = use.worst <= EXCEEDED and not self._always
-        if near and use.stopped <= EXCEEDED:
+        others_kept = use.worst <= EXCEEDED and not self._always
+        if others_kept and use.stopped <= EXCEEDED:
             reason, miss = (Reason.COP, use.outside) if use.outside > EXCEEDED else (Reason.INSIDE, 0.0)
             return Kept(moving.vdot, self._within(moving.torque, moving.last), np.zeros(TASKS), reason, miss)
         tasks, price = self._free(moving, use)
-        if near:
+        if others_kept:
             tasks = np.intersect1d(tasks, _FEET_TURN)
         directions = along_tasks(self._task, tasks) if len(tasks) else None
         if directions is not None:
@@ -135,12 +135,12 @@ class WholeBody:
             low, high = self._room_left(deviation)
             bounded = self._bounded(np.diag(price[tasks]), low[tasks], high[tasks], change)
             rows = self._rows(change, moving.share)
-            for make in (hard_program,) if near else (hard_program, soft_program):
+            for make in (hard_program,) if others_kept else (hard_program, soft_program):
                 found = self.solve(make(use, rows, bounded))
                 if found is not None:
                     return self._changed(moving, use, change, found, tasks)
         kept = self._of_joints(moving, use, price)
-        return kept._replace(torque=self._within(moving.torque, moving.last)) if near else kept
+        return kept._replace(torque=self._within(moving.torque, moving.last)) if others_kept else kept
 
     def unreached(self, moving: Moving) -> Kept:
         """The closed form where inverse kinematics misses its target, its torques within their limits."""
