@@ -48,8 +48,9 @@
     pen.restore();
     pen.fillStyle = "#222";
     pen.textAlign = "right";
-    pen.fillText(high.toPrecision(3), left - 6, first + 8);
-    pen.fillText(low.toPrecision(3), left - 6, last);
+    const end = (value) => (Math.abs(value) < 1e-2 * (high - low) ? 0 : value).toPrecision(3);  // hardly off zero is zero
+    pen.fillText(end(high), left - 6, first + 8);
+    pen.fillText(end(low), left - 6, last);
     pen.textAlign = "left";
     const at = shown().time.findIndex((other) => other >= time - 1e-9);
     const said = part.curves.map((curve) => `${curve.name} ${curve.values.at(at)?.toPrecision(3) ?? "none"}`).join(", ");
