@@ -198,6 +198,27 @@ def test_a_short_sole_makes_the_default_step_slower(tmp_path: Path) -> None:
     assert re.fullmatch(r"steps of 0\.43\d s instead of 0\.4 s for the swing leg's pull on the ZMP", reason)
 
 
+@pytest.mark.parametrize(
+    "shape",
+    [bipeds.Shape(torso=6.0, leg=1.4), bipeds.Shape(sole=(0.07, 0.06)), bipeds.narrow(), bipeds.random_shape(6)],
+    ids=["heavy legs", "short soles", "narrow soles", "generated 6"],
+)
+def test_a_margin_grows_with_what_the_swing_leg_does_to_the_velocity(shape: bipeds.Shape, tmp_path: Path) -> None:
+    """A ZMP that goes to and fro by s in a step of T drives the velocity by ω² s T, off the orbit of the bound."""
+    own, ours = on(bipeds.write(tmp_path, shape)), load_scenario("walking")
+    (margin, drift), (usual, usual_drift) = (
+        (
+            s.barriers["forward_speed"].bound.margin,
+            shift(s) * float(Biped.load(s.robot).soles["left"].half_size[0])
+            * s.gait.ticks_per_step * s.gait.tick / s.gait.com_height,
+        )
+        for s in (own, ours)
+    )  # fmt: skip
+    assert margin is not None
+    assert usual is not None
+    assert margin / usual > 0.99 * drift / usual_drift
+
+
 def test_where_a_slower_step_is_not_enough_the_default_stride_is_shorter(tmp_path: Path) -> None:
     scenario = on(bipeds.write(tmp_path, bipeds.Shape(sole=(0.03, 0.06), sole_x=0.0)))
     assert (scenario.gait.ticks_per_step, scenario.gait.stride < 0.15) == (60, True)

@@ -25,7 +25,7 @@ class Scale(NamedTuple):
         length: of the legs. time: of a step's duration. ticks: of a step's ticks.
         sole: of the sole's length and width.
         box: of the length of the ZMP box, as a share of the sole's.
-        pull: of how far the swing leg moves the ZMP over that length, for a robot of which it is more.
+        pull: of how far the swing leg drives the CoM off the pendulum's orbit, for a robot of which it is more.
         facts: the robot.
     """
 
