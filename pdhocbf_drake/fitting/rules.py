@@ -104,7 +104,7 @@ def _margin(value: float, scale: Scale) -> float:
 def _least_width(value: float, scale: Scale) -> float:
     """As much less than the stance width, as a share of the gap between the soles or of the legs, the smaller one."""
     facts = scale.facts
-    gap = min(facts.stance_width - 2.0 * facts.sole[1], scale.length * _GAP)
+    gap = min(max(facts.stance_width - 2.0 * facts.sole[1], 0.0), scale.length * _GAP)  # none where soles overlap
     return _as_written(value, scale) or _rounded(
         max(facts.stance_width - (PACKAGED.stance_width - value) * gap / _GAP, 0.0), 1.0 + 1e-15
     )
