@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bipeds
 import pytest
 import yaml
@@ -91,6 +93,12 @@ def test_a_file_without_a_scenario_walks_nothing(text, tmp_path):
     entry = ":mine" if "mine" in text else ""
     with pytest.raises(InputError, match=r"empty\.yaml(:mine)? holds no scenario: at least `extends: NAME`"):
         load_scenario(f"{tmp_path}/empty.yaml{entry}")
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="a system without an endless file")
+def test_a_file_without_an_end_is_no_scenario():
+    with pytest.raises(InputError, match=r"^file /dev/zero is no YAML file of settings: it has more than"):
+        load_scenario("/dev/zero")
 
 
 def test_the_stem_of_a_file_makes_a_name(tmp_path):
