@@ -81,9 +81,16 @@ def motion_findings(biped: Biped, gait: GaitConfig, motion: SteadyMotion | None 
         torques, speeds = seen.torques, seen.speeds
     else:
         torques, speeds = (abs(values).max(axis=0) for values in (motion.torques, motion.speeds))
-    yield _torque("walking torque", "in a step", torques, biped, "gait.stride, gait.com_height")
+    yield from effort_findings(biped, torques, speeds, "in a step", ("walking torque", "joint speed"))
+
+
+def effort_findings(
+    biped: Biped, torques: np.ndarray, speeds: np.ndarray, when: str, checks: tuple[str, str]
+) -> Iterator[Finding]:
+    """Largest joint torques (12,) [N m] and speeds (12,) [rad/s] against their limits; `checks` are their names."""
+    yield _torque(checks[0], when, torques, biped, "gait.stride, gait.com_height")
     yield _share(
-        "joint speed", "in a step", speeds, biped.velocity_limits, biped, "rad/s",
+        checks[1], when, speeds, biped.velocity_limits, biped, "rad/s",
         "gait.stride, gait.ticks_per_step", "a shorter stride or more ticks per step",
     )  # fmt: skip
 
