@@ -112,9 +112,12 @@ def learn_bias(random: np.random.Generator) -> tuple[Values, Values]:
 
 def write_sent_torque(random: np.random.Generator) -> tuple[Values, Values]:
     memory, feedforward, out = random.normal(size=13), random.normal(size=12), np.empty(24)
+    limits = random.uniform(0.1, 2.0, 12)
     lengths, shares = np.linalg.norm(memory[:12].reshape(2, 6), axis=1), np.array([memory[12], 1.0 - memory[12]])
     bias = ((shares * np.clip(lengths / 2.0 - 1.0, 0.0, 1.0))[:, None] * memory[:12].reshape(2, 6)).ravel()
-    kernels.write_sent_torque(memory, feedforward, 2.0, out)
+    most = np.maximum(limits, abs(feedforward))
+    bias = np.clip(bias, -most - feedforward, most - feedforward)
+    kernels.write_sent_torque(memory, feedforward, 2.0, limits, out)
     return (out,), (np.concatenate([bias, feedforward + bias]),)
 
 

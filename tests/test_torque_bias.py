@@ -12,7 +12,8 @@ from pdhocbf_drake.walking import Gait, GaitConfig
 
 GAIT = Gait(GaitConfig(ticks_per_step=40))
 WEIGHT = 300.0
-BIAS = TorqueBias(GAIT, WEIGHT)
+LIMITS = np.full(len(JOINTS), 100.0)
+BIAS = TorqueBias(GAIT, WEIGHT, LIMITS)
 BAND = 0.01 * WEIGHT * GAIT.config.com_height
 LOAD = BAND * np.array([0.0, 0.8, -1.0, 2.0, 0.5, 0.5])  # on a leg that stands, from hip yaw to ankle roll
 LEARNED = np.array([0.0, 1.0, 1.0, 1.0, 0.0, 0.0])
@@ -53,6 +54,15 @@ def test_what_is_added_moves_to_the_other_leg_over_a_few_ticks() -> None:
 
 def test_nothing_is_added_for_what_the_gait_itself_makes() -> None:
     assert not added(walked(0.4 * LOAD, 40)).any()
+
+
+def test_no_joint_is_sent_more_than_it_has() -> None:
+    memory, limits = walked(LOAD, 20), np.full(len(JOINTS), 5.0)  # the feedforward goes up to that
+    bias, sent = TorqueBias(GAIT, WEIGHT, limits).torques(memory, FEEDFORWARD).reshape(2, -1)
+    np.testing.assert_allclose(sent, np.clip(FEEDFORWARD + added(memory).ravel(), -5.0, 5.0), atol=1e-12)
+    assert abs(bias - added(memory).ravel()).max() > 0.1
+    beyond = TorqueBias(GAIT, WEIGHT, 0.5 * limits).torques(memory, FEEDFORWARD)[12:]
+    assert (abs(beyond) <= np.maximum(abs(FEEDFORWARD), 2.5) + 1e-12).all()
 
 
 @pytest.mark.parametrize("reason", [Reason.RECOVERING, Reason.NO_STEADY_PLAN])

@@ -153,7 +153,7 @@ def _body_blocks(
         TurnReference(gait) if gait.turns else None,
         GroundReference(gait) if gait.uneven else None,
         footing,
-        TorqueBias(gait, biped.weight) if scenario.biped.learns_torque else None,
+        TorqueBias(gait, biped.weight, biped.effort_limits) if scenario.biped.learns_torque else None,
     )
 
 

@@ -213,11 +213,15 @@ def learn_bias(
 
 
 @compiled
-def write_sent_torque(memory: np.ndarray, feedforward: np.ndarray, band: float, out: np.ndarray) -> None:
+def write_sent_torque(
+    memory: np.ndarray, feedforward: np.ndarray, band: float, limits: np.ndarray, out: np.ndarray
+) -> None:
     """torque_bias, then sent_torque: of each leg's bias b its share of clip(|b|/band − 1, 0, 1) b; see `TorqueBias`.
 
+    What is sent is within the joints' limits where the feedforward is, and no farther beyond them where it is not.
+
     Args:
-        memory: as in `learn_bias` (2 n + 1,). feedforward: (2 n,) [N m]. band: [N m].
+        memory: as in `learn_bias` (2 n + 1,). feedforward, limits: (2 n,) [N m]. band: [N m].
     """
     both = len(feedforward)
     count, left = both // 2, memory[both]
@@ -228,5 +232,6 @@ def write_sent_torque(memory: np.ndarray, feedforward: np.ndarray, band: float, 
         share = left if leg == 0 else 1.0 - left
         factor = share * min(max(math.sqrt(square) / band - 1.0, 0.0), 1.0)
         for i in range(leg * count, (leg + 1) * count):
-            out[i] = factor * memory[i]
+            most = max(limits[i], abs(feedforward[i]))
+            out[i] = min(max(factor * memory[i], -most - feedforward[i]), most - feedforward[i])
             out[both + i] = feedforward[i] + out[i]

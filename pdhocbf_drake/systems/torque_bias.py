@@ -36,7 +36,8 @@ class TorqueBias(Block):
     where s is the leg's share of the load, the bias b is the vector of the leg's three joints, and a tick's error is no
     longer than a bound. The gait itself, on an exact model, makes |b| half of `band`: nothing is added to it. While a
     disturbed walk is recovered nothing is learned. The ankles are left out: their torque is the ZMP, whose error is
-    what `mpc.cancelling` takes off, and two estimates of one thing would drift against each other.
+    what `mpc.cancelling` takes off, and two estimates of one thing would drift against each other. No joint is sent more
+    torque than it has, unless the feedforward itself asks for more.
 
     Input ports:
         gait_phase (3), solver_status (6), feedforward (12), actuation (12): as in `systems.signals`.
@@ -50,13 +51,14 @@ class TorqueBias(Block):
     Args:
         gait: the walk.
         weight: of the model [N].
+        limits: torques that the joints have (12,) [N m].
     """
 
-    def __init__(self, gait: Gait, weight: float) -> None:
+    def __init__(self, gait: Gait, weight: float, limits: np.ndarray) -> None:
         super().__init__()
         self.parts = sizes("torque_bias", "sent_torque")
         self._period, self._moment = gait.period, weight * gait.config.com_height
-        self._learned = np.array(_LEARNED)
+        self._learned, self._limits = np.array(_LEARNED), limits
         self.start = np.append(np.zeros(len(SIDES) * len(ROLES)), 0.5)
         ports = [self.DeclareVectorInputPort(name, size(name)) for name in _INPUTS]
         self._phase, self._status, self._feedforward, self._applied = ports
@@ -92,5 +94,5 @@ class TorqueBias(Block):
     def torques(self, memory: np.ndarray, feedforward: np.ndarray) -> np.ndarray:
         """torque_bias and sent_torque of a tick (24,), from the memory for it."""
         out = np.empty(2 * len(feedforward))
-        write_sent_torque(memory, feedforward, _BAND * self._moment, out)
+        write_sent_torque(memory, feedforward, _BAND * self._moment, self._limits, out)
         return out
