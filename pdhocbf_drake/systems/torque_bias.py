@@ -36,8 +36,8 @@ class TorqueBias(Block):
     where s is the leg's share of the load, the bias b is the vector of the leg's three joints, and a tick's error is no
     longer than a bound. The gait itself, on an exact model, makes |b| half of `band`: nothing is added to it. While a
     disturbed walk is recovered nothing is learned. The ankles are left out: their torque is the ZMP, whose error is
-    what `mpc.cancelling` takes off, and two estimates of one thing would drift against each other. No joint is sent more
-    torque than it has, unless the feedforward itself asks for more.
+    what `mpc.cancelling` takes off, and two estimates of one thing would drift against each other. No joint is sent
+    more torque than it has, unless the feedforward itself asks for more.
 
     Input ports:
         gait_phase (3), solver_status (6), feedforward (12), actuation (12): as in `systems.signals`.
