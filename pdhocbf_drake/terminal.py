@@ -88,8 +88,8 @@ def _lines(name: str, total: float, unit: str, done: float, digits: str, every: 
 
 
 def _share(done: float, total: float) -> int:
-    """The number of plain lines that are due."""
-    return int(_LINES * done / total + 1e-9)
+    """The number of plain lines that are due; all where there is nothing to do."""
+    return int(_LINES * done / total + 1e-9) if total else _LINES
 
 
 def say(text: str) -> None:

@@ -21,6 +21,7 @@ _FLOAT = re.compile(
 _NUMBERS = {"tag:yaml.org,2002:int": _INT, "tag:yaml.org,2002:float": _FLOAT}
 _PLAIN = {f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "seq", "map", "merge")}
 _MOST_VALUES = 1_000_000  # of a file with its aliases replaced by their values
+_MOST_CHARACTERS = 100_000_000  # of a file
 
 
 class _Loader(yaml.SafeLoader):
@@ -125,7 +126,8 @@ def parse_settings(text: str, where: str) -> dict[str, Any]:
 def read_yaml(path: Path) -> Any:
     """Plain data from a YAML file; raises `InputError`."""
     try:
-        text = path.read_text(encoding="utf-8")
+        with path.open(encoding="utf-8") as file:
+            text = file.read(_MOST_CHARACTERS + 1)
     except FileNotFoundError:
         raise InputError(f"file {path} does not exist") from None
     except IsADirectoryError:
@@ -136,6 +138,8 @@ def read_yaml(path: Path) -> Any:
         raise InputError(f"file {path} cannot be read: it is no UTF-8 text") from None
     except ValueError:  # a NUL byte
         raise InputError(f"no file can be called {shown(str(path))}") from None
+    if len(text) > _MOST_CHARACTERS:
+        raise InputError(f"file {path} is no YAML file of settings: it has more than {_MOST_CHARACTERS} characters")
     return parse_yaml(text, str(path))
 
 

@@ -69,7 +69,9 @@ def test_a_certificate_is_what_its_file_holds(tmp_path: Path) -> None:
         ({"phases": [80]}, r"phases: ticks of the gait are 0 to 79"),
         ({"barriers": ["CBF"]}, "barriers: a list of none, DCBF, P-DHOCBF"),
         ({"tolerance": 0.0}, "tolerance must be at least 0.01"),
-        ({"workers": 0}, "workers must be 1 or more"),
+        ({"watch": 1e9}, r"watch must be at least 0.9 and below 1000 s \(given: 1e\+09\)"),
+        ({"workers": 0}, r"workers must be 1 to 1024 \(given: 0\)"),
+        ({"workers": 10**7}, "workers must be 1 to 1024"),
     ],
 )
 def test_pushes_that_can_not_be_tried_are_refused(wrong: dict, message: str, tmp_path: Path) -> None:

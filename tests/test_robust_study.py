@@ -10,6 +10,8 @@ from pdhocbf_drake.cli import main
 
 COARSE = "{gait: {tick: 0.04, ticks_per_step: 10, double_support_ticks: 1}, mpc: {horizon: 20, freeze_ticks: 2}}"
 
+ROBUST = ["robust", "vhip", "--disturbance", "0.001", "0.001"]
+
 
 def test_only_robust_barriers_keep_h_and_the_certified_set_keeps_every_walk(elsewhere, capsys):
     arguments = ["robust", "vhip", "--text", COARSE, "--disturbance", "0.0004", "0.003", "--multiples", "0", "1"]
@@ -33,6 +35,9 @@ def test_only_robust_barriers_keep_h_and_the_certified_set_keeps_every_walk(else
         (["robust", "vhip_nobarrier", "--disturbance", "0", "0.001"], "a walk with one barrier is needed, given 0"),
         (["robust", "vhip_dcbf", "--disturbance", "0", "0.001"], "compared with one of kind orbit, given orbit_peak"),
         (["robust", "vhip", "--disturbance", "0", "-0.001"], "a disturbance is 2 half-widths"),
+        ([*ROBUST, "--multiples", "1", "nan"], "multiples: finite numbers from 0 on are needed (given: 1 nan)"),
+        ([*ROBUST, "--multiples", "-1"], "multiples: finite numbers from 0 on are needed (given: -1)"),
+        ([*ROBUST, "--multiples", "1", "1e5"], "100000 times the disturbance.disturbance"),
     ],
 )
 def test_what_can_not_be_compared_is_refused(elsewhere, capsys, arguments, message):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import bipeds
 import pytest
 import yaml
@@ -91,6 +93,12 @@ def test_a_file_without_a_scenario_walks_nothing(text, tmp_path):
     entry = ":mine" if "mine" in text else ""
     with pytest.raises(InputError, match=r"empty\.yaml(:mine)? holds no scenario: at least `extends: NAME`"):
         load_scenario(f"{tmp_path}/empty.yaml{entry}")
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="a system without an endless file")
+def test_a_file_without_an_end_is_no_scenario():
+    with pytest.raises(InputError, match=r"^file /dev/zero is no YAML file of settings: it has more than"):
+        load_scenario("/dev/zero")
 
 
 def test_the_stem_of_a_file_makes_a_name(tmp_path):
@@ -192,6 +200,9 @@ _BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 
         ("barriers: {forward_speed: {gamma: [0.0, 0.5]}}", r"gamma"),
         ("plant: {time_stepp: 0.001}", r"unknown key 'time_stepp'; Drake's MultibodyPlantConfig has: .*time_step"),
         ("plant: {time_step: -0.001}", r"time_step must be above 0 s, given -0.001"),
+        ("plant: {stiction_tolerance: 0.0}", r"\.plant: is refused by Drake: set_stiction_tolerance\(\): condition"),
+        ("plant: {sap_near_rigid_threshold: -1.0}", r"\.plant: is refused by Drake: set_sap_near_rigid_threshold\(\):"),
+        ("simulator: {max_step_size: -0.1}", r"max_step_size must be above 0 s, given -0.1"),
         ("plant: {time_step: .nan}", r"time_step must be a finite number, given nan"),
         ("plant: {discrete_contact_approximation: tamsi}", "tamsi ignores the joints' PD; allowed: sap"),
         ("plant: {contact_model: glue}", r"Unknown contact_model: 'glue'"),

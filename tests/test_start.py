@@ -102,7 +102,7 @@ def test_another_version_of_drake_is_asked(monkeypatch: pytest.MonkeyPatch) -> N
 
 
 def test_drakes_own_refusals_are_kept() -> None:
-    with pytest.raises(ValueError, match=r"plant: drake refuses this plant config: .*nosuch"):
+    with pytest.raises(ValueError, match=r"plant: is refused by Drake: .*nosuch"):
         load_scenario("walking", "plant: {contact_model: nosuch}")
     assert load_scenario("walking", "plant: {time_step: 0.005}").plant["time_step"] == 0.005
 

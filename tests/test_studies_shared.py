@@ -162,6 +162,12 @@ def test_the_time_left_does_not_count_what_was_needed_before_the_first_of_it(
     assert capsys.readouterr().err == "walk: 1.0 of 10.0 s simulated in 21.0 s, about 9 s left\n"
 
 
+def test_progress_of_nothing_is_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    with shown_progress("push", 0, "searches") as progress:
+        progress(0)
+    assert capsys.readouterr().err == ""
+
+
 def test_progress_prints_each_report_on_request(capsys: pytest.CaptureFixture[str]) -> None:
     with shown_progress("worth", 100, "cases", every=True) as progress:
         progress(0, "none")

@@ -176,5 +176,5 @@ def test_the_verb_takes_rows_and_numbers_and_writes(tmp_path: Path, capsys: pyte
     said = capsys.readouterr().out
     assert (tmp_path / "out" / "numbers.txt").read_text(encoding="utf-8").strip() in said
     assert said.endswith(f"wrote {out}/numbers.json\nthe run folders of single walks are beside it\n")
-    with pytest.raises(InputError, match=r"^workers must be 1 or more"):
+    with pytest.raises(InputError, match=r"^workers must be 1 to 1024"):
         numbers.run(parser.parse_args(["walking", "--workers", "0"]))

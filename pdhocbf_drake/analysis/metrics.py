@@ -103,8 +103,11 @@ def _unloaded_ticks(log: RunLog, weight: float) -> int | None:
 
 
 def _torque_margin(log: RunLog, limits: RobotLimits) -> float | None:
-    """Of the feedforward, which may ask for more than there is, and of what is applied, which can't be more."""
-    asked = np.maximum(np.abs(log["actuation"]), np.abs(log["feedforward"]))
+    """Of what is sent, which may ask for more than there is, and of what is applied, which can't be more."""
+    sent = log["feedforward"]
+    if "torque_bias" in log:
+        sent = sent + log["torque_bias"]
+    asked = np.maximum(np.abs(log["actuation"]), np.abs(sent))
     return finite((limits.effort - asked).min())
 
 

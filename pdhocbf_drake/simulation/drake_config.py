@@ -97,6 +97,8 @@ def completed_simulator(data: dict[str, Any]) -> dict[str, Any]:
     config, changed = _completed("simulator", data)
     if config["start_time"] != 0.0:  # ticks are counted from 0
         raise ValueError(f"start_time must be 0 s, given {config['start_time']:g}")
+    if config["max_step_size"] <= 0.0:  # Drake finds it as the simulation starts
+        raise ValueError(f"max_step_size must be above 0 s, given {config['max_step_size']:g}")
     if changed:
         _try("simulator", config)
     return config
@@ -153,5 +155,8 @@ def _tried(part: Part, text: str) -> None:
             AddMultibodyPlant(MultibodyPlantConfig(**data), DiagramBuilder())
         else:
             ApplySimulatorConfig(SimulatorConfig(**data), Simulator(ConstantVectorSource([0.0])))
-    except (RuntimeError, ValueError) as error:
-        raise ValueError(f"Drake refuses this {part} config: {str(error).splitlines()[0]}") from None
+    except (RuntimeError, ValueError, SystemExit) as error:  # some of Drake's checks end the process
+        reason = str(error).splitlines()[0]
+        if isinstance(error, SystemExit):
+            reason = reason.rpartition(" in ")[2]  # what follows the place in Drake's code
+        raise ValueError(f"is refused by Drake: {reason}") from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 from pdhocbf_drake.errors import InputError, PdhocbfError, RunFolderError
 from pdhocbf_drake.files.file import replaced_file, write_text
@@ -15,10 +15,9 @@ from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.campaign.config import CampaignConfig
 from pdhocbf_drake.studies.campaign.pace import Pace
 from pdhocbf_drake.studies.campaign.plan import PlannedRun, check_buildable, load_campaign, plan_runs
+from pdhocbf_drake.studies.shared.pool import check_workers
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.yaml_text import write_yaml
-
-MOST_WORKERS: Final = 1024
 
 Report = Callable[[int, int, str], None]
 
@@ -70,10 +69,10 @@ def campaign(
         ModelError: its robot can't be loaded. ClusterError: the scheduler or its workers can't be used.
         RunFolderError: the folder can't be written, or holds another campaign.
     """
-    if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise InputError(f"workers must be 1 to {MOST_WORKERS}, given {workers}")
-    if workers is not None and scheduler is not None:
-        raise InputError("workers are for this machine; a scheduler has its own")
+    if workers is not None:
+        check_workers(workers)
+        if scheduler is not None:
+            raise InputError("workers are for this machine; a scheduler has its own")
     config, path = load_campaign(str(file), seed=seed, runs=runs)
     planned = plan_runs(config, path.resolve().parent, checked)
     try:  # an optional extra, loaded once all that is given has been checked

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pdhocbf_drake.barriers import AffineBarrier
+from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.config import RobustConfig
 from pdhocbf_drake.mpc.controller import PeriodicMpc
@@ -80,6 +81,7 @@ def robust_study(
             f"scenario '{scenario.name}': a walk with one barrier is needed, given {len(scenario.barriers)}"
         )
     check_straight(scenario)
+    _check_multiples(multiples, disturbance)
     judge = next(b for axis in build_walk(scenario).mpc.barriers for b in axis)
     outcomes = []
     for number, (multiple, controller) in enumerate(product(multiples, CONTROLLERS)):
@@ -93,6 +95,16 @@ def robust_study(
             walk = limited
         outcomes.append(_outcome(walk, judge, controller, multiple, sides, scenario))
     return outcomes
+
+
+def _check_multiples(multiples: Sequence[float], disturbance: tuple[float, float]) -> None:
+    """Raises `InputError` for a multiple that is none, or too large for `mpc.robust`."""
+    if not multiples or not all(0.0 <= multiple < np.inf for multiple in multiples):
+        given = " ".join(f"{multiple:g}" for multiple in multiples)
+        raise InputError(f"multiples: finite numbers from 0 on are needed (given: {given or 'none'})")
+    for multiple in multiples:
+        sides = [multiple * side for side in disturbance]
+        parse_config(RobustConfig, {"disturbance": sides}, f"{multiple:g} times the disturbance")
 
 
 def _with(scenario: Scenario, controller: str, sides: tuple[float, float]) -> Scenario:

@@ -11,6 +11,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.gait.plan import default_lines, plan
 from pdhocbf_drake.studies.shared.events import parse_directions, parse_phases
 from pdhocbf_drake.studies.shared.gait_variants import KEYS
+from pdhocbf_drake.studies.shared.pool import check_workers
 from pdhocbf_drake.terminal import shown_progress
 
 
@@ -38,8 +39,7 @@ def run(options: argparse.Namespace) -> int:
         lines = default_lines(scenario)
     directions = parse_directions(options.directions) if options.directions else []
     phases = parse_phases(options.phases, scenario.gait.ticks_per_gait)
-    if options.workers < 1:
-        raise InputError(f"--workers must be 1 or more (given: {options.workers})")
+    check_workers(options.workers)
     total = len(plan(scenario, lines, over, directions, phases))
     folder: Path = options.out or Path("runs") / f"gait-{scenario.name}"
     # Here, since they load Drake: an argument that can't be used is refused at once.

@@ -17,6 +17,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.shared.cases import CASES
 from pdhocbf_drake.studies.shared.events import DIRECTIONS
+from pdhocbf_drake.studies.shared.pool import check_workers
 from pdhocbf_drake.studies.shared.results import collected, write_json
 from pdhocbf_drake.yaml_text import write_yaml
 
@@ -71,15 +72,14 @@ def push(
     at = _check_events(directions, phases, scenario.gait.ticks_per_gait)
     lists: list[list[Any]] = [list(barriers), list(directions), at]
     shortest_watch = duration + scenario.gait.ticks_per_gait * scenario.gait.tick
-    for name, value, least in (
-        ("tolerance", tolerance, 0.01), ("duration", duration, 0.01), ("watch", watch, shortest_watch),
+    for name, value, least, unit in (
+        ("tolerance", tolerance, 0.01, "N s"), ("duration", duration, 0.01, "s"), ("watch", watch, shortest_watch, "s"),
     ):  # fmt: skip
         if not least <= value < 1e3:
-            raise InputError(f"{name} must be at least {least:g} (given: {value:g})")
+            raise InputError(f"{name} must be at least {least:g} and below 1000 {unit} (given: {value:g})")
     if not barriers or not set(barriers) <= set(CASES):
         raise InputError(f"barriers: a list of {', '.join(CASES)} is needed (given: {','.join(barriers)!r})")
-    if workers < 1:
-        raise InputError(f"workers must be 1 or more (given: {workers})")
+    check_workers(workers)
     if scenario.system != "biped":
         raise InputError(f"scenario.system: only a 'biped' can be pushed here (given: {scenario.system!r})")
     with nullcontext() if out is None else new_folder(Path(out), _ENTRIES, "a folder of push") as folder:

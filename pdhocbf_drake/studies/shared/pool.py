@@ -16,14 +16,23 @@ from multiprocessing.process import BaseProcess, parent_process
 from typing import Any, Final, TypeVar
 from unittest.mock import patch
 
-from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.stopping import ctrl_c_blocked
 
 Work = TypeVar("Work")
 Result = TypeVar("Result")
 
+MOST_WORKERS: Final = 1024
+"""Processes on one machine."""
+
 ONE_THREAD: Final = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 """The environment of a process that has a core for itself: libraries start no further threads."""
+
+
+def check_workers(workers: int) -> None:
+    """Raises `InputError` for a number of processes that can't be started."""
+    if not 1 <= workers <= MOST_WORKERS:
+        raise InputError(f"workers must be 1 to {MOST_WORKERS} (given: {workers})")
 
 
 def can_fork() -> bool:

@@ -13,6 +13,7 @@ from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.studies.shared.checks import Check
+from pdhocbf_drake.studies.shared.pool import check_workers
 from pdhocbf_drake.studies.shared.row_kinds import Asked, Table, entry
 from pdhocbf_drake.terminal import shown_progress
 
@@ -123,8 +124,7 @@ class TableStudy:
         scenario = load_scenario(options.scenario, options.text)
         named = None if options.rows is None else options.rows.split(self.separator)
         rows = None if named is None else [row.strip() for row in named if row.strip()]
-        if options.workers < 1:
-            raise InputError(f"workers must be 1 or more (given: {options.workers})")
+        check_workers(options.workers)
         folder: Path = options.out or Path("runs") / f"{self.name}-{scenario.name}"
         numbers = {number.name: getattr(options, number.name) for number in self.numbers}
         count = len(self.plan(scenario, rows, options.quick, **numbers))

@@ -14,6 +14,7 @@ from pdhocbf_drake.files.file import write_text
 from pdhocbf_drake.files.places import check_file
 from pdhocbf_drake.robot.per_joint import ROLES
 from pdhocbf_drake.simulation.scenario_file import load_scenario, load_written, scenario_names
+from pdhocbf_drake.studies.shared.pool import check_workers
 from pdhocbf_drake.studies.tune.aims import AIMS
 from pdhocbf_drake.terminal import shown_progress
 from pdhocbf_drake.yaml_text import merge
@@ -42,8 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Searches, prints and writes; returns the exit code."""
     scenario = load_scenario(options.scenario, options.text)
-    if options.workers < 1:
-        raise InputError(f"--workers must be 1 or more (given: {options.workers})")
+    check_workers(options.workers)
     keys = None if options.keys is None else [word.strip() for word in options.keys.split(",") if word.strip()]
     if keys == []:
         raise InputError(f"--keys: at least one key is needed (given: {options.keys!r})")

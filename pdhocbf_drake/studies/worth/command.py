@@ -17,6 +17,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.stopping import stop_requests
 from pdhocbf_drake.studies.shared.cases import lent_barriers
 from pdhocbf_drake.studies.shared.events import parse_phases
+from pdhocbf_drake.studies.shared.pool import check_workers
 from pdhocbf_drake.studies.shared.results import write_json
 from pdhocbf_drake.terminal import say, shown_progress
 from pdhocbf_drake.yaml_text import write_yaml
@@ -52,8 +53,7 @@ def run(options: argparse.Namespace) -> int:
         size = getattr(options, name)
         if size is not None and not (math.isfinite(size) and size > 0.0):
             raise InputError(f"--{name} must be a finite number above 0 (given: {size:g})")
-    if options.workers < 1:
-        raise InputError(f"--workers must be 1 or more (given: {options.workers})")
+    check_workers(options.workers)
     if options.command > _FASTEST:
         raise InputError(f"--command must be {_FASTEST:g} times the right stride at most (given: {options.command:g})")
     kick, push = _SIZES[scenario.system]
