@@ -136,6 +136,17 @@ def test_a_foothold_is_held_later_on_small_soles(tmp_path: Path) -> None:
     assert 0.0 < small < 0.5 * usual
 
 
+@pytest.mark.parametrize("sole", [(0.08, 0.0235), (0.12, 0.05), (0.1, 0.06), (0.08, 0.06)])
+def test_a_recovery_keeps_off_the_corners_of_narrow_soles(sole: tuple[float, float], tmp_path: Path) -> None:
+    """About which they turn; the gait's own box is always within that of a recovery."""
+    scenario = on(bipeds.write(tmp_path, bipeds.Shape(sole=sole)))
+    assert scenario.mpc.recovery is not None
+    assert scenario.mpc.recovery.zmp_box is not None
+    (length, width), walk = scenario.mpc.recovery.zmp_box, scenario.gait.zmp_box
+    assert width == pytest.approx(2.0 * sole[1], abs=1e-4)
+    assert length == pytest.approx(min(2.0 * sole[0], max(width * 0.1 / 0.06, walk[0])), abs=3e-4)
+
+
 def test_given_values_are_never_scaled(robots: dict[float, Path], tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text(
         f"base: {{extends: walking, robot: {robots[0.5]}, gait: {{stride: 0.06}},\n"

@@ -92,6 +92,16 @@ def _box(value: tuple[float, float], scale: Scale) -> list[float]:
     return [_floored(side, factor) for side, factor in zip(value, scale.sole, strict=True)]
 
 
+def _recovery_box(value: tuple[float, float], scale: Scale) -> list[float]:
+    """As `_box`, but no longer for its width than the packaged one, unless the gait's own box is.
+
+    With the ZMP at a corner, ahead and aside at once, the sole rests on a point, about which friction does not keep it
+    from turning. Of a narrow sole the ZMP is at a side edge as soon as it is anywhere.
+    """
+    length, width = _box(value, scale)
+    return [min(length, max(_floored(value[0], min(scale.sole)), _gait_box(_GAIT.zmp_box, scale)[0])), width]
+
+
 def _floored(value: float, factor: float) -> float:
     return value if factor == 1.0 else math.floor(value * factor * 1e4 + 1e-6) / 1e4
 
@@ -182,7 +192,7 @@ RULES: Final[dict[str, Rule]] = {
     "mpc.recovery.calm_ticks": _at_least_one,
     "mpc.recovery.foothold_weight": ONCE,
     "mpc.recovery.tail_weight": ONCE,
-    "mpc.recovery.zmp_box": _box,
+    "mpc.recovery.zmp_box": _recovery_box,
     "mpc.recovery.step_reach": LENGTH,
     "mpc.recovery.stance_width_min": _least_width_of_recovery,
     "mpc.recovery.path_correction": LENGTH,
