@@ -120,6 +120,12 @@ def run(system: str = "biped", duration: float = 4.0, ending: str = FINISHED) ->
     return Run(scenario(system, duration), log, provenance())
 
 
+def pushed(given: Run, *pushes: dict[str, object], **keys: object) -> Run:
+    """The run as one whose scenario has these pushes and other keys; its log stays as it is."""
+    scenario = Scenario.from_dict(given.scenario.to_dict() | {"pushes": pushes, **keys}, "pushed")
+    return given._replace(scenario=scenario)
+
+
 def provenance() -> Provenance:
     """Any provenance."""
     return Provenance(

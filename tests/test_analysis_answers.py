@@ -6,7 +6,7 @@ import pytest
 import synthetic
 
 from pdhocbf_drake.analysis.answers import answers
-from pdhocbf_drake.analysis.report import metrics_of, report_html, reported
+from pdhocbf_drake.analysis.report import ReportedRun, metrics_of, report_html, reported
 
 
 def _answers(metrics, **changes):
@@ -59,3 +59,13 @@ def test_what_is_not_judged_is_neither_good_nor_bad(metrics) -> None:
 def test_they_are_the_head_of_the_page() -> None:
     page = report_html([reported(synthetic.run("van_der_pol", 3.0), None)])
     assert 0 < page.index("Did it run to its end?") < page.index("Was it safe?") < page.index("Summary")
+    assert "pushed" not in page
+
+
+def test_a_push_comes_before_what_it_broke() -> None:
+    still = synthetic.run("vhip", 3.0)
+    pushed = synthetic.pushed(still, {"time": 2.5, "force": [40, 0, 0]})
+    page = report_html([ReportedRun(run, metrics_of(run), [], None) for run in (pushed, still)])
+    assert 0 < page.index("yes: 4 N s forward at 2.5 s") < page.index("Was it safe?")
+    row = page[page.index("Was it pushed?") :].partition("</tr>")[0]
+    assert row.endswith(">no</td>")

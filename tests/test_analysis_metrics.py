@@ -49,7 +49,7 @@ def test_every_promised_key_is_there_and_documented(log):
     assert set(data) >= PROMISED
     assert data["schema"] == 1
     barrier = {"h_min", "h_mean", "violations", "psi_min", "gamma", "relative_degree", "unit"}
-    barrier |= {"slack_max", "softened_ticks", "active_ticks", "active_first", "active_slower"}
+    barrier |= {"judged_ticks", "slack_max", "softened_ticks", "active_ticks", "active_first", "active_slower"}
     assert set(data["barriers"]["forward_speed"]) == barrier
     mpc = {"solves", "fallbacks", "failures", "slack_max", "tick_seconds_median", "tick_seconds_p99", "solver"}
     assert set(data["mpc"]) == mpc | {"degraded"}

@@ -68,6 +68,12 @@ def test_a_margin_that_was_not_judged_is_not_a_number():
     assert summary(duration=1.0)["barrier forward_speed"] == "not judged: the run ended before from_time"
 
 
+@pytest.mark.parametrize(("duration", "said"), [(2.0, "; judged on 1 tick"), (2.2, "; judged on 21 ticks"), (4.0, "")])
+def test_a_barrier_says_on_how_few_ticks_it_was_judged(duration, said):
+    line = summary("vhip", duration=duration)["barrier forward_speed"]
+    assert line.endswith(said) if said else "judged" not in line
+
+
 def test_a_number_that_is_null_is_called_unknown():
     run = synthetic.run()
     run.log["lip_state"][5] = np.nan

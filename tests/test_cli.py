@@ -84,6 +84,7 @@ def test_the_summary_ends_with_replay_and_report(elsewhere, capsys):
     ends = [line.split()[-1] for line in printed.out.splitlines()[-2:]]
     assert ends == [str(place / "replay.html"), str(place / "report.html")]
     assert "vhip: 1.0 of 1.0 s simulated in" in printed.err
+    assert printed.err.splitlines()[-1] == "vhip: drawing the report and the replay"
     assert "\r" not in printed.err
 
 
@@ -236,6 +237,7 @@ def test_a_full_disk_costs_the_pages_and_not_the_run(monkeypatch, tmp_path, caps
     printed = capsys.readouterr()
     assert f"run folder  {place}".split() == printed.out.splitlines()[-1].split()
     assert printed.err == (
+        "vhip: drawing the report and the replay\n"
         "pdhocbf: the run is complete, but replay.html can't be written: No space left on device; "
         f"`pdhocbf report {place}` makes up what is missing\n"
     )

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from pydrake.geometry import Meshcat
 
-from pdhocbf_drake import Scenario, load_scenario, read_run, simulate
+from pdhocbf_drake import Run, Scenario, load_scenario, read_run, simulate
+from pdhocbf_drake.analysis.pushes import push_rows
 from pdhocbf_drake.cli.main import main
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.driving.barrier_sliders import BarrierSliders
@@ -57,6 +58,8 @@ def test_a_drive_simulates_again_to_the_same_bits(name: str, seconds: float) -> 
     assert driven.log.ending == FINISHED
     assert driven.scenario.duration == pytest.approx(seconds)
     assert [push.time for push in driven.scenario.pushes] == [2.2, 2.25]
+    said = dict(push_rows(Run.of(driven.scenario, driven.log)))["pushed"]
+    assert [words.partition(" N s ")[0] for words in said.split("; ")] == ["2", "1"]
     assert [command.time for command in driven.scenario.commands][:4] == pytest.approx([0.0, 0.26, 1.64, 2.41])
     changes = [(change.time, change.kind, change.gamma) for change in driven.scenario.barrier_changes]
     assert changes == [(1.91, "constant", (0.3,)), (2.51, "none", None)]

@@ -140,6 +140,15 @@ def test_h_below_zero_is_filled(browser, tmp_path):
     assert red[0] == 0.0 < 0.01 < red[1]
 
 
+def test_a_push_is_a_band_from_its_start_to_its_end(browser, tmp_path):
+    run = synthetic.pushed(synthetic.run("vhip", 6.0), {"time": 1.5, "duration": 0.3, "force": [9, 0, 0]})
+    path = tmp_path / "replay.html"
+    path.write_text(replay_html(run), encoding="utf-8")
+    strip = Opened(browser, path).seek(4.0)[-150:-24, 62:-12]
+    band = (np.abs(strip - palette.rgb(palette.PUSH)).max(axis=2) < 0.05).mean(axis=0) > 0.5
+    assert np.flatnonzero(band)[[0, -1]] / strip.shape[1] == pytest.approx([1.5 / 6.0, 1.8 / 6.0], abs=0.01)
+
+
 def test_the_view_follows_and_turns_with_a_walk(browser, tmp_path):
     text = "{duration: 5.0, commands: [{time: 0, velocity: [0.3, 0.0], turn: 0.6}]}"
     scenario = load_scenario("vhip_nobarrier", text)

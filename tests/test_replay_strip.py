@@ -41,6 +41,13 @@ def test_the_oscillator_has_one_plot_a_barrier() -> None:
     assert list(plots_of(synthetic.run("van_der_pol", 3.0))) == ["x1_upper", "x1_lower", "x2_upper", "x2_lower"]
 
 
+def test_pushes_are_marked_only_where_there_are_some() -> None:
+    run = synthetic.run("vhip", 3.0)
+    pushed = synthetic.pushed(run, {"time": 2.5, "force": [40, 0, 0]})
+    assert '"pushes"' not in strip(run)
+    assert '"pushes": [[2.5, 2.6]]' in strip(pushed)
+
+
 def test_names_are_text() -> None:
     run = synthetic.run("vhip", 3.0)
     (config,) = run.scenario.barriers.values()

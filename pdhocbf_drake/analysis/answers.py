@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.summary import at_torque_limits, count, granted, of
+from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics
+from pdhocbf_drake.analysis.summary import at_torque_limits, count, granted, judged_on, of
 from pdhocbf_drake.simulation.run_log import FINISHED
 
 
@@ -49,11 +49,16 @@ def _safe(metrics: Metrics) -> Answer:
     if not judged:
         return Answer(question, "not judged: " + ("it ended too early" if metrics.barriers else "it has no barrier"))
     broken = {name: use for name, use in judged.items() if use.violations}
-    least = [f"{name} h ≥ {of(use.h_min, use.unit)}" for name, use in (broken or judged).items()]
+    least = [_least(name, use) for name, use in (broken or judged).items()]
     if not broken:
         return Answer(question, f"yes: {', '.join(least)}", True)
     below = ", ".join(f"{name} below 0 at {count(use.violations or 0, 'tick')}" for name, use in broken.items())
     return Answer(question, f"no: {below}; {', '.join(least)}", False)
+
+
+def _least(name: str, use: BarrierMetrics) -> str:
+    few = judged_on(use)
+    return f"{name} h ≥ {of(use.h_min, use.unit)}" + (f" ({few})" if few else "")
 
 
 def _acted(metrics: Metrics) -> str:

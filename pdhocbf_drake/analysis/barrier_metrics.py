@@ -26,9 +26,10 @@ from pdhocbf_drake.simulation.scenario import Scenario
 
 def barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetrics]:
     """Those of each barrier by name, judged from `from_time` on."""
-    table = {}
+    table, walks = {}, scenario.system != "van_der_pol"
     for name, use in barriers_of(scenario).items():
         rows = log.after(scenario.from_time)
+        whole = scenario.gait.ticks_per_gait if walks else use.period
         judged = h_along(rows, scenario, use)
         judged = judged[~np.isnan(judged)] if use.changed else judged
         bound = bound_along(log, scenario, use) if "barrier_bound" in log else judged  # the oscillator's is not logged
@@ -42,6 +43,7 @@ def barrier_metrics(scenario: Scenario, log: RunLog) -> dict[str, BarrierMetrics
             h_min=record.h_min if record else None,
             h_mean=record.h_mean if record else None,
             violations=int(violated(judged, magnitude).sum()) if len(judged) else None,
+            judged_ticks=len(judged) if len(judged) < whole else None,
             psi_min=_psi_min(rows, use, record) if record else None,
             slack_max=statistic(np.max, slack) if slack is not None else None,
             softened_ticks=int((slack > NOTICED).sum()) if slack is not None else None,

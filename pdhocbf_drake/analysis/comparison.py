@@ -13,6 +13,7 @@ from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, h_along, measured, quantities_of, units_of
 from pdhocbf_drake.analysis.drawing import label, over_time, panels, styled
 from pdhocbf_drake.analysis.figures import Drawn
+from pdhocbf_drake.analysis.pushes import Span, spans_of
 from pdhocbf_drake.barriers.margin import margin_ratio, safety_margin
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import Run
@@ -89,7 +90,7 @@ def _quantities(runs: Sequence[Run]) -> Figure:
                     bound = bound_along(run.log, run.scenario, use)
                     axis.plot(run.log.time, bound, color=colour, ls="--", label=f"{name}: bound of {barrier}")
         label(axis, quantity.label, quantity.unit)
-    return over_time(figure, 3)
+    return over_time(figure, 3, pushes=_shared_pushes(runs))
 
 
 def _margins(runs: Sequence[Run]) -> Figure:
@@ -101,4 +102,9 @@ def _margins(runs: Sequence[Run]) -> Figure:
             axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{run.scenario.name}: {barrier}")
     axes[0].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[0], "h", units_of(run.scenario for run in runs))
-    return over_time(figure, 3)
+    return over_time(figure, 3, pushes=_shared_pushes(runs))
+
+
+def _shared_pushes(runs: Sequence[Run]) -> list[Span]:
+    """The spans of pushes that all runs have, as one figure shows them all."""
+    return sorted(set.intersection(*(set(spans_of(run)) for run in runs)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -13,6 +13,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.mathtext import MathTextParser
 from matplotlib.text import Text
+
+from pdhocbf_drake.analysis import palette
 
 _STYLE: dict[str, Any] = {
     "font.size": 10,
@@ -65,8 +67,14 @@ def time_axis(axes: list[Axes]) -> None:
         axis.margins(x=0)
 
 
-def over_time(figure: Figure, columns: int = 4, every_panel: bool = False) -> Figure:
-    """The figure with its time axis, and with a legend above the first or every panel."""
+def over_time(
+    figure: Figure, columns: int = 4, every_panel: bool = False, pushes: Iterable[tuple[float, float]] = ()
+) -> Figure:
+    """The figure with its time axis, with pushes from start to end [s], and a legend above the first or every panel."""
+    for place, (start, end) in enumerate(pushes):
+        for axes in figure.axes:
+            name = "_" if place else "push"
+            axes.axvspan(start, end, color=palette.PUSH, alpha=0.6, linewidth=1.0, zorder=0.5, label=name)
     for axes in figure.axes if every_panel else figure.axes[:1]:
         legend(axes, columns)
     time_axis(figure.axes)

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, over_time, panels
 from pdhocbf_drake.analysis.estimate import NEES_LIMIT
+from pdhocbf_drake.analysis.pushes import spans_of
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import RunLog
 
@@ -30,7 +31,7 @@ def estimate(run: Run) -> Figure:
     axes[3].semilogy(log.time, log.element("estimate_error", "nees"), color=palette.RUNS[2], lw=0.8, label="NEES")
     axes[3].axhline(NEES_LIMIT, color=palette.LIMIT, ls=":", label="95 % of χ²")
     label(axes[3], "NEES", "1")
-    return over_time(figure, 4, every_panel=True)
+    return over_time(figure, 4, every_panel=True, pushes=spans_of(run))
 
 
 def from_stance(log: RunLog, axis: str) -> np.ndarray:

@@ -9,6 +9,7 @@ from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.drawing import label, over_time, panels
 from pdhocbf_drake.analysis.feet import zmp_margins
 from pdhocbf_drake.analysis.heights import commanded_com_height
+from pdhocbf_drake.analysis.pushes import spans_of
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.systems.signals import JOINTS
@@ -30,7 +31,7 @@ def tracking(run: Run, limits: RobotLimits) -> Figure:
     axes[1].plot(log.time, 1e3 * margins, color=palette.MEASURED_ZMP, lw=0.8, label="ZMP to the edge of the support")
     axes[1].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[1], "margin", "mm")
-    return over_time(figure, 3, every_panel=True)
+    return over_time(figure, 3, every_panel=True, pushes=spans_of(run))
 
 
 def joints(run: Run) -> Figure:
@@ -54,4 +55,4 @@ def _by_leg(run: Run, values: np.ndarray, name: str, unit: str, width: float) ->
         for joint, colour in enumerate(palette.JOINTS):
             axis.plot(run.log.time, values[:, first + joint], color=colour, lw=width, label=_LEG[joint])
         label(axis, f"{side} {name}", unit)
-    return over_time(figure, 6)
+    return over_time(figure, 6, pushes=spans_of(run))

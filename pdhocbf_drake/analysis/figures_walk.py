@@ -21,6 +21,7 @@ from pdhocbf_drake.analysis.barrier_margins import (
 from pdhocbf_drake.analysis.drawing import label, legend, over_time, panels
 from pdhocbf_drake.analysis.feet import sole_corners, step_starts, touchdown_rows
 from pdhocbf_drake.analysis.heading import commanded_path, seen_from_path
+from pdhocbf_drake.analysis.pushes import Span, spans_of
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.simulation.run_folder import Run
 
@@ -39,14 +40,14 @@ def com_and_zmp(run: Run) -> Figure:
         planned_com = log.element("com_reference", name)
         axis.plot(log.time, planned_com, color=palette.PLANNED_COM, ls="--", label="CoM, planned")
         label(axis, name, "m")
-    return over_time(figure, 5)
+    return over_time(figure, 6, pushes=spans_of(run))
 
 
 def quantities_steady(run: Run) -> Figure:
     """Three gaits of `quantities` from the start of the steady state."""
-    figure = quantities(run)
     start, log = run.scenario.from_time, run.log
     end = start + 3 * run.scenario.gait.ticks_per_gait * run.scenario.tick
+    figure = quantities(run, (start, end))
     steady = (log.time >= start) & (log.time <= end)
     for axis in figure.axes:
         values = np.concatenate([np.asarray(line.get_ydata(), dtype=float)[steady] for line in axis.lines])
@@ -55,8 +56,11 @@ def quantities_steady(run: Run) -> Figure:
     return figure
 
 
-def quantities(run: Run) -> Figure:
-    """The bounded quantities and their bounds, as the paper's Fig. 4(b); the forward speed where nothing is bounded."""
+def quantities(run: Run, shown: Span = (-np.inf, np.inf)) -> Figure:
+    """The bounded quantities and their bounds, as the paper's Fig. 4(b); the forward speed where nothing is bounded.
+
+    Only the pushes within a span of time [s] are marked.
+    """
     log, scenario = run.log, run.scenario
     bounded = quantities_of([scenario])
     figure, axes = panels(len(bounded), height=3.0)
@@ -68,7 +72,9 @@ def quantities(run: Run) -> Figure:
                 colour = palette.barrier_colour(use.column)
                 axis.plot(log.time, bound_along(log, scenario, use), color=colour, label=f"bound of {barrier}")
         label(axis, named(run, quantity), quantity.unit)
-    return over_time(figure)
+    low, high = shown
+    pushes = [(start, end) for start, end in spans_of(run) if end > low and start < high]
+    return over_time(figure, pushes=pushes)
 
 
 def barriers(run: Run) -> Figure:
@@ -88,7 +94,7 @@ def barriers(run: Run) -> Figure:
             axis.set_ylim(*_with_space(np.append(h[log.time >= scenario.from_time], 0.0)))
         axis.set_title(f"{name}: h, judged after the shaded start", loc="right")
         label(axis, "h", use.unit)
-    return over_time(figure)
+    return over_time(figure, pushes=spans_of(run))
 
 
 def _with_space(values: np.ndarray) -> tuple[float, float]:
@@ -151,4 +157,4 @@ def solver(run: Run) -> Figure:
     fell_back = log.element("solver_status", "fallbacks") > 0
     axes[1].plot(log.time[fell_back], np.zeros(fell_back.sum()), "kx", label="fallback")
     label(axes[1], "slack", units_of([scenario]))
-    return over_time(figure, every_panel=True)
+    return over_time(figure, every_panel=True, pushes=spans_of(run))

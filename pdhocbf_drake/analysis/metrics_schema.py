@@ -20,6 +20,7 @@ class BarrierMetrics(_Table):
     h_min: float | None = Field(description="least h [unit]")
     h_mean: float | None = Field(description="safety margin, eq. (5) [unit]")
     violations: int | None = Field(description="ticks with h < −1e-9 of the bound's magnitude, or NaN")
+    judged_ticks: int | None = Field(None, description="ticks that were judged; null for a whole gait or more")
     psi_min: float | None = Field(description="least ψ_m along the measured trajectory [unit]")
     slack_max: float | None = Field(description="largest slack of its rows in a plan [unit]")
     softened_ticks: int | None = Field(description="ticks, at any time, whose plan has such a slack")

@@ -16,6 +16,7 @@ LEFT: Final = "#0072B2"
 RIGHT: Final = "#D55E00"
 BOX: Final = "#C8C8C8"
 LIMIT: Final = "#555555"
+PUSH: Final = "#F0E442"
 BARRIERS: Final = ("#009E73", "#E69F00", "#0072B2", "#D55E00")
 RUNS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 CASES: Final = {"none": RUNS[3], "DCBF": BARRIERS[1], "P-DHOCBF": BARRIERS[0]}  # the cases that studies compare

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 
 from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.pushes import spans_of
 from pdhocbf_drake.analysis.replay_scenes import oscillator_scene, robot_scene, rows_of, template_scene
 from pdhocbf_drake.analysis.replay_stage import FRAMES_PER_SECOND, Stage
 from pdhocbf_drake.analysis.replay_strip import HEIGHT, strip
@@ -77,6 +78,8 @@ def _legend(run: Run, rate: float) -> str:
             (palette.RIGHT, "right foothold taken"),
             (palette.LIMIT, "footholds planned (frames)"),
         ]
+    if spans_of(run):
+        entries.append((palette.PUSH, "push, in the strip below"))
     rows = "".join(
         f'<div><span style="display:inline-block;width:1.6em;height:.8em;margin-right:.5em;border-radius:2px;'
         f'background:{colour}"></span>{html.escape(text)}</div>'

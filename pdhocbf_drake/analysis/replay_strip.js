@@ -1,4 +1,5 @@
 // Draws each curve of `strip` over time under the scene, with a line at the replay's time; a click goes to a time.
+// A push is a band from its start to its end.
 // The range is that of the settled walk, from `strip.from` on; while the replay is before that, of the whole walk.
 (strip) => {
   const canvas = document.getElementById("strip"), choice = document.getElementById("strip-choice");
@@ -64,6 +65,10 @@
     if (key === drawn) return;
     drawn = key;
     pen.clearRect(0, 0, width, height);
+    pen.fillStyle = strip.push;
+    for (const [start, end] of strip.pushes ?? []) {
+      pen.fillRect(place(start), top, Math.max(2, place(end) - place(start)), height - top - bottom);
+    }
     pen.font = "11px system-ui, sans-serif";
     const parts = shown().parts, each = (height - top - bottom) / parts.length;
     parts.forEach((part, i) => panel(part, top + i * each + 2, top + (i + 1) * each - 4, time));

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from pdhocbf_drake.analysis import palette
 from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, h_along, measured, named, quantities_of
+from pdhocbf_drake.analysis.pushes import spans_of
 from pdhocbf_drake.simulation.run_folder import Run
 
 Array = NDArray[np.float64]
@@ -34,6 +35,8 @@ def strip(run: Run) -> str:
         "start": float(time[0]), "end": float(time[-1]), "from": settled, "unsafe": palette.UNSAFE,
         "plots": list(plots.values()),
     }  # fmt: skip
+    if pushes := spans_of(run):
+        data |= {"pushes": pushes, "push": palette.PUSH}
     options = "".join(f"<option>{html.escape(name)}</option>" for name in plots)
     choice = f'<select id="strip-choice" title="barrier">{options}</select>' if len(plots) > 1 else ""
     text = json.dumps(data, allow_nan=False).replace("<", "\\u003c")

@@ -11,13 +11,14 @@ import yaml
 from markupsafe import escape
 
 from pdhocbf_drake.analysis import palette
-from pdhocbf_drake.analysis.answers import answers
+from pdhocbf_drake.analysis.answers import Answer, answers
 from pdhocbf_drake.analysis.comparison import comparison_figures
 from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.figures import Picture, figures_of, rendered, write_pictures
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.page import data_url, filled_page
+from pdhocbf_drake.analysis.pushes import push_answer, push_rows
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.files.file import write_text
@@ -79,7 +80,10 @@ def report_pieces(runs: Sequence[ReportedRun]) -> Iterator[str]:
 
 def _page(runs: Sequence[ReportedRun]) -> str:
     """The page with a number between two marks in the place of each replay."""
-    columns = [dict([*summary_rows(reported.metrics), *degraded_rows(reported.run)]) for reported in runs]
+    columns = [
+        dict([*summary_rows(reported.metrics), *push_rows(reported.run), *degraded_rows(reported.run)])
+        for reported in runs
+    ]
     shared = comparison_figures([reported.run for reported in runs])
     # The scenarios' names, numbered where they are the same.
     names = [reported.run.scenario.name for reported in runs]
@@ -88,7 +92,7 @@ def _page(runs: Sequence[ReportedRun]) -> str:
         "analysis",
         title=" and ".join(dict.fromkeys(names)),
         labels=labels,
-        answers=list(zip(*(answers(reported.metrics) for reported in runs), strict=True)),
+        answers=_answers(runs),
         colours={True: palette.SAFE, False: palette.UNSAFE, None: palette.BOX},
         rows=[(row, [column.get(row, "–") for column in columns]) for row in dict.fromkeys(chain(*columns))],
         shared=_images(rendered(shared)),
@@ -104,6 +108,14 @@ def _page(runs: Sequence[ReportedRun]) -> str:
             for index, (label, reported) in enumerate(zip(labels, runs, strict=True))
         ],
     )
+
+
+def _answers(runs: Sequence[ReportedRun]) -> list[tuple[Answer, ...]]:
+    """For each question the answers of all runs; that on pushes comes second, if any run has some."""
+    rows = list(zip(*(answers(reported.metrics) for reported in runs), strict=True))
+    if any(push_rows(reported.run) for reported in runs):
+        rows.insert(1, tuple(push_answer(reported.run) for reported in runs))
+    return rows
 
 
 def _images(pictures: Sequence[Picture]) -> list[tuple[str, str]]:

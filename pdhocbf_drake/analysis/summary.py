@@ -142,17 +142,23 @@ def _when(acting: BarrierMetrics | BoundMetrics) -> str:
     return f" at {count(acting.active_ticks or 0, 'tick')}, first at {acting.active_first:.2f} s"
 
 
+def judged_on(barrier: BarrierMetrics) -> str:
+    """On how many ticks a barrier was judged, where these are fewer than a gait; otherwise nothing."""
+    return f"judged on {count(barrier.judged_ticks, 'tick')}" if barrier.judged_ticks else ""
+
+
 def _margin(barrier: BarrierMetrics) -> str:
     if barrier.violations is None:
         return "not judged: the run ended before from_time"
     violations = count(barrier.violations, "violation")
+    few = f"; {judged_on(barrier)}" if judged_on(barrier) else ""
     if barrier.violations and barrier.psi_min is not None and barrier.psi_min >= -_ROUNDING:
         violations += " while h goes back to 0 after a change of command, bound or stance foot, as ψ ≥ 0 has it"
     if barrier.h_min is None:
-        return f"h is no number at some ticks; {violations}, counting those"
+        return f"h is no number at some ticks; {violations}, counting those{few}"
     return (
         f"h at least {of(barrier.h_min, barrier.unit)}, mean {of(barrier.h_mean, barrier.unit)}, "
-        f"{violations}; least ψ_{len(barrier.gamma)} {of(barrier.psi_min, barrier.unit)}"
+        f"{violations}; least ψ_{len(barrier.gamma)} {of(barrier.psi_min, barrier.unit)}{few}"
     )
 
 

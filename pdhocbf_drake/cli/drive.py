@@ -62,6 +62,7 @@ def run(options: argparse.Namespace) -> int:
         with stop_requests() as stop:
             driven = _driven(options, scenario, begin_run(scenario, folder.path), stop.is_set)
             with quick_imports():
+                from pdhocbf_drake.analysis.pushes import push_rows
                 from pdhocbf_drake.analysis.report import metrics_of
                 from pdhocbf_drake.analysis.summary import summary_rows
                 from pdhocbf_drake.files.file import write_text
@@ -76,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
     rows = [(name.removesuffix(".html"), str(place / name)) for name in written] or [("run folder", str(place))]
     share = driven.late_ticks
     late = [] if share is None else [("real time", f"{100 * share:.1f} % of the ticks were late")]
-    print(table([*summary_rows(metrics), *late, *rows]))
+    print(table([*summary_rows(metrics), *push_rows(recorded), *late, *rows]))
     if share is not None and share > _LATE:
         say(f"pdhocbf: real time was not kept: {late[0][1]}; the walk itself is as it would be on time")
     if problem:

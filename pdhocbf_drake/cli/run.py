@@ -79,6 +79,7 @@ def run(options: argparse.Namespace) -> int:
             # Here and below, for a quick start.
             with quick_imports():
                 from pdhocbf_drake.analysis.degraded import degraded_rows
+                from pdhocbf_drake.analysis.pushes import push_rows
                 from pdhocbf_drake.analysis.report import write_metrics
                 from pdhocbf_drake.analysis.summary import summary_rows
 
@@ -90,7 +91,7 @@ def run(options: argparse.Namespace) -> int:
             with without_garbage_collection():  # figures are many objects
                 written, problem = write_pages(recorded, metrics, place, not options.no_replay)
     rows = [(name.removesuffix(".html"), str(place / name)) for name in written] or [("run folder", str(place))]
-    print(table([*summary_rows(metrics), *degraded_rows(recorded), *rows]))
+    print(table([*summary_rows(metrics), *push_rows(recorded), *degraded_rows(recorded), *rows]))
     if problem:
         say(f"pdhocbf: {problem}; `pdhocbf report {place}` makes up what is missing")
     if not stop.is_set():
@@ -194,6 +195,7 @@ def write_pages(recorded: Run, metrics: Metrics, folder: Path, with_replay: bool
     if len(recorded.log) < 2:
         say("pdhocbf: the run has one row, so there is no replay and no report")
         return [], ""
+    say(f"{recorded.scenario.name}: drawing the report{' and the replay' if with_replay else ''}")
     made: dict[str, str | None] = {}
     problem = ""
 

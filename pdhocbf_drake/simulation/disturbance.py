@@ -33,9 +33,7 @@ def timed_forces(scenario: Scenario, robot: tuple[MultibodyPlant, Biped] | None 
     forces = []
     for push in scenario.pushes:
         body, point = (BodyIndex(0), np.zeros(3)) if robot is None else _pushed_point(push.body, *robot)
-        first = round(push.start(scenario.gait) / scenario.gait.tick)
-        last = first + max(1, round(push.duration / scenario.gait.tick))
-        forces.append(TimedForce(body, point, np.array(push.force), first, last))
+        forces.append(TimedForce(body, point, np.array(push.force), *push.ticks(scenario.gait)))
     if any(scenario.wind):
         body, point = (BodyIndex(0), np.zeros(3)) if robot is None else _pushed_point(None, *robot)
         forces.append(TimedForce(body, point, np.array([*scenario.wind, 0.0]), 0, _FOR_EVER))

@@ -59,6 +59,11 @@ class Push(Config):
             return self.time
         return ((gait.start_steps + (self.step or 0)) * gait.ticks_per_step + self.phase) * gait.tick
 
+    def ticks(self, gait: GaitConfig) -> tuple[int, int]:
+        """(first, last): it acts in ticks first … last − 1, in one at least."""
+        first = round(self.start(gait) / gait.tick)
+        return first, first + max(1, round(self.duration / gait.tick))
+
 
 class ModelErrorConfig(Config):
     """Differences of the simulated robot from the controller's model of it.
