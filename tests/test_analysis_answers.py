@@ -30,7 +30,7 @@ def test_a_good_run_is_good_throughout(metrics) -> None:
     [
         ("Did it walk?", {"ending": "fell", "fell": True}, "no: fell after 4.00 s"),
         ("Did it walk?", {"left_path": True}, "left its path"),
-        ("What gave way?", {"torque_limit_hits": 3}, "3 samples of a joint's torque at its limit"),
+        ("What gave way?", {"torque_limit_hits": 3}, "torques, 3 samples at a limit"),
         ("What gave way?", {"joint_speed_margin_min": -2.7}, "a joint's speed by 2.70 rad/s"),
         ("What gave way?", {"commands_limited": 1}, "1 command granted in part"),
     ],

@@ -10,6 +10,7 @@ import synthetic
 from pydrake.geometry.optimization import HPolyhedron, VPolytope
 from synthetic import MARGIN, SPEED, STRIDE, TICK, N
 
+from pdhocbf_drake.analysis.answers import answers
 from pdhocbf_drake.analysis.feet import hull_margins, slip_max, zmp_margins
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics, MpcMetrics
@@ -281,6 +282,16 @@ def test_torques_at_the_limit_are_counted(log):
     log["actuation"][5, 3], log["actuation"][6:8, 4] = -40.0, 40.0
     found = metrics(log)
     assert (found.joint_torque_peak, found.torque_limit_hits) == (40.0, 3)
+
+
+@pytest.mark.parametrize(("share", "kept"), [(0.004, True), (0.02, False)])
+def test_limits_that_are_reached_in_more_than_half_a_percent_of_the_ticks_are_not_kept(log, share, kept):
+    ticks = int(share * len(log))
+    log["actuation"][:ticks, 3] = log["actuation"][:ticks, 9] = 40.0  # both knees: two samples of a tick
+    found = metrics(log)
+    assert (found.torque_limit_hits, found.torque_limit_fraction) == (2 * ticks, ticks / len(log))
+    assert ("TORQUE LIMITS ARE NOT KEPT" not in dict(summary_rows(found))["joints"]) is kept
+    assert ("TORQUE LIMITS ARE NOT KEPT" not in answers(found)[-1].text) is kept
 
 
 def test_solver_failures_and_fallbacks_are_counted(log):

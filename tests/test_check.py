@@ -17,6 +17,7 @@ from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.fitting.findings import Finding
 from pdhocbf_drake.fitting.walk_checks import walk_findings
 from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.limits import within_its_limits
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 
 SEEDS = (None, 0, 3, 6)
@@ -71,6 +72,14 @@ def knee_is_ankle(data: Data) -> None:
     joints["knee_pitch"], joints["ankle_pitch"] = joints["ankle_pitch"], joints["knee_pitch"]
 
 
+def sole_upside_down(data: Data) -> None:
+    data["left"]["sole"]["rpy"] = [3.14159, 0.0, 0.0]
+
+
+def knee_straight(data: Data) -> None:
+    data["right"]["bent_knee"] = dict.fromkeys(data["right"]["bent_knee"], 0.0)
+
+
 WRONG = {
     sole_off: ("left.sole", r"its rectangle reaches \d+ mm beyond the foot; one of half_size .* fits, with its centre"),
     sole_too_large: ("left.sole", r"its rectangle reaches \d+ mm beyond the foot; one of half_size"),
@@ -80,6 +89,8 @@ WRONG = {
     one_hip_sign: ("left.bent_knee", r"tilted by \d+°.*with hip_pitch of the other sign by [0-9]°"),
     sides_exchanged: ("left, right", r"left and right are exchanged: the left sole is at y = -"),
     joints_exchanged: ("left.sole.link", r"'left_foot' is not moved by joint 'right_hip_yaw'.*exchange left.joints"),
+    sole_upside_down: ("left.sole.rpy", "z axis points down; turn its roll"),
+    knee_straight: ("right.bent_knee.knee_pitch", "leaves the knee straight.*give the angle of a knee that bends"),
     knee_is_ankle: ("left.joints", r"the knee, 'left_ankle_pitch', must come after the hip's joints"),
 }
 
@@ -160,6 +171,8 @@ def levels(text: str) -> dict[str, tuple[str, str, str]]:
         ("gait: {stride: 0.3}", "swing leg", "fault", "gait.stride", "0.9. of the half sole; up to 0.6 walks well"),
         ("gait: {stride: 0.7}", "reach", "fault", "gait.stride", "allowed is up to 0.4"),
         ("gait: {com_height: 0.7}", "reach", "fault", "gait.com_height", "allowed is 0.32 to 0.63 m"),
+        ("{gait: {stance_width: 0.11}, mpc: {stance_width_min: 0.1}}", "feet", "fault", "gait.stance_width",
+         r"overlap .* allowed is 0\.12 m or more"),
         ("gait: {zmp_box: [0.3, 0.1]}", "ZMP box", "fault", "gait.zmp_box", "allowed is up to 0.2 x 0.12 m"),
         ("mpc: {recovery: {zmp_box: [0.3, 0.1]}}", "ZMP box", "fault", "mpc.recovery.zmp_box", "larger than the sole"),
         ("{gait: {ticks_per_step: 70}, mpc: {horizon: 140}}", "step time", "note", "gait.ticks_per_step", "or fewer"),
@@ -185,6 +198,16 @@ def test_weak_motors_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str
     (torque,) = (finding for finding in findings if finding["check"] == "walking torque")
     assert (code, torque["level"]) == (1, "fault")
     assert re.match(r"(left|right)_knee_pitch needs \d+\.?\d* N m in a step, 1\.\d\d of its limit", torque["said"])
+
+
+def test_feet_that_overlap_are_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Whatever the least widths that follow from them would be."""
+    path = robot_file(tmp_path, None, lambda data: data.update(stance_width=0.05))
+    code, findings = checked(path, capsys)
+    (feet,) = (finding for finding in findings if finding["level"] == "fault")
+    assert (code, feet["check"]) == (1, "feet")
+    with pytest.raises(ModelError, match=r"the soles of robot 'generated' overlap with its feet 0\.05 m apart"):
+        within_its_limits(load_scenario("walking", f"robot: {path}"))
 
 
 def test_torques_that_the_plan_keeps_are_no_fault(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

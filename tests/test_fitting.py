@@ -136,6 +136,17 @@ def test_a_foothold_is_held_later_on_small_soles(tmp_path: Path) -> None:
     assert 0.0 < small < 0.5 * usual
 
 
+@pytest.mark.parametrize("sole", [(0.08, 0.0235), (0.12, 0.05), (0.1, 0.06), (0.08, 0.06)])
+def test_a_recovery_keeps_off_the_corners_of_narrow_soles(sole: tuple[float, float], tmp_path: Path) -> None:
+    """About which they turn; the gait's own box is always within that of a recovery."""
+    scenario = on(bipeds.write(tmp_path, bipeds.Shape(sole=sole)))
+    assert scenario.mpc.recovery is not None
+    assert scenario.mpc.recovery.zmp_box is not None
+    (length, width), walk = scenario.mpc.recovery.zmp_box, scenario.gait.zmp_box
+    assert width == pytest.approx(2.0 * sole[1], abs=1e-4)
+    assert length == pytest.approx(min(2.0 * sole[0], max(width * 0.1 / 0.06, walk[0])), abs=3e-4)
+
+
 def test_given_values_are_never_scaled(robots: dict[float, Path], tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text(
         f"base: {{extends: walking, robot: {robots[0.5]}, gait: {{stride: 0.06}},\n"
@@ -196,6 +207,27 @@ def test_a_short_sole_makes_the_default_step_slower(tmp_path: Path) -> None:
     assert fitted is not None
     (reason,) = fitted.reasons
     assert re.fullmatch(r"steps of 0\.43\d s instead of 0\.4 s for the swing leg's pull on the ZMP", reason)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [bipeds.Shape(torso=6.0, leg=1.4), bipeds.Shape(sole=(0.07, 0.06)), bipeds.narrow(), bipeds.random_shape(6)],
+    ids=["heavy legs", "short soles", "narrow soles", "generated 6"],
+)
+def test_a_margin_grows_with_what_the_swing_leg_does_to_the_velocity(shape: bipeds.Shape, tmp_path: Path) -> None:
+    """A ZMP that goes to and fro by s in a step of T drives the velocity by ω² s T, off the orbit of the bound."""
+    own, ours = on(bipeds.write(tmp_path, shape)), load_scenario("walking")
+    (margin, drift), (usual, usual_drift) = (
+        (
+            s.barriers["forward_speed"].bound.margin,
+            shift(s) * float(Biped.load(s.robot).soles["left"].half_size[0])
+            * s.gait.ticks_per_step * s.gait.tick / s.gait.com_height,
+        )
+        for s in (own, ours)
+    )  # fmt: skip
+    assert margin is not None
+    assert usual is not None
+    assert margin / usual > 0.99 * drift / usual_drift
 
 
 def test_where_a_slower_step_is_not_enough_the_default_stride_is_shorter(tmp_path: Path) -> None:

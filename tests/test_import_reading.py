@@ -90,6 +90,11 @@ def test_the_scenario_needs_nothing_more(packaged: Path) -> None:
     assert load_scenario(str(packaged / SCENARIO)).gait.stride == 0.15
 
 
+def test_a_copy_is_a_model_to_import(packaged: Path, tmp_path: Path) -> None:
+    import_robot(packaged / "model.urdf", tmp_path, Given(), lambda _: None)
+    assert yaml.safe_load((tmp_path / ROBOT).read_text()) == yaml.safe_load((packaged / ROBOT).read_text())
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_random_bipeds_are_read_rightly(tmp_path: Path, seed: int) -> None:
     shape = bipeds.random_shape(seed)

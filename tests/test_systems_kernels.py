@@ -94,7 +94,37 @@ def update_table(random: np.random.Generator) -> tuple[Values, Values]:
     return (table,), (expected,)
 
 
-CASES = by_name(write_h, write_estimate, write_step, write_motion, write_wanted, write_table_offset, update_table)
+def learn_bias(random: np.random.Generator) -> tuple[Values, Values]:
+    memory, joints, leg = random.normal(size=13), np.array([1, 2, 3]), int(random.integers(-1, 2))
+    applied, feedforward, most = random.normal(size=12), random.normal(size=12), float(random.choice([0.5, 50.0]))
+    if random.random() < 0.3:
+        applied[random.integers(12)] = random.choice([np.nan, np.inf])
+    expected = memory.copy()
+    expected[12] += np.clip(0.7 - memory[12], -0.1, 0.1)
+    if leg >= 0:
+        place = 6 * leg + joints
+        error = (applied - feedforward)[place] - memory[place]
+        if np.isfinite(error).all():
+            expected[place] += 0.02 * error * min(1.0, most / np.linalg.norm(error))
+    kernels.learn_bias(memory, joints, leg, applied, feedforward, 0.02, most, (0.7, 0.1))
+    return (memory,), (expected,)
+
+
+def write_sent_torque(random: np.random.Generator) -> tuple[Values, Values]:
+    memory, feedforward, out = random.normal(size=13), random.normal(size=12), np.empty(24)
+    limits = random.uniform(0.1, 2.0, 12)
+    lengths, shares = np.linalg.norm(memory[:12].reshape(2, 6), axis=1), np.array([memory[12], 1.0 - memory[12]])
+    bias = ((shares * np.clip(lengths / 2.0 - 1.0, 0.0, 1.0))[:, None] * memory[:12].reshape(2, 6)).ravel()
+    most = np.maximum(limits, abs(feedforward))
+    bias = np.clip(bias, -most - feedforward, most - feedforward)
+    kernels.write_sent_torque(memory, feedforward, 2.0, limits, out)
+    return (out,), (np.concatenate([bias, feedforward + bias]),)
+
+
+CASES = by_name(
+    write_h, write_estimate, write_step, write_motion, write_wanted, write_table_offset, update_table, learn_bias,
+    write_sent_torque,
+)  # fmt: skip
 
 
 def test_every_kernel_has_a_reference() -> None:

@@ -10,12 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pdhocbf_drake import InputError
-from pdhocbf_drake.ground.config import Slope, Stairs
+from pdhocbf_drake.ground.config import Blocks, Slope, Stairs
 from pdhocbf_drake.ground.terrain import Terrain
 from pdhocbf_drake.walking import Gait, GaitConfig
 from pdhocbf_drake.walking.com_line import ComLine
 from pdhocbf_drake.walking.edges import Edges
-from pdhocbf_drake.walking.known_ground import CLEARANCE, KnownGround
+from pdhocbf_drake.walking.known_ground import CLEARANCE, ROOM, KnownGround
 from pdhocbf_drake.walking.swing import Swing
 from pdhocbf_drake.walking.swing_profile import SwingProfile, Timing, change_of_ground
 from pdhocbf_drake.walking.uneven_eta import UnevenEta
@@ -25,7 +25,7 @@ HALF = 0.108
 PERIOD, TICK = 40, 0.01
 
 
-def gait_over(*pieces: Stairs | Slope, **keys: float) -> Gait:
+def gait_over(*pieces: Blocks | Stairs | Slope, **keys: float) -> Gait:
     config = GaitConfig.model_validate({"stride": 0.15, **keys})
     return Gait(config, uneven_footsteps(config, KnownGround(Terrain(pieces), HALF)))
 
@@ -54,6 +54,32 @@ def test_one_foot_stands_in_the_middle_of_each_tread_and_none_on_an_edge(
     np.testing.assert_allclose(on_treads, edges[:-1] + tread / 2.0)
     assert [step.side for step in steps] == [steps[0].side * (-1) ** i for i in range(len(steps))]
     assert max(np.diff([step.x for step in steps])) <= max(0.2, tread + 0.05)
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.lists(st.lists(st.sampled_from([-0.03, 0.0, 0.02]), min_size=1, max_size=4), min_size=1, max_size=2),
+    st.sampled_from([1, -1]),
+)
+def test_one_foot_stands_on_each_block_of_every_piece_be_it_on_a_level_with_the_ground_or_not(
+    heights: list[list[float]], first: int
+) -> None:
+    blocks = [
+        [(1.0 + 3.0 * i + 0.2 * k, 0.08 * first * (-1) ** k, z) for k, z in enumerate(piece)]
+        for i, piece in enumerate(heights)
+    ]
+    gait = gait_over(*(Blocks(footsteps=tuple(piece)) for piece in blocks))
+    steps = [gait.step(j) for j in range(2, len(gait.footsteps.listed))]
+    for piece in blocks:
+        inside = [step for step in steps if piece[0][0] - 0.1 <= step.x <= piece[-1][0] + 0.1]
+        np.testing.assert_allclose([(s.x, s.y, s.height) for s in inside], piece, atol=1e-9)
+    assert all(step.window[0] <= step.x <= step.window[1] for step in steps)
+    assert 0.0 < min(np.diff([step.x for step in steps])) < max(np.diff([step.x for step in steps])) <= 0.25
+
+
+def test_a_tread_as_long_as_soles_need_is_walked_on() -> None:
+    gait = gait_over(Stairs(at=1.0, rise=0.05, tread=2.0 * (HALF + ROOM), count=3))
+    assert [gait.step(j).x for j in range(2, 20)].count(pytest.approx(1.11)) == 1
 
 
 def test_treads_shorter_than_the_soles_are_refused() -> None:

@@ -12,6 +12,7 @@ from pdhocbf_drake import simulate
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.errors import PdhocbfError
+from pdhocbf_drake.fitting.uneven_effort import uneven_effort
 from pdhocbf_drake.fitting.uneven_walk import uneven_steps
 from pdhocbf_drake.ground.config import Slope
 from pdhocbf_drake.mpc.plan import Reason
@@ -20,10 +21,11 @@ from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
-from pdhocbf_drake.simulation.uneven_checks import largest_rise
+from pdhocbf_drake.simulation.uneven_checks import known_ground_findings, largest_rise
 from pdhocbf_drake.studies.ground.command import STUDY
 from pdhocbf_drake.studies.ground.courses import course
 from pdhocbf_drake.studies.ground.measures import from_edges
+from pdhocbf_drake.systems.signals import JOINTS
 
 # The robot.
 
@@ -68,6 +70,22 @@ def test_its_metrics_are_those_of_a_walk_over_that_ground(walk) -> None:
 
 def test_swinging_soles_touch_no_edge(walk) -> None:
     assert from_edges(load_scenario("walking_nobarrier", OVER), walk) > 0.0
+
+
+def test_torques_and_speeds_that_check_finds_on_the_ground_are_those_of_the_walk(walk) -> None:
+    scenario = load_scenario("walking_nobarrier", OVER)
+    biped, gait = Biped.load(scenario.robot), commanded_gait(scenario)
+    effort = uneven_effort(biped, gait, (step.number for step in uneven_steps(biped, gait)))
+    bends = [i for i, name in enumerate(JOINTS) if name.endswith(("hip_pitch", "knee_pitch"))]
+    torques, speeds = abs(walk["feedforward"]).max(axis=0), abs(walk["desired_state"][:, 12:]).max(axis=0)
+    np.testing.assert_allclose(effort.torques[bends], torques[bends], rtol=0.2)
+    np.testing.assert_allclose(effort.speeds[bends], speeds[bends], rtol=0.1)
+    findings = {found.check: found for found in known_ground_findings(scenario, biped)}
+    most, limit = effort.torques.max(), biped.effort_limits[effort.torques.argmax()]
+    assert findings["ground torque"].said.endswith(
+        f"_knee_pitch needs {most:.3g} N m on this ground, {most / limit:.2f} of its limit"
+    )
+    assert "rad/s on this ground" in findings["ground speed"].said
 
 
 def test_level_ground_is_walked_alike_as_a_slope_of_no_angle() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from pdhocbf_drake.analysis.metrics_schema import Metrics
-from pdhocbf_drake.analysis.summary import count, granted, of
+from pdhocbf_drake.analysis.summary import at_torque_limits, count, granted, of
 from pdhocbf_drake.simulation.run_log import FINISHED
 
 
@@ -74,7 +74,7 @@ def _ways(metrics: Metrics) -> Iterator[str]:
     if metrics.mpc is not None and metrics.mpc.degraded:
         yield "degraded ticks: " + ", ".join(f"{number} {reason}" for reason, number in metrics.mpc.degraded.items())
     if metrics.torque_limit_hits:
-        yield f"{count(metrics.torque_limit_hits, 'sample')} of a joint's torque at its limit"
+        yield f"torques, {at_torque_limits(metrics)}"
     if metrics.joint_speed_margin_min is not None and metrics.joint_speed_margin_min < 0.0:
         yield f"a joint's speed by {of(-metrics.joint_speed_margin_min, 'rad/s')}"
     if metrics.commands_limited:

@@ -31,7 +31,7 @@ def estimator_metrics(log: RunLog, limits: RobotLimits, window: int) -> Estimato
     errors = log["lip_estimate"] - log["lip_state"]
     window = min(window, len(log) // 2)
     way = _length(log["lip_state"][:, [0, 3]], window)
-    drift = float(np.linalg.norm(errors[-window:, [0, 3]].mean(axis=0) - errors[:window, [0, 3]].mean(axis=0)))
+    drift = position_drift(log, window)
     yaw = np.degrees(yaw_errors(log))
     minutes = float(log.time[-1] - log.time[0]) * (len(log) - window) / len(log) / 60.0
     nees = window_means(log.element("estimate_error", "nees"), window)
@@ -46,6 +46,12 @@ def estimator_metrics(log: RunLog, limits: RobotLimits, window: int) -> Estimato
         contact_errors=_contact_errors(log, limits),
         notices={str(notice.name).lower(): int(n) for notice in Notice if (n := (notices & notice != 0).sum())},
     )
+
+
+def position_drift(log: RunLog, window: int) -> float:
+    """How far the estimated CoM has drifted off the true one, from the first to the last window [m]."""
+    errors = (log["lip_estimate"] - log["lip_state"])[:, [0, 3]]
+    return float(np.linalg.norm(errors[-window:].mean(axis=0) - errors[:window].mean(axis=0)))
 
 
 def yaw_errors(log: RunLog) -> Array:

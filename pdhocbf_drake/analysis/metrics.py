@@ -41,6 +41,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
     walks = "lip_state" in log and len(log) > 0
     body = limits if "robot_state" in log and len(log) > 0 else None
     path = path_metrics(scenario, log, body) if walks else dict(_NOWHERE)
+    at_limit = np.abs(log["actuation"]) >= _AT_LIMIT * body.effort if body else np.zeros((1, 1), dtype=bool)
     return Metrics(
         scenario=scenario.name,
         template=scenario.system != "biped",
@@ -61,7 +62,8 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         slip_max=finite(slip_max(log)) if body else None,
         sole_gap_min=finite(gap_min(log, body.sole_half)) if body else None,
         joint_torque_peak=finite(np.abs(log["actuation"]).max()) if body else None,
-        torque_limit_hits=int((np.abs(log["actuation"]) >= _AT_LIMIT * body.effort).sum()) if body else None,
+        torque_limit_hits=int(at_limit.sum()) if body else None,
+        torque_limit_fraction=float(at_limit.any(axis=1).mean()) if body else None,
         torque_peaks=dict(zip(JOINTS, map(finite, np.abs(log["actuation"]).max(axis=0)), strict=True))
         if body
         else None,
@@ -101,8 +103,11 @@ def _unloaded_ticks(log: RunLog, weight: float) -> int | None:
 
 
 def _torque_margin(log: RunLog, limits: RobotLimits) -> float | None:
-    """Of the feedforward, which may ask for more than there is, and of what is applied, which can't be more."""
-    asked = np.maximum(np.abs(log["actuation"]), np.abs(log["feedforward"]))
+    """Of what is sent, which may ask for more than there is, and of what is applied, which can't be more."""
+    sent = log["feedforward"]
+    if "torque_bias" in log:
+        sent = sent + log["torque_bias"]
+    asked = np.maximum(np.abs(log["actuation"]), np.abs(sent))
     return finite((limits.effort - asked).min())
 
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Final
+
 from pydantic import BaseModel, ConfigDict, Field
+
+TORQUE_KEPT: Final = 0.005
+"""Share of samples with a joint at its torque limit up to which a run counts as one that keeps its limits."""
 
 
 class _Table(BaseModel):
@@ -148,6 +153,9 @@ class Metrics(_Table):
     )
     joint_torque_peak: float | None = Field(description="largest torque [N m]")
     torque_limit_hits: int | None = Field(description="samples of a joint's torque at its limit")
+    torque_limit_fraction: float | None = Field(
+        None, description="share of samples in which a joint's torque is at its limit; up to 0.005 its limits are kept"
+    )
     torque_peaks: dict[str, float | None] | None = Field(None, description="largest torque of each joint [N m]")
     torque_margin_min: float | None = Field(
         None,

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, EstimatorMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import (
+    TORQUE_KEPT,
+    BarrierMetrics,
+    BoundMetrics,
+    EstimatorMetrics,
+    Metrics,
+    MpcMetrics,
+)
 
 _ROUNDING = 1e-9
 _NAMED = 3  # of the commands that were granted in part
@@ -88,10 +95,19 @@ def _zmp(metrics: Metrics, outside_fraction: float) -> str:
 
 def _joints(metrics: Metrics) -> str:
     return (
-        f"torque up to {of(metrics.joint_torque_peak, 'N m')}, {metrics.torque_limit_hits} samples at a limit; "
+        f"torque up to {of(metrics.joint_torque_peak, 'N m')}, {at_torque_limits(metrics)}; "
         f"to the stops {of(metrics.joint_position_margin_min, 'rad')}, "
         f"to the speed limits {of(metrics.joint_speed_margin_min, 'rad/s')}"
     )
+
+
+def at_torque_limits(metrics: Metrics) -> str:
+    """How often joints are at their torque limits, and whether that is more than walks that keep them are."""
+    text, share = f"{count(metrics.torque_limit_hits or 0, 'sample')} at a limit", metrics.torque_limit_fraction
+    if not share:  # none, or older metrics
+        return text
+    text += f", {100.0 * share:.2g} % of the ticks"
+    return text if share <= TORQUE_KEPT else f"{text}: TORQUE LIMITS ARE NOT KEPT"
 
 
 def _ground(metrics: Metrics) -> str:

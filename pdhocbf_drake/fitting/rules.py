@@ -25,7 +25,7 @@ class Scale(NamedTuple):
         length: of the legs. time: of a step's duration. ticks: of a step's ticks.
         sole: of the sole's length and width.
         box: of the length of the ZMP box, as a share of the sole's.
-        pull: of how far the swing leg moves the ZMP over that length, for a robot of which it is more.
+        pull: of how far the swing leg drives the CoM off the pendulum's orbit, for a robot of which it is more.
         facts: the robot.
     """
 
@@ -92,6 +92,16 @@ def _box(value: tuple[float, float], scale: Scale) -> list[float]:
     return [_floored(side, factor) for side, factor in zip(value, scale.sole, strict=True)]
 
 
+def _recovery_box(value: tuple[float, float], scale: Scale) -> list[float]:
+    """As `_box`, but no longer for its width than the packaged one, unless the gait's own box is.
+
+    With the ZMP at a corner, ahead and aside at once, the sole rests on a point, about which friction does not keep it
+    from turning. Of a narrow sole the ZMP is at a side edge as soon as it is anywhere.
+    """
+    length, width = _box(value, scale)
+    return [min(length, max(_floored(value[0], min(scale.sole)), _gait_box(_GAIT.zmp_box, scale)[0])), width]
+
+
 def _floored(value: float, factor: float) -> float:
     return value if factor == 1.0 else math.floor(value * factor * 1e4 + 1e-6) / 1e4
 
@@ -104,7 +114,7 @@ def _margin(value: float, scale: Scale) -> float:
 def _least_width(value: float, scale: Scale) -> float:
     """As much less than the stance width, as a share of the gap between the soles or of the legs, the smaller one."""
     facts = scale.facts
-    gap = min(facts.stance_width - 2.0 * facts.sole[1], scale.length * _GAP)
+    gap = min(max(facts.stance_width - 2.0 * facts.sole[1], 0.0), scale.length * _GAP)  # none where soles overlap
     return _as_written(value, scale) or _rounded(
         max(facts.stance_width - (PACKAGED.stance_width - value) * gap / _GAP, 0.0), 1.0 + 1e-15
     )
@@ -182,7 +192,7 @@ RULES: Final[dict[str, Rule]] = {
     "mpc.recovery.calm_ticks": _at_least_one,
     "mpc.recovery.foothold_weight": ONCE,
     "mpc.recovery.tail_weight": ONCE,
-    "mpc.recovery.zmp_box": _box,
+    "mpc.recovery.zmp_box": _recovery_box,
     "mpc.recovery.step_reach": LENGTH,
     "mpc.recovery.stance_width_min": _least_width_of_recovery,
     "mpc.recovery.path_correction": LENGTH,

@@ -22,6 +22,10 @@ _STEP = GaitConfig()
 BOX = _STEP.zmp_box[0] / (2.0 * PACKAGED.sole[0])
 """Half the length of the ZMP box, as it is written for the packaged robot, over that of its sole."""
 
+_DRIFT = 0.225
+"""(ω T)² times how far the swing leg of the packaged robot moves the ZMP, over the length of its legs; the most of its
+scenarios, whose CoM is lowest on stairs."""
+
 _REACH = 0.5  # of the longest step that the legs can stand in
 _SPEED = 0.8  # of the joints' limits
 _TORQUE = 0.9  # of an ankle's
@@ -38,8 +42,8 @@ class FittedStep(NamedTuple):
         stride: [m]. tick: δ [s]. ticks: of a step.
         box: half the length of a ZMP box over that of the sole, for as far as the swing leg moves the ZMP in the
             robot's own step, and the ankles hold it; 0 where the robot can't stand.
-        pull: how far the swing leg moves the ZMP, over half the length of the box as it is written; 1 for a robot whose
-            own step has it within that.
+        pull: by how much more than that of the packaged robot, for the size of both, the swing leg drives the CoM off
+            the pendulum's orbit, see `_Wanted.pull`; 1 for a robot of which it is less in its own step.
         reasons: a sentence for each limit that has changed it.
     """
 
@@ -72,12 +76,12 @@ def fitted_step(biped: Biped, gait: dict[str, Any], given: dict[str, Any], lengt
     if "ticks_per_step" not in given:
         duration, why = wanted.duration(own, usual, SHIFT)
     stride, shorter = wanted.stride(own, duration)
-    box, pull = wanted.box(stride, duration), wanted.shift(stride, duration) / BOX
+    box, pull = wanted.box(stride, duration), wanted.pull(stride, duration)
     if "stride" in given:
         stride, shorter = gait["stride"], ""
         if "ticks_per_step" not in given:
             duration, why = wanted.duration_of(stride, own, usual)
-    pull = max(pull, wanted.shift(stride, duration) / BOX) if pull > 1.0 else 1.0
+    pull = max(pull, wanted.pull(stride, duration)) if pull > 1.0 else 1.0
     ticks = round(duration / tick) if duration == usual else math.ceil(duration / tick - 1e-9)
     return FittedStep(stride, tick, ticks, box, pull, tuple(reason for reason in (why, shorter) if reason))
 
@@ -86,7 +90,7 @@ class _Wanted:
     """What limits a robot's steps; where it can't even stand, nothing does, and the walk is refused later."""
 
     def __init__(self, biped: Biped, gait: dict[str, Any], length: float, share: float) -> None:
-        self._biped, self._share = biped, share
+        self._biped, self._share, self._leg = biped, share, length * PACKAGED.leg
         self._width, self._height = gait["stance_width"], gait["com_height"]
         self._swing_height = gait["swing_height"] * length
         self._highest = self._height + gait["com_height_amplitude"] * length
@@ -108,6 +112,15 @@ class _Wanted:
         if math.isnan(self._lever):
             return 0.0
         return min(max(self.shift(stride, duration), BOX), max(self._ankles / self._half, BOX / 2.0))
+
+    def pull(self, stride: float, duration: float) -> float:
+        """How far the swing leg drives the CoM off the pendulum's orbit, over what it does in the packaged robot.
+
+        A ZMP that goes to and fro by s in a step of T drives the CoM's velocity by some ω² s T, and its position by
+        (ω T)² s, counted in legs' lengths. More than its box holds it drives in proportion to what the box holds.
+        """
+        shift, swings = self.shift(stride, duration), GRAVITY / self._height * duration**2
+        return max(shift / BOX, swings * shift * self._half / self._leg / _DRIFT)
 
     def speed(self, stride: float, duration: float) -> float:
         """The largest joint speed over its limit; 0 where the step is out of reach."""

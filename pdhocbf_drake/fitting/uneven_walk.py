@@ -9,7 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.fitting.preview import PEAK
-from pdhocbf_drake.robot import Biped, Posture, WholeBodyIk
+from pdhocbf_drake.robot import Biped, WholeBodyIk
+from pdhocbf_drake.robot.posture import COM, TargetPoses
+from pdhocbf_drake.systems.kernels import write_wanted
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.com_height import GRAVITY
 from pdhocbf_drake.walking.com_line import ComLine
@@ -82,36 +84,54 @@ def _kind(*steps: Footstep) -> object:
 
 
 def _missed(biped: Biped, gait: Gait, step: int, reserve: float) -> str:
-    """Which posture of a step is out of reach, on the way of a pendulum between the middles of its feet."""
-    swing, line, ik = Swing(gait), ComLine(gait.period, gait.config.tick), WholeBodyIk(biped)
-    last, this, coming = (gait.step(i) for i in (step - 1, step, step + 1))
-    plan, swinging = np.zeros((2, 2, 2)), 1 if this.side > 0 else 0
-    plan[1 - swinging], plan[swinging] = (this.x, this.y), [(last.x, last.y), (coming.x, coming.y)]
-    ends = np.array(
-        [[0.5 * (last.x + this.x), 0.5 * (this.x + coming.x)], [0.5 * (last.y + this.y), 0.5 * (this.y + coming.y)]]
-    )
-    omega, planes, profile = math.sqrt(GRAVITY / gait.config.com_height), gait.planes(step), gait.profiles(step)[0]
-    feet, q = np.zeros(18), biped.bent_knee.copy()
-    half = 0.5 * omega * gait.period * gait.config.tick
-    for tick in range(gait.period):
-        feet = swing.feet(tick, this.side, plan.ravel(), feet, gait.lift_off(step), profile)
-        if tick % _EVERY:
-            continue
-        soles, share = feet.copy(), tick / gait.period
-        swing.put_on_ground(tick, this.side, planes, soles, gait.lift_off(step), profile)
-        com = ends[:, 0] + share * (ends[:, 1] - ends[:, 0])
-        com[1] += (1.0 - math.cosh(half * (2.0 * share - 1.0)) / math.cosh(half)) * (this.y - com[1])
-        z = gait.height(tick)[0] + line(tick, planes, com, np.zeros(2), np.zeros(2))[0] + reserve
-        left, right = (
-            _sole(soles[9 * i : 9 * i + 3], _slope(i, swinging, tick, gait, last, this, coming)) for i in (0, 1)
-        )
-        if tick == 0:
-            q[biped.base_q_index[4:]] = *com, z
-        found = ik.solve(Posture(np.array([*com, z]), left, right), q)
+    """Which posture of a step is out of reach, of every few."""
+    ik, q = WholeBodyIk(biped), None
+    for wanted, angles in step_motion(gait, step, _EVERY):
+        wanted[0, COM.stop - 1] += reserve
+        if q is None:
+            q = biped.bent_knee.copy()
+            q[biped.base_q_index[4:]] = wanted[0, COM]
+        found = ik.solve_poses(TargetPoses(wanted[0], *angles), q)
         if not found.ok:
             return found.reason
         q = found.q
     return ""
+
+
+def step_motion(gait: Gait, step: int, every: int) -> Iterator[tuple[np.ndarray, tuple[float, ...]]]:
+    """Ticks of a step over uneven ground: place, velocity and acceleration in task coordinates (3, 18), and roll,
+    pitch and yaw of torso, left and right sole, whose rates are left out.
+
+    The CoM goes from the middle m_0 of the feet before the step to that after it, and towards the stance foot p on the
+    way of a pendulum, ω² = g/z, with τ the time from mid-stance; it is accelerated as one whose ZMP is in that foot:
+
+        m(t) = m_0 + (m_T − m_0) t/T,    x = m_x,    y = m_y + (1 − cosh ωτ/cosh ωT/2) (p_y − m_y),    c̈ = ω² (c − p).
+
+    Args:
+        every: which ticks, from the first one on.
+    """
+    swing, line, tick = Swing(gait), ComLine(gait.period, gait.config.tick), gait.config.tick
+    last, this, coming = (gait.step(i) for i in (step - 1, step, step + 1))
+    plan, swinging, zmp = np.zeros((2, 2, 2)), 1 if this.side > 0 else 0, np.array([this.x, this.y])
+    plan[1 - swinging], plan[swinging] = zmp, [(last.x, last.y), (coming.x, coming.y)]
+    start, end = (0.5 * (zmp + other) for other in plan[swinging])
+    omega, planes, profile = math.sqrt(GRAVITY / gait.config.com_height), gait.planes(step), gait.profiles(step)[0]
+    feet, duration = np.zeros(18), gait.period * tick
+    widest = math.cosh(0.5 * omega * duration)
+    for k in range(gait.period):
+        feet = swing.feet(k, this.side, plan.ravel(), feet, gait.lift_off(step), profile)
+        if k % every:
+            continue
+        soles, lateral = feet.copy(), omega * tick * (k - gait.period / 2)
+        swing.put_on_ground(k, this.side, planes, soles, gait.lift_off(step), profile)
+        com, velocity = start + k / gait.period * (end - start), (end - start) / duration
+        velocity[1] -= omega * math.sinh(lateral) / widest * (this.y - com[1])
+        com[1] += (1.0 - math.cosh(lateral) / widest) * (this.y - com[1])
+        moving = com, velocity, omega**2 * (com - zmp)
+        wanted = np.zeros((3, 18))
+        write_wanted(np.transpose(moving).ravel(), np.add(gait.height(k), line(k, planes, *moving)), soles, wanted)
+        slopes = (_slope(i, swinging, k, gait, last, this, coming) for i in (0, 1))
+        yield wanted, (0.0, 0.0, 0.0, *(angle for slope in slopes for angle in _tilt(slope)))
 
 
 def _slope(
@@ -123,8 +143,7 @@ def _slope(
     return last.slope if 2 * tick < gait.period + gait.config.double_support_ticks else coming.slope
 
 
-def _sole(place: np.ndarray, slope: tuple[float, float]) -> np.ndarray:
-    """A sole that faces along x on a plane (6,)."""
+def _tilt(slope: tuple[float, float]) -> tuple[float, float, float]:
+    """Roll, pitch and yaw of a sole that faces along x on a plane."""
     x, y = slope
-    roll, pitch = math.asin(y / math.sqrt(1.0 + x * x + y * y)), -math.atan(x)
-    return np.array([*place, roll, pitch, 0.0])
+    return math.asin(y / math.sqrt(1.0 + x * x + y * y)), -math.atan(x), 0.0

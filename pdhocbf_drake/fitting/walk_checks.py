@@ -19,6 +19,7 @@ from pdhocbf_drake.robot import (
     Biped,
     InverseDynamics,
     WholeBodyIk,
+    check_apart,
     check_walk,
     check_zmp_box,
     sole_pose,
@@ -50,15 +51,16 @@ def walk_findings(
         _box(biped, "gait.zmp_box", gait.zmp_box, "of the walk"),
         _box(biped, "mpc.recovery.zmp_box", recovery_box, "of a recovery"),
     ]
-    found += [*_reach(biped, gait), _time(biped, gait)]
-    if all(finding.level != "fault" for finding in found if finding.check == "reach"):
+    apart = _apart(biped, gait)
+    found += [apart, *(_reach(biped, gait) if apart.level == "ok" else ()), _time(biped, gait)]
+    if all(finding.level != "fault" for finding in found if finding.check in ("feet", "reach")):
         found += [*motion_findings(biped, gait, motion)]
     return found
 
 
 def is_refused(found: Sequence[Finding]) -> bool:
     """Whether `simulate` refuses the walk."""
-    return any(finding.level == "fault" for finding in found if finding.check in ("reach", "ZMP box"))
+    return any(finding.level == "fault" for finding in found if finding.check in ("feet", "reach", "ZMP box"))
 
 
 def motion_findings(biped: Biped, gait: GaitConfig, motion: SteadyMotion | None = None) -> Iterator[Finding]:
@@ -79,9 +81,16 @@ def motion_findings(biped: Biped, gait: GaitConfig, motion: SteadyMotion | None 
         torques, speeds = seen.torques, seen.speeds
     else:
         torques, speeds = (abs(values).max(axis=0) for values in (motion.torques, motion.speeds))
-    yield _torque("walking torque", "in a step", torques, biped, "gait.stride, gait.com_height")
+    yield from effort_findings(biped, torques, speeds, "in a step", ("walking torque", "joint speed"))
+
+
+def effort_findings(
+    biped: Biped, torques: np.ndarray, speeds: np.ndarray, when: str, checks: tuple[str, str]
+) -> Iterator[Finding]:
+    """Largest joint torques (12,) [N m] and speeds (12,) [rad/s] against their limits; `checks` are their names."""
+    yield _torque(checks[0], when, torques, biped, "gait.stride, gait.com_height")
     yield _share(
-        "joint speed", "in a step", speeds, biped.velocity_limits, biped, "rad/s",
+        checks[1], when, speeds, biped.velocity_limits, biped, "rad/s",
         "gait.stride, gait.ticks_per_step", "a shorter stride or more ticks per step",
     )  # fmt: skip
 
@@ -105,6 +114,15 @@ def _box(biped: Biped, key: str, box: tuple[float, float] | None, of: str) -> Fi
         return Finding("ZMP box", "fault", key, str(error), "make it as large as the smaller sole at most")
     said = f"none {of}" if box is None else f"that {of}, {box[0]:g} x {box[1]:g} m, is within the soles"
     return Finding("ZMP box", "ok", key, said)
+
+
+def _apart(biped: Biped, gait: GaitConfig) -> Finding:
+    key = "gait.stance_width, stance_width of the robot"
+    try:
+        check_apart(biped, gait.stance_width)
+    except ModelError as error:
+        return Finding("feet", "fault", key, str(error), "set them further apart")
+    return Finding("feet", "ok", key, f"{gait.stance_width:g} m apart, without overlap of the soles")
 
 
 def _reach(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from itertools import combinations
+from itertools import combinations, count
 
 from pydrake.multibody.tree import RigidBody
 
@@ -58,9 +58,11 @@ def ignore(root: ET.Element, groups: list[list[str]]) -> None:
                 ET.SubElement(contact, "exclude", body1=first, body2=second)
         return
     parent = root if root.tag == "robot" else root.find("model")
-    for number, group in enumerate(groups, start=1):
-        name = f"ignoring_{number}"
-        element = ET.SubElement(parent if parent is not None else root, drake_tag("collision_filter_group"), name=name)
+    tag = drake_tag("collision_filter_group")
+    taken = {element.get("name") for element in root.iter(tag)}
+    free = (name for number in count(1) if (name := f"ignoring_{number}") not in taken)
+    for name, group in zip(free, groups, strict=False):
+        element = ET.SubElement(parent if parent is not None else root, tag, name=name)
         for body in group:
             member = ET.SubElement(element, drake_tag("member"))
             if root.tag == "robot":

@@ -85,7 +85,7 @@ class RecoveryConfig(Config):
     stance_width_min: Shift = 0.145
     path_correction: tuple[Shift, Shift] = (0.02, 0.02)
     swing_acceleration: float = Field(60.0, gt=0)
-    slack_weight: tuple[Price, Price] = (1e2, 1e3)
+    slack_weight: tuple[Price, Price] = (10.0, 100.0)
     freeze_ticks: int = Field(6, ge=0)
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pdhocbf_drake.robot.locate import load_robot_config, models_folder, robot_names
     from pdhocbf_drake.robot.per_joint import ROLES
     from pdhocbf_drake.robot.posture import Posture, sole_pose
-    from pdhocbf_drake.robot.reach import check_walk, check_zmp_box, longest_stride, upright_posture
+    from pdhocbf_drake.robot.reach import check_apart, check_walk, check_zmp_box, longest_stride, upright_posture
 
 __all__ = [
     "ROLES",
@@ -28,6 +28,7 @@ __all__ = [
     "Side",
     "Sole",
     "WholeBodyIk",
+    "check_apart",
     "check_walk",
     "check_zmp_box",
     "left_share_of_zmp",
@@ -78,6 +79,7 @@ __getattr__, __dir__ = lazy_names(
             "sole_pose",
         ),
         "reach": (
+            "check_apart",
             "check_walk",
             "check_zmp_box",
             "longest_stride",

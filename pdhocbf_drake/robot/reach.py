@@ -50,9 +50,10 @@ def check_walk(
         zmp_box: side lengths of the ZMP box in x and y [m].
 
     Raises:
-        ModelError: CoM height out of reach, stride beyond the legs, or a ZMP box larger than the sole.
+        ModelError: CoM height out of reach, stride beyond the legs, soles that overlap, or a ZMP box larger than them.
     """
     check_zmp_box(biped, zmp_box)
+    check_apart(biped, stance_width)
     for height in com_heights:
         _check_com_height(biped, height, stance_width)
         _check_stride(biped, stride, stance_width, height)
@@ -66,6 +67,16 @@ def check_zmp_box(biped: Biped, zmp_box: tuple[float, float], key: str = "gait.z
             f"{key}: a ZMP box of {zmp_box[0]:g} x {zmp_box[1]:g} m is larger than the sole of robot "
             f"{biped.config.name!r}; "
             f"allowed is up to {sole[0]:g} x {sole[1]:g} m"
+        )
+
+
+def check_apart(biped: Biped, stance_width: float) -> None:
+    """Refuses feet so close together that their soles overlap."""
+    least = sum(float(biped.soles[side].half_size[1]) for side in ("left", "right"))
+    if stance_width < least:
+        raise ModelError(
+            f"gait.stance_width: the soles of robot {biped.config.name!r} overlap with its feet {stance_width:g} m "
+            f"apart; allowed is {least:.4g} m or more"
         )
 
 

@@ -39,6 +39,7 @@ from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
 from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.torque_bias import TorqueBias
 from pdhocbf_drake.systems.turn_reference import TurnReference
 from pdhocbf_drake.systems.turning_zmp_offset import TurningZmpOffset
 from pdhocbf_drake.systems.unbundled import unbundled
@@ -117,7 +118,10 @@ def biped_diagram(
     if sensed:
         connect_estimator(wiring)
     wiring.connect(detector, "com_z", *["lip_state"] * (terrain is not None))
-    wiring.connect(targets, "desired_state", "feedforward")
+    wiring.connect(targets, "desired_state")
+    learns = body.bias is not None
+    wiring.builder.Connect(wiring.port("sent_torque" if learns else "feedforward"), targets.GetInputPort("feedforward"))
+    wiring.log(*["torque_bias"] * learns)
     if sampled:
         connect_sampled_drives(wiring, plant, biped, targets, posture, scenario.measurement.encoders.cutoff)
     else:
@@ -149,6 +153,7 @@ def _body_blocks(
         TurnReference(gait) if gait.turns else None,
         GroundReference(gait) if gait.uneven else None,
         footing,
+        TorqueBias(gait, biped.weight, biped.effort_limits) if scenario.biped.learns_torque else None,
     )
 
 
@@ -167,6 +172,9 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)
     wiring.connect(offset, "foot_reference", "foot_plan", "stance_plan")
+    if body.bias is not None:
+        bias = wiring.add("torque_bias", unbundled(body.bias))
+        wiring.connect(bias, "gait_phase", "solver_status", "feedforward", "actuation")
     if body.turn is not None:
         turn_reference = wiring.add("turn_reference", body.turn)
         wiring.connect(turn_reference, "gait_phase", *changes)
@@ -185,7 +193,7 @@ def _add_fused(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) -> 
     """The same in one block."""
     controller = add_fused_controller(wiring, walk, latency, body)
     connect_fused_controller(wiring, walk, controller)
-    wiring.connect(controller, *["actuation"] * (body.kinematics.layer is not None))
+    wiring.connect(controller, *["actuation"] * (body.kinematics.layer is not None or body.bias is not None))
     measured = "foot_state", *["foot_load"] * (body.footing is not None)
     wiring.connect(controller, *measured, measured=True)
 

@@ -125,10 +125,13 @@ class BipedConfig(Config):
             inverse kinematics, torques and the estimator, gets a torso such that weight and CoM are those measured.
         feels_ground: whether the feet stop where they meet the ground early, go on down where they meet it late, and
             take its tilt; null is where there is `ground`.
+        learns_torque: whether what the PD adds on average at hip and knee of the leg that stands, as under a load that
+            the model lacks, is learned and sent with the feedforward.
     """
 
     weigh: bool = False
     feels_ground: bool | None = None
+    learns_torque: bool = True
 
 
 class StartConfig(Config):

@@ -7,7 +7,9 @@ from itertools import product
 
 from pdhocbf_drake.errors import InputError, ModelError, PdhocbfError
 from pdhocbf_drake.fitting.findings import Finding
+from pdhocbf_drake.fitting.uneven_effort import uneven_effort
 from pdhocbf_drake.fitting.uneven_walk import HURRIED, LEAST_CLEARANCE, uneven_steps
+from pdhocbf_drake.fitting.walk_checks import effort_findings
 from pdhocbf_drake.ground.config import Piece, Stairs
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.commands import commanded_gait, goes_ahead
@@ -58,7 +60,8 @@ def known_ground_findings(scenario: Scenario, biped: Biped) -> Iterator[Finding]
     key = "ground, gait.com_height, gait.ticks_per_step"
     try:
         check_known_ground(scenario, biped)
-        steps = list(uneven_steps(biped, commanded_gait(scenario)))
+        walk = commanded_gait(scenario)
+        steps = list(uneven_steps(biped, walk))
     except PdhocbfError as error:
         yield Finding("ground", "fault", key, str(error), "lower rises, longer treads, or another gait.com_height")
         return
@@ -75,6 +78,8 @@ def known_ground_findings(scenario: Scenario, biped: Biped) -> Iterator[Finding]
             said = f"{_named(scenario, step.place)} stretches the legs: {step.missed} with the CoM 2 cm higher"
             yield Finding("ground", "note", key, said, "a lower gait.com_height")
             break
+    effort = uneven_effort(biped, walk, (step.number for step in steps))
+    yield from effort_findings(biped, *effort, "on this ground", ("ground torque", "ground speed"))
     for index, piece in enumerate(scenario.ground):
         if isinstance(piece, Stairs) and piece.known:
             most = largest_rise(scenario, biped, index)

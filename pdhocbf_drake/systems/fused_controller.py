@@ -23,6 +23,7 @@ from pdhocbf_drake.systems.mpc_controller import MpcController
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.path_reference import PathReference
 from pdhocbf_drake.systems.signals import size
+from pdhocbf_drake.systems.torque_bias import TorqueBias
 from pdhocbf_drake.systems.turn_reference import TurnReference
 from pdhocbf_drake.systems.zmp_offset import ZmpOffset
 from pdhocbf_drake.walking import Gait
@@ -40,7 +41,7 @@ class ControllerBlocks(NamedTuple):
 class BodyBlocks(NamedTuple):
     """The blocks that a robot has and the template has not; `turn` of a walk that turns, `ground` of an uneven one.
 
-    `footing` is that of feet that feel the ground.
+    `footing` is that of feet that feel the ground, `bias` that of legs that learn what torque the model lacks.
     """
 
     feet: FootReference
@@ -49,6 +50,7 @@ class BodyBlocks(NamedTuple):
     turn: TurnReference | None
     ground: GroundReference | None = None
     footing: Footing | None = None
+    bias: TorqueBias | None = None
 
 
 class _Known(NamedTuple):
@@ -69,13 +71,13 @@ class FusedController(Block):
 
     Input ports:
         lip_state (6), foot_state (12), command (4): as of `MpcController`; foot_state is needed on a robot.
-        actuation (12): as of `InverseKinematics`, where that has a whole-body layer.
+        actuation (12): as of `InverseKinematics`, where that has a whole-body layer, and of `TorqueBias`.
         foot_load (2): as of `Footing`, where there is one.
         true_state (6): lip_state without measurement errors, from which h is computed; where there are barriers.
     Output parts, see `unbundled`:
         gait_phase, com_height, path, command_asked, barrier_bound, foot_reference, turn_reference, ground_reference,
-        foot_target, ground_target, zmp_offset, desired_state, feedforward, whole_body_zmp, ik_status, and those of
-        `MpcController`, as far as the walk has them.
+        foot_target, ground_target, zmp_offset, desired_state, feedforward, whole_body_zmp, ik_status, torque_bias,
+        sent_torque, and those of `MpcController`, as far as the walk has them.
     Output ports:
         h (n_b): where there are barriers.
 
@@ -100,11 +102,13 @@ class FusedController(Block):
             self.parts |= body.footing.parts if body.footing else {}
             self.parts |= {"zmp_offset": size("zmp_offset", horizon=self.mpc.config.horizon)}
             self.parts |= body.kinematics.parts
+            self.parts |= body.bias.parts if body.bias else {}
         self.parts |= controller.parts
         sizes, kept = controller.layout.sizes, {} if body is None else {"motion": body.kinematics.start}
         kept |= {} if body is None else {"table": np.zeros(2 * gait.period * body.offset.tables)}
-        footing = None if body is None else body.footing
+        footing, bias = (None, None) if body is None else (body.footing, body.bias)
         kept |= {} if footing is None else {"footing": footing.start}
+        kept |= {} if bias is None else {"bias": bias.start}
         behind = {name: count for name, count in sizes.items() if name not in controller.parts}
         self._places = layout({**self.parts, **behind, **{name: len(start) for name, start in kept.items()}})
         if body is not None:
@@ -120,8 +124,8 @@ class FusedController(Block):
         self._feet, self._command = (None if port is None else OptionalInput(port) for port in (feet, command))
         self.DeclareStateOutputPort("outputs", self.DeclareDiscreteState(self._last.state))
         self.DeclarePeriodicDiscreteUpdateEvent(gait.config.tick, 0.0, self._update)
-        layer = body is not None and body.kinematics.layer is not None
-        self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if layer else None
+        learns = body is not None and (body.kinematics.layer is not None or bias is not None)
+        self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if learns else None
         if schedule is not None:
             self._true = self.DeclareVectorInputPort("true_state", size("lip_state"))
             self.DeclareVectorOutputPort("h", self._count, weakly(self._h), {self._true.ticket(), self.xd_ticket()})
@@ -167,10 +171,13 @@ class FusedController(Block):
             names = ("gait_phase", "whole_body_zmp", "zmp_reference", "foot_reference", "table", "motion")
             phase, zmp, planned, feet, table, motion = [state[part[name]] for name in names]
             table = self._body.offset.learned(phase, zmp, planned, feet, table, known.gait)
-            if self._applied is not None:
-                parts = state[self._kinematics]
-                motion = self._body.kinematics.learned(motion, phase, parts, self._applied.Eval(context))
             before = {"foot_reference": feet, "table": table, "motion": motion}
+            if self._applied is not None:
+                applied, parts = self._applied.Eval(context), state[self._kinematics]
+                before["motion"] = self._body.kinematics.learned(motion, phase, parts, applied)
+                if self._body.bias is not None:
+                    status, feedforward = state[part["solver_status"]], state[part["feedforward"]]
+                    before["bias"] = self._body.bias.learned(state[part["bias"]], phase, status, feedforward, applied)
             if self._body.turn is not None:
                 before["turn_reference"] = state[part["turn_reference"]]
             if self._body.footing is not None:
@@ -220,6 +227,9 @@ class FusedController(Block):
             coming = body.kinematics.coming
             front += [feet, *own, offset, solution[: coming.start]]
             behind = [solution[coming], before["table"], *felt]
+            if body.bias is not None:
+                front.append(body.bias.torques(before["bias"], solution[body.kinematics.feedforward]))
+                behind.append(before["bias"])
         parts = self._controller.layout.parts(memory)
         return _Known(np.concatenate([*front, *parts, *behind], axis=None), tick, gait, memory)
 

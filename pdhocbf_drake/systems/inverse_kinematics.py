@@ -63,6 +63,7 @@ class InverseKinematics(Block):
 
     Attributes:
         layer: the whole-body layer, of a walk that has one.
+        feedforward: where the torques are among the parts.
 
     Args:
         initial: q at the start (19,).
@@ -108,7 +109,7 @@ class InverseKinematics(Block):
         first = size("whole_body") if self.layer else 0
         self._own = slice(first, self.coming.start + self._yaw.start)  # what `write_motion` writes
         start = first + size("desired_state")
-        self._feedforward = slice(start, start + size("feedforward"))
+        self.feedforward = slice(start, start + size("feedforward"))
         self._solution = self.DeclareVectorOutputPort("solution", self._size, weakly(self._calc), prerequisites)
 
     def _update(self, context: Context, values: DiscreteValues) -> None:
@@ -126,7 +127,7 @@ class InverseKinematics(Block):
         """The state, with what the joints' PD added to the feedforward among the parts in the torques applied (12,)."""
         state = state.copy()
         if self.layer is not None:
-            self.layer.learn(state[self._yaw.stop :], gait_phase, applied, parts[self._feedforward])
+            self.layer.learn(state[self._yaw.stop :], gait_phase, applied, parts[self.feedforward])
         return state
 
     def _calc(self, context: Context, output: BasicVector) -> None:

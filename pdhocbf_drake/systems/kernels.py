@@ -180,3 +180,58 @@ def update_table(
     if math.isfinite(x) and math.isfinite(y):
         table[phase] += LEARNING_RATE * (min(max(x, -most), most) - table[phase])
         table[period + phase] += LEARNING_RATE * (min(max(y, -most), most) - table[period + phase])
+
+
+@compiled
+def learn_bias(
+    memory: np.ndarray, joints: np.ndarray, leg: int, applied: np.ndarray, feedforward: np.ndarray, gain: float,
+    most: float, shift: tuple[float, float],
+) -> None:  # fmt: skip
+    """Moves a leg's bias towards what its PD adds to the feedforward, and the left leg's share of the load; see
+    `TorqueBias`.
+
+    An error of the bias that is longer than `most` counts as that long; one that is not finite changes nothing.
+
+    Args:
+        memory: bias of the left, then the right leg, and the share (2 n + 1,). joints: of a leg that have a bias.
+        leg: the one that stands, 0 left, 1 right, −1 where nothing is learned.
+        applied, feedforward: torques of both legs (2 n,) [N m].
+        gain: share of the error by which the bias moves. shift: where the share goes, and how far in a tick at most.
+    """
+    last = len(memory) - 1
+    goal, step = shift
+    memory[last] += min(max(goal - memory[last], -step), step)
+    if leg < 0:
+        return
+    start, square = leg * (last // 2), 0.0
+    for j in joints:
+        square += (applied[start + j] - feedforward[start + j] - memory[start + j]) ** 2
+    if math.isfinite(square) and square > 0.0:
+        factor = gain * min(1.0, most / math.sqrt(square))
+        for j in joints:
+            memory[start + j] += factor * (applied[start + j] - feedforward[start + j] - memory[start + j])
+
+
+@compiled
+def write_sent_torque(
+    memory: np.ndarray, feedforward: np.ndarray, band: float, limits: np.ndarray, out: np.ndarray
+) -> None:
+    """torque_bias, then sent_torque: of each leg's bias b its share of clip(|b|/band − 1, 0, 1) b; see `TorqueBias`.
+
+    What is sent is within the joints' limits where the feedforward is, and no farther beyond them where it is not.
+
+    Args:
+        memory: as in `learn_bias` (2 n + 1,). feedforward, limits: (2 n,) [N m]. band: [N m].
+    """
+    both = len(feedforward)
+    count, left = both // 2, memory[both]
+    for leg in range(2):
+        square = 0.0
+        for i in range(leg * count, (leg + 1) * count):
+            square += memory[i] ** 2
+        share = left if leg == 0 else 1.0 - left
+        factor = share * min(max(math.sqrt(square) / band - 1.0, 0.0), 1.0)
+        for i in range(leg * count, (leg + 1) * count):
+            most = max(limits[i], abs(feedforward[i]))
+            out[i] = min(max(factor * memory[i], -most - feedforward[i]), most - feedforward[i])
+            out[both + i] = feedforward[i] + out[i]

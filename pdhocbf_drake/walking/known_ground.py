@@ -28,19 +28,28 @@ class Under(NamedTuple):
     window: tuple[float, float]
 
 
+class Stones(NamedTuple):
+    """Stepping blocks of one piece: where they begin along x, and x and y of each in their order, one a step [m]."""
+
+    start: float
+    places: tuple[tuple[float, float], ...]
+
+
 class KnownGround:
     """Ground by a map, as soles of one length meet it.
 
     Attributes:
         terrain: the ground.
         half: half length of the soles, with what touches the ground beyond them [m].
-        stones: x and y of the stepping blocks on the map, in their order, one a step [m].
+        stones: the stepping blocks on the map, in the order of their pieces.
     """
 
     def __init__(self, terrain: Terrain, half: float) -> None:
         self.terrain, self.half = terrain, half
         blocks = [piece for piece in terrain.pieces if piece.known and isinstance(piece, Blocks)]
-        self.stones = [(x, y) for piece in blocks for x, y, _ in sorted(piece.footsteps)]
+        self.stones = tuple(
+            Stones(piece.span()[0], tuple((x, y) for x, y, _ in sorted(piece.footsteps))) for piece in blocks
+        )
         self.under = lru_cache(maxsize=1024)(self._under)
         self.swing = lru_cache(maxsize=_PROFILES)(self._swing)
         self._clearing = lru_cache(maxsize=_PROFILES)(self._clearing_swing)

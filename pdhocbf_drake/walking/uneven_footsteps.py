@@ -13,6 +13,7 @@ from pdhocbf_drake.walking.known_ground import ROOM, KnownGround
 _FROM_EDGE = 0.015  # how far inside the window of a long surface the first and the last foot on it stand [m]
 _FAR = 1e3  # a surface that ends beyond goes on for ever [m]
 _MOST = 10_000  # steps
+_ROUNDED = 1e-9  # [m]
 
 
 def uneven_footsteps(config: GaitConfig, ground: KnownGround) -> Footsteps:
@@ -42,16 +43,20 @@ def uneven_footsteps(config: GaitConfig, ground: KnownGround) -> Footsteps:
 def _places(config: GaitConfig, ground: KnownGround, first: Footstep) -> Iterator[tuple[float, float]]:
     """x and y of each stance from the first swing's on, until the ground is level for ever."""
     half, side, x = config.stance_width / 2.0, first.side, 0.0
-    stones = list(ground.stones)
+    rest = list(ground.stones)
     yield x, side * half
     for _ in range(_MOST):
-        low, high = ground.under(x, side * half).window
-        if (low, high) != ground.under(x, -side * half).window:
+        stones = rest[0].places if rest else ()
+        common = _common(ground, x, half, rest[0].start if rest else math.inf)
+        if common is None:
             side, x = -side, _ahead(ground, x, -side * half, config.stride)
             yield x, side * half
             continue
+        low, high = common
         goal = high - _FROM_EDGE if high - low > config.stride else x
-        if stones and stones[0][0] <= high + 2.0 * ground.half:
+        if not stones or high + ground.half + ROOM < rest[0].start - _ROUNDED:
+            stones = ()
+        elif stones[0][0] <= high + 2.0 * ground.half:
             goal = stones[0][0] - config.stride
         if high > _FAR and not stones:
             for _ in range(2):
@@ -68,11 +73,26 @@ def _places(config: GaitConfig, ground: KnownGround, first: Footstep) -> Iterato
         for x, y in stones:
             side = -side
             yield x, y
-        stones = []
+        rest = rest[1:] if stones else rest
         low, high = _long_enough(ground, _next(ground, x, -side * half, config.stride))
         side, x = -side, _onto(low, high, config.stride)
         yield x, side * half
     raise InputError(f"ground: a walk over it takes more than {_MOST} steps")
+
+
+def _common(ground: KnownGround, x: float, half: float, blocks: float) -> tuple[float, float] | None:
+    """The window of both feet at x, where they are on one plane up to its end; None where each has its own.
+
+    Blocks may be on a level with the ground before and behind them, which then goes on for one foot.
+
+    Args:
+        half: of the feet's distance [m]. blocks: where they begin, x [m].
+    """
+    left, right = (ground.under(x, y) for y in (half, -half))
+    low, high = max(left.window[0], right.window[0]), min(left.window[1], right.window[1])
+    end = left.window[1] == right.window[1] or abs(high + ground.half + ROOM - blocks) < _ROUNDED
+    same = (left.height, left.slope) == (right.height, right.slope) and end and low <= x
+    return (low, high) if left.window == right.window or same else None
 
 
 def _next(ground: KnownGround, x: float, y: float, stride: float) -> tuple[float, float]:
@@ -93,10 +113,10 @@ def _ahead(ground: KnownGround, x: float, y: float, stride: float) -> float:
 def _long_enough(ground: KnownGround, window: tuple[float, float]) -> tuple[float, float]:
     """The window; raises `InputError` where its surface is too short for the soles."""
     low, high = window
-    if low > high:
+    if low > high + _ROUNDED:
         needed = 2.0 * (ground.half + ROOM)
         raise InputError(
-            f"ground: the surface from x = {low - needed / 2.0:.3g} m on is {high - low + needed:.3g} m long, and "
+            f"ground: the surface from x = {low - needed / 2.0:.3g} m on is {high - low + needed:.4g} m long, and "
             f"soles need {needed:.3g} m"
         )
     return window

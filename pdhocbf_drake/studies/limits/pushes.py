@@ -1,4 +1,7 @@
-"""Pushes that are survived at 0.1 m a step, by the robot itself and where a joint has 0.8 of its peak in that walk."""
+"""Pushes that are survived at 0.1 m a step, by the robot itself and where a joint has 0.8 of its peak.
+
+The peak is that of the scenario's own walk, so that the robots are those of the other rows.
+"""
 
 from __future__ import annotations
 
@@ -29,16 +32,17 @@ _PUSH = Settings(tolerance=1.0, duration=0.1, watch=3.2)
 
 
 class Pushed(NamedTuple):
-    """Pushes in one direction: their row, and the scenario as JSON."""
+    """Pushes in one direction: their row, the scenario as JSON, and the peaks of its own walk."""
 
     row: str
     scenario: str
+    peaks: Peaks
     direction: str
 
 
 def plan(row: str, asked: Asked) -> list[Pushed]:
     """A piece for each direction."""
-    return [Pushed(row, asked.scenario, direction) for direction in _WAYS]
+    return [Pushed(row, asked.scenario, asked.prepared, direction) for direction in _WAYS]
 
 
 def measure(work: Pushed) -> Outcome:
@@ -53,7 +57,7 @@ def measure(work: Pushed) -> Outcome:
     wanted = _LEAST[way] * mass / _MASS * (1.0 if role is None else _SHARE)
     with tempfile.TemporaryDirectory() as folder:
         if role is not None:
-            weak = role, _SHARE * Peaks.of(scenario).torque[ROLES.index(role)]
+            weak = role, _SHARE * work.peaks.torque[ROLES.index(role)]
             scenario = write_weak(scenario, weak, None, Path(folder) / "robot.yaml")
         try:
             searches = search_all(scenario, [NONE], [work.direction], phases, _PUSH, 1, mass)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from pdhocbf_drake.analysis.metrics_schema import TORQUE_KEPT
 from pdhocbf_drake.analysis.report import metrics_of
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.robot import ROLES, Biped
@@ -24,7 +25,6 @@ from pdhocbf_drake.studies.shared.row_kinds import Asked
 from pdhocbf_drake.yaml_text import merge
 
 _QUICK = 4.0  # [s]
-_AT_LIMIT = 1.0 - 1e-9  # share of a torque's limit from which on it counts as reached
 _WHOLE = 100.0 * (1.0 + 1e-9)  # [%]
 CLOSED = ", closed form"
 
@@ -81,18 +81,17 @@ def _checks(name: str, walk: Walk, scenario: Scenario, biped: Biped, log: RunLog
     commanded = abs(scenario.gait.stride) / (scenario.gait.ticks_per_step * scenario.gait.tick)
     later = log.after(min(scenario.from_time, 0.5 * scenario.duration))
     speed = 0.0 if fell else 100.0 * float(np.hypot(*later["lip_state"][:, [1, 4]].mean(axis=0))) / commanded
-    planned, applied = np.abs(log["feedforward"]), np.abs(log["actuation"])
-    reached = (applied >= _AT_LIMIT * biped.effort_limits).any(axis=1)
+    planned, metrics = np.abs(log["feedforward"]), metrics_of(Run.of(scenario, log, 0.0))
+    reached = math.inf if metrics.torque_limit_fraction is None else metrics.torque_limit_fraction
     rates, joints = np.abs(log["desired_state"][:, 12:]), np.abs(log["joint_state"][:, 12:])
     found = [
         most(name, "falls", float(fell), limit(0.0)),
         least(name, "speed", speed, (row.fastest or 0.0) if judged else -math.inf, "%"),
         most(name, "planned torque of its limit", 100.0 * (planned / biped.effort_limits).max(), limit(_WHOLE), "%"),
-        most(name, "samples at a torque's limit", 100.0 * reached.mean(), limit(0.5), "%"),
+        most(name, "samples at a torque's limit", 100.0 * reached, limit(100.0 * TORQUE_KEPT), "%"),
         most(name, "planned speed of its limit", 100.0 * (rates / biped.velocity_limits).max(), limit(_WHOLE), "%"),
         most(name, "measured speed of its limit", 100.0 * (joints / biped.velocity_limits).max(), limit(105.0), "%"),
     ]
-    metrics = metrics_of(Run.of(scenario, log, 0.0))
     if row.slip is not None:
         slip = math.inf if metrics.slip_max is None else 1e3 * metrics.slip_max
         found.append(most(name, "slip", slip, limit(row.slip), "mm"))

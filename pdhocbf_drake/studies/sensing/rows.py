@@ -52,16 +52,18 @@ _NOISY = {"gyro_noise": 2.4e-3, "gyro_bias": 0.035, "accelerometer_noise": 0.017
 _TURNING = [{"time": 0.0, "velocity": [0.25, 0.0], "turn": 0.4}]
 EXACT: Final = "exact"
 _WEIGHED: Final = {"weigh": True}
+_SHIFTS: Final = {"ahead": [0.02, 0.0, 0.0], "behind": [-0.02, 0.0, 0.0], "aside": [0.0, 0.02, 0.0]}  # [m]
 ROWS: Final[dict[str, Row]] = {
     EXACT: Row({}, 98.0),
     **{f"late {10 * d} ms": Row({"measurement": {"delay_ticks": d}}, 98.0) for d in (1, 2, 3, 4)},
     **{f"late {10 * d} ms, stated {10 * s}": _late(d, s) for d, s in ((1, 0), (1, 2), (2, 1), (2, 3), (4, 3), (4, 5))},
-    **{f"torso {m:g}": _wrong(model_error={"torso_mass": m}, biped=_WEIGHED) for m in (0.8, 1.2, 1.3)},
-    "CoM ahead": _wrong(model_error={"com_shift": [0.02, 0.0, 0.0]}, biped=_WEIGHED),
-    "CoM behind": _wrong(model_error={"com_shift": [-0.02, 0.0, 0.0]}, biped=_WEIGHED),
-    "CoM aside": _wrong(model_error={"com_shift": [0.0, 0.02, 0.0]}, biped=_WEIGHED),
-    "torso 1.3, not weighed": Row({"model_error": {"torso_mass": 1.3}}, 97.0),
-    "CoM ahead, not weighed": Row({"model_error": {"com_shift": [0.02, 0.0, 0.0]}}, 97.0),
+    **{f"torso {m:g}": _wrong(model_error={"torso_mass": m}) for m in (0.8, 1.2, 1.3)},
+    **{f"CoM {where}": _wrong(model_error={"com_shift": shift}) for where, shift in _SHIFTS.items()},
+    **{f"torso {m:g}, weighed": _wrong(model_error={"torso_mass": m}, biped=_WEIGHED) for m in (0.8, 1.3)},
+    "CoM ahead, weighed": _wrong(model_error={"com_shift": _SHIFTS["ahead"]}, biped=_WEIGHED),
+    "CoM behind, late 40 ms": _wrong(
+        model_error={"com_shift": _SHIFTS["behind"]}, measurement={"delay_ticks": 4}
+    )._replace(zmp=None),
     "slope": _wrong(model_error={"gravity_tilt_deg": [2.0, 0.0]}),
     "wind": _wrong(wind=[-10.0, 0.0]),
     "noise": Row({"measurement": {"noise": {"com": 0.005, "velocity": 0.05}}}, 97.0, None, 60.0),
@@ -70,6 +72,7 @@ ROWS: Final[dict[str, Row]] = {
     ),
     "sensors": _on_sensors(98.0, 60.0),
     "sensors, stride 0.2 m": _on_sensors(98.0, 60.0, gait={"stride": 0.2}),
+    "sensors, stride 0 m": _on_sensors(None, 60.0, gait={"stride": 0.0}),
     "sensors, stride 0.05 m": _on_sensors(98.0, 60.0, gait={"stride": 0.05}),
     "sensors, turning": _on_sensors(None, 60.0, commands=_TURNING),
     "sensors, not calibrated": _on_sensors(95.0, 12.0, {"encoders": {"calibrated": None}})._replace(estimate=False),
