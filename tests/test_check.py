@@ -72,6 +72,14 @@ def knee_is_ankle(data: Data) -> None:
     joints["knee_pitch"], joints["ankle_pitch"] = joints["ankle_pitch"], joints["knee_pitch"]
 
 
+def sole_upside_down(data: Data) -> None:
+    data["left"]["sole"]["rpy"] = [3.14159, 0.0, 0.0]
+
+
+def knee_straight(data: Data) -> None:
+    data["right"]["bent_knee"] = dict.fromkeys(data["right"]["bent_knee"], 0.0)
+
+
 WRONG = {
     sole_off: ("left.sole", r"its rectangle reaches \d+ mm beyond the foot; one of half_size .* fits, with its centre"),
     sole_too_large: ("left.sole", r"its rectangle reaches \d+ mm beyond the foot; one of half_size"),
@@ -81,6 +89,8 @@ WRONG = {
     one_hip_sign: ("left.bent_knee", r"tilted by \d+°.*with hip_pitch of the other sign by [0-9]°"),
     sides_exchanged: ("left, right", r"left and right are exchanged: the left sole is at y = -"),
     joints_exchanged: ("left.sole.link", r"'left_foot' is not moved by joint 'right_hip_yaw'.*exchange left.joints"),
+    sole_upside_down: ("left.sole.rpy", "z axis points down; turn its roll"),
+    knee_straight: ("right.bent_knee.knee_pitch", "leaves the knee straight.*give the angle of a knee that bends"),
     knee_is_ankle: ("left.joints", r"the knee, 'left_ankle_pitch', must come after the hip's joints"),
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import bipeds
 import pytest
 
 from pdhocbf_drake.cli import main
+from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.importing.finding import find_model
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 
@@ -105,17 +107,20 @@ def test_a_model_that_is_not_there(elsewhere: Path, capsys: pytest.CaptureFixtur
     )
 
 
-def test_a_name_of_a_package_of_models(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("name", ["walker", "walker_v1.legsOnly"])
+def test_a_name_of_a_package_of_models(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A package as pip installs it: its files are listed in RECORD."""
-    place = tmp_path / "cmeel.prefix" / "share" / "robots" / "walker.urdf"
+    place = tmp_path / "cmeel.prefix" / "share" / "robots" / f"{name}.urdf"
     place.parent.mkdir(parents=True)
     place.write_text(bipeds.urdf(bipeds.Shape()))
     about = tmp_path / "example_robot_data-1.0.dist-info"
     about.mkdir()
     (about / "METADATA").write_text("Metadata-Version: 2.1\nName: example-robot-data\nVersion: 1.0\n")
-    (about / "RECORD").write_text("cmeel.prefix/share/robots/walker.urdf,,\n")
+    (about / "RECORD").write_text(f"cmeel.prefix/share/robots/{name}.urdf,,\n")
     monkeypatch.syspath_prepend(str(tmp_path))
-    assert find_model("walker") == place.resolve()
+    assert find_model(name) == place.resolve()
+    with pytest.raises(InputError, match=f"no model 'runner.v1': give .* example-robot-data has {re.escape(name)}$"):
+        find_model("runner.v1")
 
 
 def test_a_name_that_has_to_be_downloaded_without_a_network(

@@ -146,6 +146,21 @@ def test_a_weak_hip_is_granted_a_shorter_stride_and_both_are_said(tmp_path: Path
     assert "hip_pitch needs 18.6 N m and has 13.6 N m" in said
 
 
+@pytest.mark.parametrize("stride", [0.15, 0.0])
+def test_a_hip_that_is_granted_the_walk_is_granted_a_slower_one(tmp_path: Path, stride: float) -> None:
+    weak = walking(weaker(tmp_path, hip_roll=22.3), gait={"stride": stride})  # 80 % of the peak, which grows in place
+    assert within_limits(weak, Biped.load(weak.robot)).scenario.gait.stride == stride
+
+
+def test_all_joints_give_way_by_less_than_one_alone(tmp_path: Path) -> None:
+    peaks = dict(zip(ROLES, (3.57, 27.84, 18.58, 42.28, 22.01, 15.34), strict=True))  # of the packaged walk [N m]
+    almost = weaker(tmp_path, **{role: 0.99 * peak for role, peak in peaks.items()})
+    assert not within_limits(walking(almost), Biped.load(almost)).sentences
+    short = weaker(tmp_path, **{role: 0.95 * peak for role, peak in peaks.items()})
+    with pytest.raises(ModelError, match="can't walk, not even in place"):
+        within_limits(walking(short), Biped.load(short))
+
+
 def test_a_weak_knee_walks_at_full_speed_with_the_zmp_farther_ahead(tmp_path: Path) -> None:
     weak = walking(weaker(tmp_path, knee_pitch=29.6), duration=4.0, plant={"time_step": 0.005})  # 70 % of the peak
     biped = Biped.load(weak.robot)

@@ -30,7 +30,7 @@ from pdhocbf_drake.simulation.simulate import simulate
 
 WALKING = (
     "g1_29dof_rev_1_0", "g1_12dof", "h1_2_handless", "talos_reduced", "hrp4", "HRP4Cmain", "jvrc1", "jaxon_jvrc",
-    "atlas_minimal_contact", "valkyrie_D", "XBot-L", "T1_locomotion", "icub_reduced",
+    "atlas_minimal_contact", "valkyrie_D", "XBot-L", "T1_locomotion", "icub_reduced", "alexander_v1.lowerBodyOnly",
 )  # fmt: skip
 REFUSED = {
     "solo12": "legs|feet|limbs", "bolt": "six revolute joints|no foot geometry", "cassie": "joint",

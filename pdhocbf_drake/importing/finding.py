@@ -28,12 +28,12 @@ def find_model(model: str) -> Path:
         if path.suffix.lower() not in _SUFFIXES:
             raise InputError(f"{path} is no model: a file ending in {', '.join(_SUFFIXES)} is needed")
         return path
-    if "/" in model or path.suffix:
+    if "/" in model or path.suffix.lower() in _SUFFIXES:
         raise InputError(f"there is no model file {shown(model)}")
     examples = _example_models()
     if model in examples:
         return examples[model]
-    if described := _described(model):
+    if model.isidentifier() and (described := _described(model)):
         return described
     there = (
         f"{_EXAMPLES} has {', '.join(sorted(examples))}" if examples else f"the package {_EXAMPLES} is not installed"

@@ -17,6 +17,7 @@ _AXES = {"hip_yaw": 2, "hip_roll": 0, "hip_pitch": 1, "knee_pitch": 1, "ankle_pi
 _WORDS = ("the axis ahead (roll)", "the axis to the left (pitch)", "the vertical (yaw)")
 _BETTER = 0.5  # in the sum of |cosines| of the axes, by which another assignment of roles must be better
 _LEVEL = 0.5  # [rad]: a sole that is pitched by more in the bent-knee posture has a joint of the wrong sign
+_STRAIGHT = 0.05  # [rad]: a knee that is bent by less
 _AHEAD = 0.7  # least cosine of a sole's axes with those of the torso
 _ROUNDING = 1e-6  # [rad]
 
@@ -151,6 +152,9 @@ def _bent_knees(look: StraightPose) -> Iterator[Fault]:
                 f"{side}.bent_knee.knee_pitch", "the joint's limits let the knee bend backwards only",
                 "if the robot's front is there, turn torso_rpy by 3.14159 about z and exchange left and right", False,
             )  # fmt: skip
+        if abs(angle) < _STRAIGHT:
+            said = f"{angle:g} rad leaves the knee straight, so that it may bend either way"
+            yield Fault(f"{side}.bent_knee.knee_pitch", said, "give the angle of a knee that bends forward")
         yield from _not_level(look, number, side)
 
 
@@ -161,6 +165,9 @@ def _not_level(look: StraightPose, number: int, side: Side) -> Iterator[Fault]:
 
     here = tilt(look.bent)
     if here <= _LEVEL:
+        return
+    if here >= np.pi - _LEVEL:  # which no sign of a joint makes of a sole that is level
+        yield Fault(f"{side}.sole.rpy", "the sole's z axis points down", "turn its roll by 3.14159 rad, or its pitch")
         return
     turned = {}
     for place, role in enumerate(ROLES):

@@ -20,8 +20,7 @@ from pdhocbf_drake.walking.com_height import GRAVITY
 
 _HALVINGS = 5  # of the stride
 _GRIP = 0.9  # share of the friction that a walk may use
-_GIVES_WAY = 0.8  # share of a joint's peak that it may have where the whole-body program takes the rest
-_SHORT = 0.9  # share of its peak without which a joint counts as short: it does that for one kind of joint at a time
+_GIVES_WAY = 0.27  # by how much the peak of one kind of joint may exceed its limit where the whole-body program helps
 _YAW = 10.0  # how far the torso may turn where it gives way, over the friction that is left [rad]
 _GAITS = 4  # in which the torso's yaw settles
 
@@ -103,15 +102,22 @@ def exceeded(asked: Asked, stride: float) -> Excess:
             (motion.torques, biped.effort_limits, "N m"), (motion.speeds, biped.velocity_limits, "rad/s")
         )
     ]  # fmt: skip
-    short = sum(int((_SHORT * peaks > limits).reshape(2, -1).any(axis=0).sum()) for peaks, limits, _ in asks)
-    share = 1.0 if scenario.whole_body.kind == "closed_form" or short > 1 else _GIVES_WAY
-    for peaks, limits, unit in asks:
-        joint = int((peaks / limits).argmax())
-        if share * peaks[joint] > limits[joint]:
-            return Excess(_needs(biped, joint, peaks, limits, unit))
+    missing = np.concatenate([(peaks / limits - 1.0).reshape(2, -1).max(axis=0) for peaks, limits, _ in asks]).clip(0.0)
+    if missing.any() and not _gives_way(scenario, missing):
+        peaks, limits, unit = max(asks, key=lambda ask: float((ask[0] / ask[1]).max()))
+        return Excess(_needs(biped, int((peaks / limits).argmax()), peaks, limits, unit))
     # In a turn the ground also gives the centripetal force.
     duration = scenario.gait.ticks_per_step * scenario.gait.tick
     return _of_grip(biped, scenario, motion, abs(stride) / duration * asked.turn / GRAVITY)._replace(motion=motion)
+
+
+def _gives_way(scenario: Scenario, missing: np.ndarray) -> bool:
+    """Whether the whole-body program can do without what kinds of joints are short of, as shares of limits (n,).
+
+    One kind may be short of `_GIVES_WAY`, and several of a part of that together, since one way to give way serves one.
+    """
+    allowed = _GIVES_WAY / np.count_nonzero(missing)
+    return scenario.whole_body.kind != "closed_form" and bool(missing.sum() <= allowed)
 
 
 def _needs(biped: Biped, joint: int, peaks: np.ndarray, limits: np.ndarray, unit: str) -> str:

@@ -28,13 +28,11 @@ class Known(NamedTuple):
         piece: the piece, without `count` or `length`.
         longest: time of a step at most [s].
         commands: of the walk; none goes straight ahead.
-        bounded: whether a bound on the speed is kept.
     """
 
     piece: Mapping[str, Any]
     longest: float
     commands: tuple[Mapping[str, Any], ...] = ()
-    bounded: bool = False
 
 
 def _stairs(rise: float, tread: float = 0.25) -> dict[str, Any]:
@@ -43,14 +41,15 @@ def _stairs(rise: float, tread: float = 0.25) -> dict[str, Any]:
 
 _TURNING = ({"time": 0.0, "velocity": [0.3, 0.0]}, {"time": 3.2, "velocity": [0.3, 0.0], "turn": 0.2})
 ROWS: Final = {
-    "stairs up 0.05": Known(_stairs(0.05), 0.5, bounded=True),
-    "stairs up 0.08": Known(_stairs(0.08), 0.5, bounded=True),
+    "stairs up 0.05": Known(_stairs(0.05), 0.5),
+    "stairs up 0.08": Known(_stairs(0.08), 0.5),
     "stairs up 0.12": Known(_stairs(0.12), 1.0),
-    "stairs down 0.05": Known(_stairs(-0.05), 0.6, bounded=True),
+    "stairs down 0.05": Known(_stairs(-0.05), 0.6),
     "stairs down 0.08": Known(_stairs(-0.08, 0.3), 0.6),
     "slope up 8": Known({"kind": "slope", "at": 0.8, "angle_deg": 8.0}, math.inf),
     "slope down 8": Known({"kind": "slope", "at": 0.8, "angle_deg": -8.0}, math.inf),
     "slope across 5": Known({"kind": "slope", "at": 0.8, "roll_deg": 5.0}, math.inf),
+    "slope across -5": Known({"kind": "slope", "at": 0.8, "roll_deg": -5.0}, math.inf),
     "turning on a slope": Known({"kind": "slope", "at": 0.5, "angle_deg": 5.0}, math.inf, _TURNING),
 }
 _TURN = 8.0  # [s]
@@ -67,7 +66,7 @@ def plan(row: str, asked: Asked) -> list[Work]:
 def measure(work: Work) -> Outcome:
     """Walks over the row's ground, with the time of a step and the CoM height that it asks for."""
     known, keys = ROWS[work.row], dict(work.setting)
-    keys["barriers"] = _bound() if known.bounded else {}
+    keys["barriers"] = _bound() if known.piece["kind"] == "stairs" else {}
     scenario = fitted(work.with_keys(**keys, commands=list(known.commands)))
     log, metrics = walked(scenario, work.run_folder)
     checks, time = clean(work.row, scenario, log, metrics), scenario.gait.ticks_per_step * scenario.gait.tick
