@@ -12,7 +12,7 @@ from pydantic import BaseModel
 
 import pdhocbf_drake
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, EstimatorMetrics, Metrics, MpcMetrics
-from pdhocbf_drake.systems.signals import LOGGED
+from pdhocbf_drake.systems.signals import LOGGED, Signal
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -21,6 +21,7 @@ else:
 
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "pdhocbf_drake"
+_SHOWN = 9  # elements of a signal that are named one by one
 PAGES = tuple(ROOT / "docs" / name for name in ("how_it_is_built.md", "run_folder.md", "python.md"))
 
 
@@ -51,8 +52,14 @@ def _held(room: str) -> str:
 
 def signals_table() -> str:
     """One row for each logged signal."""
-    rows = [f"| `{s.name}` | {s.system} | {s.size} | {s.unit} | {s.meaning} |" for s in LOGGED]
-    return "\n".join(["| signal | system | size | unit | meaning |", "|---|---|---|---|---|", *rows])
+    rows = [f"| `{s.name}` | {s.system} | {s.size} | {_elements(s)} | {s.unit} | {s.meaning} |" for s in LOGGED]
+    return "\n".join(["| signal | system | size | elements | unit | meaning |", "|---|---|---|---|---|---|", *rows])
+
+
+def _elements(signal: Signal) -> str:
+    """The names of a signal's elements, of many the first and the last ones."""
+    names = signal.elements
+    return ", ".join(names if len(names) <= _SHOWN else [*names[: _SHOWN - 2], "…", names[-1]])
 
 
 def metrics_table() -> str:

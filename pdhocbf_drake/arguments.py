@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,21 @@ def add_overrides(parser: argparse.ArgumentParser) -> None:
     """Adds `--text YAML`, which may be given once."""
     text = "overrides, such as 'gait: {stride: 0.1}, duration: 5'"
     parser.add_argument("--text", default="", metavar="YAML", action=_Once, help=text)
+
+
+def add_from_time(parser: argparse.ArgumentParser, help_text: str) -> None:
+    """Adds `--from-time S`, a finite time from 0 s on."""
+    parser.add_argument("--from-time", type=_seconds, metavar="S", help=help_text)
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = -1.0
+    if not 0.0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"a time from 0 s on is needed, given {text}")
+    return value
 
 
 class _Once(argparse.Action):

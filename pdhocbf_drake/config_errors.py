@@ -37,7 +37,9 @@ def sentences(kind: type[BaseModel], items: list[Any], where: str) -> Iterator[s
             continue  # pydantic counts the valid entries; the others have items of their own
         elif item["type"] == "extra_forbidden":
             keys = ", ".join(item.get("keys") or _keys_beside(kind, place))
-            yield _sentence(where, place, f"unknown key; allowed here: {keys}" if keys else "unknown key")
+            message = f"unknown key; allowed here: {keys}" if keys else "unknown key"
+            elsewhere = ", ".join(_places_of(kind, str(place[-1])))
+            yield _sentence(where, place, f"{message}; there is {elsewhere}" if elsewhere else message)
         elif item["type"] == "missing":
             yield _sentence(where, place, "is needed, but missing")
         else:
@@ -170,6 +172,18 @@ def _keys_beside(kind: Any, location: tuple[Any, ...]) -> list[str]:
         kind = next((found for each in _options(kind) if (found := _inside(each, part)) is not None), None)
     configs = (each for each in _options(kind) if isinstance(each, type) and issubclass(each, BaseModel))
     return sorted({key for each in configs for key in _keys_of(each)})
+
+
+def _places_of(kind: Any, key: str, above: tuple[str, ...] = ()) -> Iterator[str]:
+    """Where a key is allowed inside the configs of a config, not in their lists and maps."""
+    for config in _options(kind):
+        if not (isinstance(config, type) and issubclass(config, BaseModel)):
+            continue
+        for name, field in config.model_fields.items():
+            place = (*above, field.alias or name)
+            if above and place[-1] == key:
+                yield ".".join(place)
+            yield from _places_of(field.annotation, key, place)
 
 
 def _keys_of(kind: type[BaseModel]) -> list[str]:

@@ -194,9 +194,10 @@ def test_an_unknown_option_is_an_error_with_the_usage_of_its_verb(words, capsys)
     assert "unknown here: --bogus" in printed
 
 
-def test_the_error_for_a_wrong_time_names_no_function(capsys):
+@pytest.mark.parametrize("words", [["compare", "a", "b"], ["design-bound", "a", "--margin", "0"]])
+def test_the_error_for_a_wrong_time_names_no_function(words, capsys):
     with pytest.raises(SystemExit):
-        main(["compare", "a", "b", "--from-time", "abc"])
+        main([*words, "--from-time", "abc"])
     assert "a time from 0 s on is needed, given abc" in capsys.readouterr().err
 
 

@@ -247,6 +247,17 @@ def test_a_sensor_that_fails_is_noticed_and_stood_in_for(kind, fault, value):
     assert np.abs(found[150:, 5:8]).max() < 0.02
 
 
+@pytest.mark.parametrize("fault", ["gyroscope", "accelerometer", "imu"])
+def test_an_imu_that_says_nothing_but_zeros_is_noticed_in_the_same_tick(fault):
+    _, places, expected = FAULTS[fault]
+    given = samples(stepping(), CONFIG, 4)[:20]
+    given[10].imu[places] = 0.0
+    _, estimates = run(ContactEkf(biped(), CONFIG), given)
+    notices = [Notice(int(estimate.status[0])) & FAULTS["imu"][2] for estimate in estimates]
+    assert [k for k, notice in enumerate(notices) if notice] == [10]
+    assert notices[10] == expected
+
+
 def test_whatever_the_sensors_say_nothing_raises():
     random, estimator, memory = np.random.default_rng(0), ContactEkf(biped(), CONFIG), Memory()
     for sample in samples(stepping(), CONFIG, 6)[:150]:

@@ -84,10 +84,17 @@ def test_a_run_with_too_few_steps_is_refused(run, message):
         measured_envelope(run, SPEEDS[0], "upper", 2.0)
 
 
-def test_a_margin_below_zero_is_refused():
-    envelope = measured_envelope(walked(), SPEEDS[0], "upper", 2.0)
-    with pytest.raises(InputError, match="--margin must be 0 or more"):
-        design_bound(envelope, -0.01, "tabulated", "upper")
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--margin", "-0.01"], "--margin must be a finite number from 0 on, given -0.01"),
+        (["--margin", "nan"], "--margin must be a finite number from 0 on, given nan"),
+        (["--confidence", "1"], "--confidence must be above 0 and below 1, given 1"),
+    ],
+)
+def test_wrong_options_are_refused_before_the_run_is_read(elsewhere, capsys, options, message):
+    assert main(["design-bound", "nothing", *options]) == 1
+    assert message in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("kind", ["tabulated", "harmonic"])
@@ -205,7 +212,6 @@ def test_margin_and_disturbance_that_belong_together_are_certified_and_written(e
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--confidence", "1"], "--confidence must be above 0 and below 1, given 1"),
         (["--confidence", "0.9", "--from-time", "11"], "at least 3 steps"),
         (["--confidence", "0.999"], "no margin withstands errors of "),
     ],

@@ -180,6 +180,8 @@ _BOMB = "a0: &a0 [1, 1]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 
             "gaitt: {}",
             r"walking\.gaitt: unknown key; allowed here: barrier_changes, barriers, biped, commands, descr",
         ),
+        ("stride: 0.1", r"unknown key; allowed here: .*; there is gait\.stride, mpc\.limits\.stride$"),
+        ("gait: {faults: []}", r"unknown key; allowed here: .*; there is measurement\.faults$"),
         ("gait: {stridee: 1}", r"walking\.gait\.stridee: unknown key; allowed here: .*stride, swing_height"),
         ("barriers: {forward_speed: {bound: {marginn: 1}}}", r"bound\.marginn: unknown key; allowed here: .*margin"),
         ("pushes: [{force: [1, 2, 3], time: 1.0, fource: 2}]", r"fource: unknown key; allowed here: body, duration"),

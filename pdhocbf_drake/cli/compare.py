@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from pdhocbf_drake.arguments import add_from_time
 from pdhocbf_drake.simulation.run_folder import read_run
 
 
@@ -12,10 +13,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Two runs, and the start of the compared part."""
     parser.add_argument("first", type=Path, metavar="RUN")
     parser.add_argument("second", type=Path, metavar="RUN")
-    parser.add_argument(
-        "--from-time", type=_seconds, metavar="S",
-        help="start of the steady state [s]; by default the from_time of the first run's scenario",
-    )  # fmt: skip
+    add_from_time(parser, "start of the steady state [s]; by default the from_time of the first run's scenario")
 
 
 def run(options: argparse.Namespace) -> int:
@@ -39,13 +37,3 @@ def _meaning(ratio: float) -> str:
     if ratio <= 1:
         return f"the first run's barrier is {100 * (1 - ratio):.1f} % less conservative"
     return f"the first run's barrier is {100 * (ratio - 1):.1f} % more conservative"
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"a time from 0 s on is needed, given {text}")
-    return value

@@ -25,7 +25,8 @@ def notice_imu(memory: Memory, sample: Sample, config: SensorsConfig) -> Notice:
     for place, (part, flag) in enumerate(((_GYROSCOPE, Notice.GYROSCOPE), (_ACCELEROMETER, Notice.ACCELEROMETER))):
         repeats = bool((sample.imu[part] == memory.imu[part]).all())
         memory.repeats[place] = memory.repeats[place] + 1.0 if repeats and noisy[place] else 0.0
-        if not np.isfinite(sample.imu[part]).all() or memory.repeats[place] >= _REPEATS:
+        silent = noisy[place] and not sample.imu[part].any()  # noise is never 0 on all axes
+        if silent or not np.isfinite(sample.imu[part]).all() or memory.repeats[place] >= _REPEATS:
             notice |= flag
     if not np.isfinite(sample.imu[6:]).all():
         notice |= Notice.GYROSCOPE

@@ -13,6 +13,9 @@ from pdhocbf_drake.importing.parsed import ParsedModel
 from pdhocbf_drake.robot.parsing import listed
 from pdhocbf_drake.robot.per_joint import ROLES
 
+FLAGS = "; name its feet with --left-foot and --right-foot"
+"""What to do about feet that are not found."""
+
 _SHOULDER = 0.35  # share of a limb's length that a hip is above the lowest of the body, at most
 _LOW = 0.15  # of the base's height: links that reach so low stand on the ground
 
@@ -53,7 +56,7 @@ def find_feet(model: ParsedModel, up: np.ndarray, named: tuple[str | None, str |
     if len(groups) != 2:
         names = listed(bodies[0].name() for bodies in groups)
         stand = "1 limb stands" if len(groups) == 1 else f"{len(groups)} limbs stand"
-        raise ModelError(f"{stand} on the ground, and a biped has two: {names}{_flags()}")
+        raise ModelError(f"{stand} on the ground, and a biped has two: {names}{FLAGS}")
     chains = [model.chain(bodies[0]) for bodies in groups]
     shared = 0
     while shared < min(map(len, chains)) and chains[0][shared].index() == chains[1][shared].index():
@@ -69,7 +72,7 @@ def _standing(model: ParsedModel, up: np.ndarray) -> list[list[RigidBody]]:
     ground = min(_lowest(model, bodies, up) for bodies in model.groups.values())
     low = [key for key in ends if lowest[key] < ground + _LOW * abs(ground)]
     if not low:
-        raise ModelError(f"the model has no foot geometry: what reaches lowest is no end of a limb{_flags()}")
+        raise ModelError(f"the model has no foot geometry: what reaches lowest is no end of a limb{FLAGS}")
     limbs: list[tuple[int, ...]] = []
     common = _shared(low)
     for key in sorted(low, key=len, reverse=True):
@@ -115,10 +118,6 @@ def limb_centre(model: ParsedModel, limb: Limb) -> np.ndarray:
         names = listed(body.name() for body in bodies)
         raise ModelError(f"the model has no foot geometry: nothing of {names} is drawn or collides")
     return np.asarray(points.mean(axis=0))
-
-
-def _flags() -> str:
-    return "; name its feet with --left-foot and --right-foot"
 
 
 def _lowest(model: ParsedModel, bodies: list[RigidBody], up: np.ndarray) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.importing.directions import NAMES, facing, side_to_side, word
-from pdhocbf_drake.importing.feet import Feet, are_arms, find_feet, limb_centre, ways_up
+from pdhocbf_drake.importing.feet import FLAGS, Feet, are_arms, find_feet, limb_centre, ways_up
 from pdhocbf_drake.importing.given import Given
 from pdhocbf_drake.importing.inferred import Inferred, Sure, listed
 from pdhocbf_drake.importing.parsed import ParsedModel
@@ -54,7 +54,7 @@ def _without_legs(model: ParsedModel, given: Given) -> ModelError | None:
         return None
     names = " and ".join(limb.name for limb in feet.limbs)
     return ModelError(
-        f"no legs were found: the limbs that reach lowest, to {names}, hang from high on the body, as arms do"
+        f"no legs were found: the limbs that reach lowest, to {names}, hang from high on the body, as arms do{FLAGS}"
     )
 
 

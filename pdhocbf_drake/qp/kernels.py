@@ -224,7 +224,7 @@ def solve_packed(
     reals: np.ndarray, integers: np.ndarray, places: np.ndarray, theta: np.ndarray, guess: np.ndarray,
     decisions: np.ndarray, active: np.ndarray,
 ) -> tuple[int, float]:  # fmt: skip
-    """Solves a program at θ in one call, as `DaqpQp.solve_in_steps` does.
+    """Solves a program at θ in one call, as `DaqpSteps.solve` does.
 
     Args:
         reals, integers, places: see `PackedQp`.

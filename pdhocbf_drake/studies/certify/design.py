@@ -75,13 +75,7 @@ def measured_envelope(run: Run, quantity: Quantity, side: Side, from_time: float
 
 
 def design_bound(envelope: Envelope, margin: float, kind: Kind, side: Side) -> WalkBoundConfig:
-    """The tightest bound of its kind that leaves the margin above (below) all measured values; see `bound_beyond`.
-
-    Raises:
-        InputError: the margin is not a number from 0 on.
-    """
-    if not 0.0 <= margin < np.inf:
-        raise InputError(f"--margin must be 0 or more [{envelope.quantity.unit}], given {margin}")
+    """The tightest bound of its kind that leaves the margin above (below) all measured values; see `bound_beyond`."""
     return bound_beyond((1.0 if side == "upper" else -1.0) * envelope.outer + margin, kind, side)
 
 

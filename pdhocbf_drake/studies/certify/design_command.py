@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 import argparse
+import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-import yaml
 
+from pdhocbf_drake.arguments import add_from_time
 from pdhocbf_drake.barriers import Linear
 from pdhocbf_drake.config import as_name
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.files.file import write_text
 from pdhocbf_drake.files.places import check_file
 from pdhocbf_drake.simulation.run_folder import Run, read_run
-from pdhocbf_drake.simulation.scenario import Scenario
-from pdhocbf_drake.simulation.scenario_file import load_scenario, scenario_names
 from pdhocbf_drake.walking.barrier_config import WalkBarrierConfig, WalkBoundConfig
 from pdhocbf_drake.walking.quantities import QUANTITIES
-from pdhocbf_drake.yaml_text import merge
 
 if TYPE_CHECKING:  # these load Drake, and are loaded once the arguments have been checked
-    from pdhocbf_drake.studies.certify.design import Envelope
-    from pdhocbf_drake.studies.certify.prediction_errors import PredictionErrors
+    from pdhocbf_drake.studies.certify.design_file import Design
     from pdhocbf_drake.studies.certify.scenario_certificate import ScenarioCertificate
-
-_WRITTEN = ("quantity", "axis", "side", "bound", "gamma")
-_OF_RUN = ("name", "description", "barriers", "duration", "seed", "pushes")  # which a walk under a bound has anew
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,65 +41,93 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--side", choices=("upper", "lower"), default="upper", help="otherwise upper")
     parser.add_argument("--gamma", type=float, nargs="+", metavar="G", help="otherwise 0.5 for each relative degree")
     parser.add_argument("--name", default="forward_speed", help="the barrier's name; otherwise forward_speed")
-    from_time = "use the walk from this time on [s]; otherwise from the scenario's from_time"
-    parser.add_argument("--from-time", type=float, metavar="S", help=from_time)
+    add_from_time(parser, "use the walk from this time on [s]; otherwise from the scenario's from_time")
     parser.add_argument("--out", type=Path, metavar="FILE", help="the file; otherwise ./bound-NAME.yaml")
 
 
 def run(options: argparse.Namespace) -> int:
     """Designs, certifies, writes and reports; returns the exit code."""
+    _check(options)
+    place = options.out or Path(f"bound-{options.name}.yaml")
+    check_file(place)  # before the work
+    recorded = read_run(options.run)
+    design = _designed(recorded, options)
+    from pdhocbf_drake.studies.certify.design_file import design_text  # here, for a quick start
+
+    write_text(place, design_text(recorded, design, options.name))
+    print("\n".join([*_findings(design, options.confidence), str(place)]))
+    return 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    """Raises `InputError` for what no bound can have."""
     for rate in options.gamma or []:
         Linear(rate)  # refuses a rate outside (0, 1]
     if as_name(options.name) != options.name:
         raise InputError(f"--name must be letters, digits, '_', '-' or '.', at most 100 (given: {options.name!r})")
-    place = options.out or Path(f"bound-{options.name}.yaml")
-    check_file(place)  # before the work
-    recorded = read_run(options.run)
+    margin, confidence = options.margin, options.confidence
+    if margin is not None and not 0.0 <= margin < math.inf:
+        raise InputError(f"--margin must be a finite number from 0 on, given {margin:g}")
+    if confidence is not None and not 0.0 < confidence < 1.0:
+        raise InputError(f"--confidence must be above 0 and below 1, given {confidence:g}")
+
+
+def _designed(recorded: Run, options: argparse.Namespace) -> Design:
+    """The bound, certified; raises `InputError` where it can't be kept, or the run has none."""
     from pdhocbf_drake.studies.certify.design import design_bound, measured_envelope, robust_bound
+    from pdhocbf_drake.studies.certify.design_file import Design
     from pdhocbf_drake.studies.certify.margin import margin_for, plain, with_robust
     from pdhocbf_drake.studies.certify.prediction_errors import prediction_errors
     from pdhocbf_drake.studies.certify.scenario_certificate import certify_scenario
 
-    scenario = recorded.scenario
-    from_time = scenario.from_time if options.from_time is None else options.from_time
     keys = {"axis": options.axis, "quantity": options.quantity, "side": options.side}
     named = WalkBarrierConfig(**keys, bound=WalkBoundConfig(kind="orbit"))
-    envelope = measured_envelope(recorded, named.bounded, options.side, from_time)
     gamma = tuple(options.gamma) if options.gamma else named.gamma
-    errors = None
+    scenario, errors = recorded.scenario, None
+    from_time = scenario.from_time if options.from_time is None else options.from_time
+    envelope = measured_envelope(recorded, named.bounded, options.side, from_time)
+    unit = envelope.quantity.unit
     if options.confidence is None:
         bound = design_bound(envelope, options.margin, options.kind, options.side)
-        margin = f"{options.margin:g} {envelope.quantity.unit}"
+        margin = f"{options.margin:g} {unit}"
     else:
         errors = prediction_errors(recorded, options.confidence, from_time)
         scenario = with_robust(scenario, errors.robust)
         beyond, orbit = margin_for(scenario, named.model_copy(update={"gamma": gamma}), envelope)
         bound = robust_bound(envelope, orbit, beyond, options.kind, options.side)
-        margin = f"{beyond.min():.3g} to {beyond.max():.3g} {envelope.quantity.unit}"
+        margin = f"{beyond.min():.3g} to {beyond.max():.3g} {unit}"
     barrier = WalkBarrierConfig(**keys, bound=bound, gamma=gamma)
-    found = certify_scenario(plain(scenario).model_copy(update={"barriers": {options.name: barrier}}),
-                             disturbance=scenario.mpc.robust, search=False)  # fmt: skip
-    verdict = _checked(found, options.name, margin)
-    text = _yaml(recorded, options, barrier, envelope, verdict, errors)
-    write_text(place, text)
+    walked = plain(scenario).model_copy(update={"barriers": {options.name: barrier}})
+    found = certify_scenario(walked, disturbance=scenario.mpc.robust, search=False)
+    verdict = _verdict(found, options.name, margin)
+    beyond_all = (
+        f"{margin} beyond all that was measured in a" if errors is None
+        else f"with the margin for {100 * options.confidence:g} % of the prediction errors of a"
+    )  # fmt: skip
+    return Design(barrier, envelope, margin, beyond_all, verdict, errors)
+
+
+def _findings(design: Design, confidence: float | None) -> list[str]:
+    """What was measured, the margin, and the certificate, as lines for the terminal."""
+    envelope, errors = design.envelope, design.errors
     above = f"{1000 * envelope.spread:.2f} m{envelope.quantity.unit} above the mean at most"
-    spread = above if options.side == "upper" else "as measured"
-    print(f"measured  {envelope.periods} times at every phase; {spread}")
-    if errors is not None:
+    spread = above if design.barrier.side == "upper" else "as measured"
+    lines = [f"measured  {envelope.periods} times at every phase; {spread}"]
+    if errors is not None and confidence is not None:
         (com, velocity), (far, fast) = np.multiply(1e3, (errors.widest, errors.largest))
-        share = f"{100 * options.confidence:g} % of the prediction errors"
-        print(f"errors    up to {com:.3g} mm and {velocity:.3g} mm/s at the worst tick of a step are {share} there; "
-              f"measured {far:.3g}, {fast:.3g}")  # fmt: skip
+        share = f"{100 * confidence:g} % of the prediction errors"
+        lines.append(
+            f"errors    up to {com:.3g} mm and {velocity:.3g} mm/s at the worst tick of a step are {share} there; "
+            f"measured {far:.3g}, {fast:.3g}"
+        )
         if any(errors.estimate):
             far, fast = np.multiply(1e3, errors.estimate)
-            print(f"estimate  off by {far:.3g} mm from the foot and {fast:.3g} mm/s likewise")
-        print(f"margin    {margin} beyond all that was measured or planned")
-    print(f"certified {verdict}")
-    print(place)
-    return 0
+            lines.append(f"estimate  off by {far:.3g} mm from the foot and {fast:.3g} mm/s likewise")
+        lines.append(f"margin    {design.margin} beyond all that was measured or planned")
+    return [*lines, f"certified {design.verdict}"]
 
 
-def _checked(found: ScenarioCertificate, name: str, margin: str) -> str:
+def _verdict(found: ScenarioCertificate, name: str, margin: str) -> str:
     """The certificate of the bound in one line; raises `InputError` if the bound can't be kept."""
     from pdhocbf_drake.studies.certify.report import share
 
@@ -137,46 +159,3 @@ def _checked(found: ScenarioCertificate, name: str, margin: str) -> str:
     under = "" if certificate.disturbance is None else " under these errors"
     left_of_all = f"{100 * (left or 0.0):.1f} % of the states that can walk on for ever can also keep it"
     return f"enforceable{under}{rows}; {left_of_all}"
-
-
-def _yaml(
-    recorded: Run, options: argparse.Namespace, barrier: WalkBarrierConfig, envelope: Envelope, verdict: str,
-    errors: PredictionErrors | None,
-) -> str:  # fmt: skip
-    scenario, quantity = recorded.scenario, envelope.quantity
-    beyond = f"{options.margin:g} {quantity.unit} beyond all that was measured in a" if errors is None else (
-        f"with the margin for {100 * options.confidence:g} % of the prediction errors of a")  # fmt: skip
-    lines = [
-        f"# A bound on the {quantity.label}, {beyond}",
-        f"# run of {scenario.name} ({envelope.periods} times at every phase, {recorded.provenance.started}).",
-        f"# Certified for that scenario's template: {verdict}.",
-    ]
-    kept = barrier.model_dump(mode="json", exclude_none=True)
-    data: dict[str, Any] = {"barriers": {options.name: {key: kept[key] for key in _WRITTEN if key in kept}}}
-    if errors is not None:
-        data["mpc"] = {"robust": errors.robust.model_dump(mode="json", exclude_defaults=True)}
-    data = merge(_walk(scenario), data)
-    body = yaml.safe_dump(data, sort_keys=False, allow_unicode=True, width=110, default_flow_style=None)
-    return "\n".join([*lines, body])
-
-
-def _walk(scenario: Scenario) -> dict[str, Any]:
-    """The recorded walk without its barriers: how it differs from the packaged scenario of its name, or all of it."""
-    data = {key: value for key, value in scenario.to_dict().items() if key not in _OF_RUN}
-    if scenario.name not in scenario_names():
-        return data
-    packaged = load_scenario(scenario.name).to_dict()
-    differs = _differences(data, packaged)
-    if packaged["mpc"]["limits"] == "model":  # a run has the numbers
-        differs.get("mpc", {}).pop("limits", None)
-    return {"extends": scenario.name, **{key: value for key, value in differs.items() if value != {}}}
-
-
-def _differences(data: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
-    """The values of `data` that are others in `other`, each in its place."""
-    found = {}
-    for key, value in data.items():
-        if value != other[key]:
-            both = isinstance(value, dict) and isinstance(other[key], dict) and value.keys() == other[key].keys()
-            found[key] = _differences(value, other[key]) if both else value
-    return found

@@ -61,10 +61,8 @@ def prediction_errors(run: Run, confidence: float, from_time: float) -> Predicti
     Student's distribution. A box around 0 holds these intervals.
 
     Raises:
-        InputError: the confidence is not between 0 and 1; or the walk is too short.
+        InputError: the walk is too short.
     """
-    if not 0.0 < confidence < 1.0:
-        raise InputError(f"--confidence must be above 0 and below 1, given {confidence:g}")
     gait, log = run.scenario.gait, run.log
     ticks = np.rint(log.time / gait.tick).astype(int)
     measured, zmp = measured_states(run, ticks)

@@ -32,7 +32,7 @@ def _late(true: int, stated: int) -> Row:
 
 
 def _wrong(**changes: Any) -> Row:
-    return Row(changes, 97.0, 3.0)
+    return Row(changes, 97.0, 3.0, 20.0)
 
 
 def _on_sensors(speed: float | None, duration: float, sensors: dict[str, Any] | None = None, **changes: Any) -> Row:
