@@ -150,11 +150,13 @@ def test_a_script_of_another_walk_is_refused_before_the_drive(
 def test_a_drive_that_waits_for_nobody_shows_how_far_it_is_and_has_no_late_ticks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "script.yaml").write_text("presses: [{time: 0.2, forward: 3.0}]", encoding="utf-8")
+    (tmp_path / "script.yaml").write_text("presses: [{time: 0.2, forward: 3.0}, {time: 1.5}]", encoding="utf-8")
     words = ["--script", str(tmp_path / "script.yaml"), "--headless", "--seconds", "1", "--no-replay"]
     assert main(["drive", "vhip", *words, "--out", str(tmp_path / "run")]) == 0
     out, err = capsys.readouterr()
     assert "vhip: 1.0 of 1.0 s simulated in " in err
+    assert "the drive ends at 1 s, before " in err
+    assert "script.yaml.presses.1 at 1.5 s" in err
     assert "late" not in (out + err).replace("simulated", "")
     assert json.loads((tmp_path / "run" / "metrics.json").read_text(encoding="utf-8"))["late_ticks"] is None
 

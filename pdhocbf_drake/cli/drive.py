@@ -94,6 +94,8 @@ def _driven(options: argparse.Namespace, scenario: Scenario, rows: Path, stopped
 
     script = None if options.script is None else Script.read(options.script)
     seconds = options.seconds or LONGEST
+    if script is not None and (late := script.after(seconds)):
+        say(f"pdhocbf: the drive ends at {seconds:g} s, before {', '.join(late)}")
     if options.headless:
         assert script is not None
         with shown_progress(scenario.name, float(seconds), "s simulated") as progress:

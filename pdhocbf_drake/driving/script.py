@@ -74,6 +74,10 @@ class Script:
         """Where each change of a barrier is in the file, its time [s], and the change, in the order of their times."""
         return [(self._where[id(press)], press.time, kept) for press in self._presses if (kept := _kept(press))]
 
+    def after(self, end: float) -> list[str]:
+        """Where each press is in the file that is not before the end of a drive [s], and its time."""
+        return [f"{self._where[id(press)]} at {press.time:g} s" for press in self._presses if press.time >= end]
+
     def at(self, time: float) -> Asked:
         """What is asked for at a time [s], which must not decrease from call to call."""
         pushes, barriers = [], []

@@ -83,7 +83,8 @@ def known_ground_findings(scenario: Scenario, biped: Biped) -> Iterator[Finding]
     for index, piece in enumerate(scenario.ground):
         if isinstance(piece, Stairs) and piece.known:
             most = largest_rise(scenario, biped, index)
-            yield Finding("ground", "ok", f"ground.{index}.rise", f"a rise of up to {most:.2g} m is within reach")
+            said = f"a rise of up to {most:.2g} m is within reach with the CoM as high as here"
+            yield Finding("ground", "ok", f"ground.{index}.rise", said)
 
 
 def largest_rise(scenario: Scenario, biped: Biped, index: int) -> float:
