@@ -81,7 +81,7 @@ class SoleWrenches(Block):
     def __init__(self, joints: list[tuple[int, RigidTransform, float, np.ndarray]]) -> None:
         super().__init__()
         self._joints = [
-            (place, sole.rotation().matrix().T, sole.translation(), weight, centre)
+            (place, sole.rotation().matrix().T, sole.translation().tolist(), weight, centre)
             for place, sole, weight, centre in joints
         ]
         self._reactions = self.DeclareAbstractInputPort("reaction_forces", AbstractValue.Make([SpatialForce.Zero()]))
@@ -91,7 +91,8 @@ class SoleWrenches(Block):
         reactions, found = self._reactions.Eval(context), np.empty(2 * _AXES)
         for start, (place, turn, origin, weight, centre) in zip((0, _AXES), self._joints, strict=True):
             moment, force = -reactions[place].rotational(), -reactions[place].translational()
-            found[start : start + 3] = turn @ (moment - np.cross(origin, force))
+            (x, y, z), (fx, fy, fz) = origin, force.tolist()
+            found[start : start + 3] = turn @ (moment - [y * fz - z * fy, z * fx - x * fz, x * fy - y * fx])
             found[start + 3 : start + 6] = turn @ force
             found[start] += weight * centre[1]
             found[start + 1] -= weight * centre[0]

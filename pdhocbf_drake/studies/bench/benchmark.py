@@ -79,6 +79,7 @@ def measure(effort: Effort, report: Report) -> dict[str, Any]:
         "robot_over_bare_plant": robot["robot_over_bare_plant"],
         "template_real_time_factor": template["real_time_factor"],
         "robot_real_time_factor": max(row["real_time_factor"] for row in steps if row["same_walk"]),
+        "estimator_over_mpc_tick": loops.estimator_over_mpc_tick(min(effort.robot_seconds, 4.0)),
         "start_over_import": start["ready_seconds"] / start["import_drake_seconds"],
     }
     return results

@@ -12,6 +12,7 @@ from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.robot.drake_task_space import DrakeTaskSpace
 from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.robot.tree_task_space import TreeTaskSpace
+from pdhocbf_drake.simulation import estimator as _that_of_sensors_is_loaded_by  # noqa: F401
 from pdhocbf_drake.simulation import simulate as _every_block_is_loaded_by  # noqa: F401
 from pdhocbf_drake.studies.bench.recording import now
 from pdhocbf_drake.systems.block import Block

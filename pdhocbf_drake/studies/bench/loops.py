@@ -139,6 +139,12 @@ def blocks(scenario: Scenario, duration: float) -> dict[str, float]:
     return parts | {"plant and framework": (wall - sum(spent.values())) / ticks}
 
 
+def estimator_over_mpc_tick(duration: float) -> float:
+    """The time of the estimator's block in a walk on sensors, over that of the MPC's solve of x and y."""
+    parts = blocks(load_scenario("walking_sensors"), duration)
+    return parts["BaseEstimator"] / parts["PeriodicMpc"]
+
+
 def plant_steps(steps: list[float], duration: float) -> list[dict[str, Any]]:
     """The walk at several plant steps: whether it is the same walk as at the first one, and its speed."""
     rows: list[dict[str, Any]] = []

@@ -19,6 +19,7 @@ _WANTED: dict[str, tuple[str, Callable[[float], bool]]] = {
     "robot_over_bare_plant": ("≤ 1.8", lambda x: x <= 1.8),
     "template_real_time_factor": ("≥ 100", lambda x: x >= 100),
     "robot_real_time_factor": ("≥ 7", lambda x: x >= 7),
+    "estimator_over_mpc_tick": ("≤ 3", lambda x: x <= 3),
     "start_over_import": ("≤ 3", lambda x: x <= 3),
 }
 
