@@ -12,6 +12,7 @@ from pdhocbf_drake.analysis.metrics_schema import (
 )
 
 _ROUNDING = 1e-9
+_SAME_SPEED = 5e-4  # [m/s]
 _NAMED = 3  # of the commands that were granted in part
 _WAYS, _UNITS = ("ahead", "aside", "turning"), ("m/s", "m/s", "rad/s")
 _STRIDE = "the longest step limits velocities"
@@ -134,6 +135,8 @@ def _action(barrier: BarrierMetrics) -> str:
     slower = barrier.active_slower
     if slower is None:
         return text
+    if abs(slower) < _SAME_SPEED:
+        return f"{text}, in steps at the commanded speed"
     way = "slower" if slower >= 0.0 else "faster"
     return f"{text}, in steps that were {of(abs(slower), 'm/s')} {way} than commanded"
 

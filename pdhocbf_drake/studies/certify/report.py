@@ -203,7 +203,8 @@ def _verdict(bound: dict[str, Any]) -> str:
         return "enforceable, and h >= 0 is a barrier by itself"
     count, first = len(bound["failing_phases"]), bound["failing_phases"][0]
     return (
-        f"enforceable; h >= 0 alone is not a barrier at {count} phases, first at {first}, but the certified set is one"
+        "enforceable: the bound can be kept for ever from the certified set, "
+        f"and not from all of h >= 0 at {count} phases, first at {first}"
     )
 
 
