@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -137,8 +138,9 @@ def test_on_boards_each_foot_stands_on_its_own_ones(length: float) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (stairs(0.25), r"^the step at x = 0\.\d+ m on ground\.0 \(stairs\) is beyond the legs' reach; a rise of up "
-                       r"to 0\.1\d m is possible, with the CoM at 0\.\d+ m \(given: 0\.25\)$"),
+        (stairs(0.25), r"^the step at x = 0\.\d+ m on ground\.0 \(stairs\) is beyond the legs' reach: a rise of up "
+                       r"to 0\.0\d+ m is within reach with the CoM at 0\.58 m, as here, and of up to 0\.1\d m with it "
+                       r"at 0\.5\d+ m \(given: 0\.25\)$"),
         (stairs(0.05, 0.2), r"^ground: the surface from x = 1 m on is 0\.2 m long, and soles need 0\.22 m$"),
         (stairs(0.05, more=", commands: [{time: 0, velocity: [0.3, 0]}]"),
          r"^ground\.0: stairs on the map can be walked straight ahead from x = 0 alone, without commands, path or "
@@ -164,6 +166,16 @@ def test_the_largest_rise_is_within_reach_and_a_little_more_is_not() -> None:
         piece = scenario.ground[0].model_copy(update={"rise": share * most})
         steps = uneven_steps(biped, commanded_gait(scenario.model_copy(update={"ground": (piece,)})), reserve=0.0)
         assert all(not step.missed for step in steps) == reached
+
+
+def test_stairs_that_are_refused_and_those_that_are_not_are_compared_with_the_same_rises() -> None:
+    gait = ", gait: {com_height: 0.56, ticks_per_step: 50}, mpc: {horizon: 100}"
+    lines = []
+    for rise in (0.05, 0.25):
+        scenario = load_scenario("walking_nobarrier", stairs(rise, more=gait))
+        *_, last = known_ground_findings(scenario, Biped.load(scenario.robot))
+        lines.append(re.search(r"a rise of up to .* m with it at \S+ m", last.said)[0])
+    assert lines[0] == lines[1]
 
 
 # Bounds of an even rise.
