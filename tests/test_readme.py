@@ -72,6 +72,13 @@ def test_pictures_and_files_that_pages_link_exist(page: str) -> None:
         assert [link for link in links if not (path.parent / link).exists()] == [], path
 
 
+def test_every_notebook_is_on_the_first_page() -> None:
+    page = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    assert [
+        path.name for path in sorted(ROOT.glob("notebooks/*.ipynb")) if f"../notebooks/{path.name})" not in page
+    ] == []
+
+
 def test_files_of_the_code_that_pages_name_exist() -> None:
     for path in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/*.md")]:
         named = re.findall(r"`(\w+/[\w/]+\.(?:py|md))[`:]", path.read_text(encoding="utf-8"))

@@ -12,6 +12,7 @@ from logs import differences
 from pdhocbf_drake import simulate
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.robot_limits import robot_limits
+from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.fitting.uneven_effort import uneven_effort
 from pdhocbf_drake.fitting.uneven_walk import uneven_steps
@@ -20,6 +21,7 @@ from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
+from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.simulation.uneven_checks import known_ground_findings, largest_rise
@@ -46,6 +48,20 @@ def test_the_robot_walks_over_a_slope_and_up_stairs_without_a_recovery(walk) -> 
     assert walk.ending == "finished"
     assert set(walk.element("solver_status", "reason")) == {float(Reason.SOLVED)}
     assert walk.element("com_z", "z")[-1] - walk.element("com_z", "z")[0] > 0.15
+
+
+def test_how_much_of_the_ground_was_walked_is_in_metrics_and_summary(walk) -> None:
+    scenario = load_scenario("walking_nobarrier", OVER)
+
+    def ground(log) -> list[str]:
+        rows = dict(summary_rows(compute_metrics(scenario, log, 1.0, robot_limits(scenario))))
+        return [rows["ground.0"], rows["ground.1"]]
+
+    assert ground(walk) == ["walked 0.50 of 0.50 m of a slope", "climbed 3 of 3 stairs of 0.05 m"]
+    right, left = (walk["foot_state"][:, place] for place in (0, 6))
+    first = int(np.argmax(np.maximum(right, left) > 1.1)) + 45  # a step later that foot stands on the first stair
+    rest = RunLog({name: table[:first] for name, table in walk.signals.items()}, walk.time[:first])
+    assert ground(rest) == ["walked 0.50 of 0.50 m of a slope", "climbed 1 of 3 stairs of 0.05 m"]
 
 
 def test_the_soles_stand_where_the_ground_is_as_steep_as_the_ground_is(walk) -> None:
