@@ -5,6 +5,7 @@ The source folder is the repository's, so that a link leads to the same page her
 
 from __future__ import annotations
 
+import os
 import re
 from typing import Any
 
@@ -32,6 +33,10 @@ myst_heading_anchors = 3
 nb_execution_mode = "force"
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
+nb_execution_in_temp = True
+# In notebooks deprecated names of ours, of Drake or of NumPy are errors. What is left in build/jupyter_execute is what
+# tests/test_notebooks.py looks at, in place of running them once more.
+os.environ["PYTHONWARNINGS"] = "error::DeprecationWarning"
 
 default_role = "code"  # in docstrings single backticks hold code
 highlight_language = "none"  # of blocks that name none
