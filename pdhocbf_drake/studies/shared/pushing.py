@@ -156,7 +156,7 @@ class PushedWalk:
     def _undisturbed(self, context: Context) -> bool:
         """Whether the last plan in a context of the diagram is that of a steady walk."""
         status = self.controller.memory(self.controller.GetMyContextFromRoot(context)).solver_status
-        return bool(status[_REASON] <= Reason.CROSS_SOLVED)
+        return float(status[_REASON]) <= Reason.CROSS_SOLVED
 
     def _walks_on(self, context: Context) -> bool:
         return endings.walks_on(self.scenario.gait, self._logged.recorded(context))
