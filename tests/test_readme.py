@@ -114,7 +114,7 @@ def test_every_verb_is_on_the_page_of_commands() -> None:
     assert sorted(shown) == sorted(re.findall(r"^    (\S+)", usage.stdout.partition("VERB\n")[2], re.MULTILINE))
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/barriers.md", "docs/mpc.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/barriers.md", "docs/certified_sets.md", "docs/mpc.md"])
 def test_its_python_runs_and_prints_what_it_says(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", text, re.DOTALL)
