@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import os
 import platform
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -95,3 +98,16 @@ def test_a_reader_uses_the_library_from_scratch_in_under_60_lines():
     code = [line for cell in cells if cell.cell_type == "code" for line in cell.source.splitlines() if line.strip()]
     plotting = [line for line in code if any(word in line for word in ("axes", "plt", "figure"))]
     assert len(code) - len(plotting) < 60
+
+
+def test_formulas_are_drawn_on_the_site_without_a_network(tmp_path):
+    pytest.importorskip("myst_nb")
+    options = ["-D", "nb_execution_mode=off", "-D", "root_doc=notebooks/06_an_obstacle_that_moves"]
+    options += ["-D", "include_patterns=notebooks/06*.ipynb", "-D", "extensions=myst_nb,sphinx.ext.autodoc"]
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "-c", str(ROOT / "docs"), *options, str(ROOT), str(tmp_path)]
+    subprocess.run(command, check=True)
+    page = (tmp_path / "notebooks" / "06_an_obstacle_that_moves.html").read_text(encoding="utf-8")
+    formulas = [m for cell in _read("06_an_obstacle_that_moves").cells for m in re.findall(r"\$[^$]+\$", cell.source)]
+    assert page.count("<math") == len(formulas) > 5
+    assert [formula for formula in formulas if formula in page] == []
+    assert re.findall(r'<(?:script|link)[^>]*="https?://[^"]*', page) == []
