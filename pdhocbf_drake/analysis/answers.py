@@ -33,13 +33,13 @@ def _walked(metrics: Metrics) -> Answer:
     walks = metrics.steps_taken is not None
     question = "Did it walk?" if walks else "Did it run to its end?"
     if metrics.ending != FINISHED:
-        came = "".join(f", {walked_piece(piece)}" for piece in metrics.ground or ())
+        came = "".join(f", {walked_piece(piece)}" for piece in (metrics.ground or {}).values())
         return Answer(question, f"no: {metrics.ending} after {metrics.simulated_seconds:.2f} s{came}", False)
     if not walks:
         return Answer(question, f"yes, {metrics.simulated_seconds:.2f} s", True)
     steps, distance = count(metrics.steps_taken or 0, "step"), of(metrics.distance, "m")
     way = f"{steps}, {distance} of {of(metrics.distance_commanded, 'm')}"
-    way += "".join(f", {walked_piece(piece)}" for piece in metrics.ground or ())
+    way += "".join(f", {walked_piece(piece)}" for piece in (metrics.ground or {}).values())
     if metrics.left_path:
         return Answer(question, f"it stayed up, but left its path: {way}", False)
     return Answer(question, f"yes: {way} in {metrics.simulated_seconds:.2f} s", True)

@@ -17,13 +17,13 @@ _SIDES = "left", "right"
 _STANDS = 0.02  # [m]: height of a sole's centre over the ground up to which it stands there
 
 
-def ground_walked(scenario: Scenario, log: RunLog) -> list[PieceMetrics] | None:
+def ground_walked(scenario: Scenario, log: RunLog) -> dict[str, PieceMetrics] | None:
     """The pieces of a scenario's ground, between the first and last place where a foot stood; None on level ground."""
     if not scenario.ground:
         return None
     places = _stood(log, scenario.terrain)
     low, high = (float(places.min()), float(places.max())) if len(places) else (0.0, 0.0)
-    return [_walked(piece, low, high) for piece in scenario.ground]
+    return {str(number): _walked(piece, low, high) for number, piece in enumerate(scenario.ground)}
 
 
 def _walked(piece: Piece, low: float, high: float) -> PieceMetrics:

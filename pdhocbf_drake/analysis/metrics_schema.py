@@ -77,9 +77,9 @@ class BoundMetrics(_Table):
 
 
 class PieceMetrics(_Table):
-    """A piece of uneven ground, and how far the walk has come over it."""
+    """A piece of uneven ground, by its number in the scenario, and how far the walk has come over it."""
 
-    kind: str = Field(description="as in the scenario's `ground`, in whose order they are")
+    kind: str = Field(description="as in the scenario's `ground`")
     known: bool = Field(description="whether it is on the map")
     length: float = Field(description="along x [m]")
     walked: float = Field(description="of it, between the first and the last place where a foot stood [m]")
@@ -161,7 +161,7 @@ class Metrics(_Table):
         None, description="ticks at which the ground carries nothing, so that there is no ZMP and the last one is kept"
     )
     zmp_outside_fraction: float | None = Field(description="share of samples whose ZMP is outside the box (27)")
-    ground: list[PieceMetrics] | None = Field(None, description="of a walk over uneven ground")
+    ground: dict[str, PieceMetrics] | None = Field(None, description="of a walk over uneven ground")
     slip_max: float | None = Field(description="farthest that a standing sole moved along the ground [m]")
     sole_gap_min: float | None = Field(
         None, description="least distance of the soles seen from above, negative where they overlap [m]"

@@ -28,7 +28,7 @@ def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
         rows.append(("robot", str(metrics.robot)))
     if metrics.steps_taken is not None:
         rows += [("walk", _walk(metrics, metrics.steps_taken)), ("straightness", _straightness(metrics))]
-    rows += [(f"ground.{index}", walked_piece(piece)) for index, piece in enumerate(metrics.ground or ())]
+    rows += [(f"ground.{number}", walked_piece(piece)) for number, piece in (metrics.ground or {}).items()]
     if metrics.path_error_max is not None:
         rows.append(("commands", _commands(metrics)))
     if metrics.com_rms_error is not None and not metrics.template:
