@@ -59,7 +59,8 @@ def _built(name: str):
     if not built.exists() or built.stat().st_mtime < max(path.stat().st_mtime for path in _sources(name)):
         return None
     notebook = nbformat.read(built, as_version=4)
-    same = notebook.metadata.get("language_info", {}).get("version") == platform.python_version()
+    same = [cell.source for cell in notebook.cells] == [cell.source for cell in _read(name).cells]
+    same = same and notebook.metadata.get("language_info", {}).get("version") == platform.python_version()
     return notebook if same and _is_run(notebook) else None
 
 
@@ -70,7 +71,7 @@ def _sources(name: str) -> list[Path]:
         FOLDER / f"{name}.ipynb",
         *(ROOT / file for file in ("docs/conf.py", "pyproject.toml", "constraints.txt")),
     ]
-    return [path for path in [*code, *others] if path.suffix != ".pyc"]
+    return [path for path in [*code, *others] if "__pycache__" not in path.parts]  # numba's files are there too
 
 
 def _is_run(notebook) -> bool:
