@@ -10,6 +10,7 @@ from pdhocbf_drake.fitting.plan_limits import plan_limits
 from pdhocbf_drake.fitting.preview import Step, preview
 from pdhocbf_drake.fitting.steady_motion import SteadyMotion
 from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
+from pdhocbf_drake.mpc.config import PlanLimits
 from pdhocbf_drake.mpc.programs import ProgramCache
 from pdhocbf_drake.robot import SIDES, Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.commands import commanded_stride
@@ -74,7 +75,7 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
         return Kept(scenario)
     limits = plan_limits(biped, scenario.gait)
     scenario = _with(scenario, mpc={"limits": limits})
-    if not _is_near(biped, scenario):
+    if not (_is_cut(scenario, limits) or _is_near(biped, scenario)):
         return Kept(scenario)
     asked, sentences, programs = commanded_stride(scenario), list[str](), ProgramCache()
     turn = max((abs(command.turn) for command in scenario.commands), default=0.0)
@@ -163,6 +164,12 @@ def _cautious(scenario: Scenario, biped: Biped) -> tuple[Scenario, str]:
     changed = {key: value for key, value in wanted.items() if value != getattr(gait, key)}
     said = ", ".join(f"gait.{key} {value} instead of {getattr(gait, key)}" for key, value in changed.items())
     return _with(scenario, gait=changed), said
+
+
+def _is_cut(scenario: Scenario, limits: PlanLimits) -> bool:
+    """Whether an ankle keeps the ZMP from an edge of its box, at which it then has little torque to spare."""
+    x, y = (side / 2.0 - scenario.mpc.zmp_margin for side in scenario.gait.zmp_box)
+    return min(limits.zmp_behind, limits.zmp_ahead) < x or min(limits.zmp_inward, limits.zmp_outward) < y
 
 
 def _is_near(biped: Biped, scenario: Scenario) -> bool:
