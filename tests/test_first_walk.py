@@ -25,20 +25,7 @@ def imported(folder: Path, shape: bipeds.Shape, role: str, effort: float) -> Pat
 @pytest.mark.parametrize(
     ("shape", "role", "effort", "wrote", "said"),
     [
-        (
-            bipeds.Shape(),
-            "ankle_roll",
-            6.0,
-            set(),
-            "mm of its box inward: left_ankle_roll needs 6.97 N m and has 6 N m",
-        ),
-        (
-            bipeds.Shape(hip=0.24),
-            "ankle_roll",
-            14.0,
-            set(),
-            "of its box inward: right_ankle_roll needs 15.2 N m and has 14 N m",
-        ),
+        (bipeds.Shape(hip=0.24), "ankle_roll", 14.0, set(), "box inward: right_ankle_roll needs 15.2 N m and has 14"),
         (bipeds.Shape(), "hip_pitch", 17.9, {"ticks_per_step"}, ""),
     ],
     ids=["weak ankles under wide hips", "weak hips"],
