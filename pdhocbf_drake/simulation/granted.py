@@ -91,6 +91,14 @@ def largest_torque(asked: Asked, stride: float) -> tuple[float, str]:
     return float(peaks[joint] / limits[joint]), _needs(asked.biped, joint, peaks, limits, "N m")
 
 
+def weakest_role(asked: Asked, stride: float) -> str:
+    """The role of the joint of `largest_torque`; empty where the stride can't be walked."""
+    motion = asked.steady(stride)
+    if isinstance(motion, str):
+        return ""
+    return ROLES[int((np.abs(motion.torques).max(axis=0) / asked.biped.effort_limits).argmax()) % len(ROLES)]
+
+
 def exceeded(asked: Asked, stride: float) -> Excess:
     """What a steady walk straight ahead at a stride [m] asks of a joint, or of the ground, beyond its limit."""
     biped, scenario, motion = asked.biped, asked.scenario, asked.steady(stride)
