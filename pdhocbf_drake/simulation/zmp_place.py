@@ -10,6 +10,7 @@ from pdhocbf_drake.robot import SIDES
 from pdhocbf_drake.simulation.granted import Asked, largest_torque
 
 _ENOUGH = 0.95  # share of a joint's torque below which the box stays where it is
+_ENOUGH_OF_KNEE = 1.22  # likewise of a knee's, where the whole-body program gives way for it
 _PARTS, _FARTHEST = 10, 5  # the box moves in steps of that part of the sole's half side, and by so many of them
 _GAIN = 0.02  # by which a step has to lessen the largest share
 
@@ -19,21 +20,23 @@ def placed(asked: Asked, stride: float) -> tuple[Asked, str]:
 
     A force that acts farther ahead on the sole passes closer to a bent knee, and one farther outward closer to the
     ankle. The box moves ahead or back, then outward or inward, as long as that helps the steady walk at a stride [m].
+    Where a knee is shortest it moves less: a CoM that rides farther ahead of the foot leaves less to a push ahead, and
+    in a disturbed walk the plan keeps what the knee holds, see `mpc.limits.zmp_held`.
 
     Returns:
         The walk, and what is changed in words, empty where nothing is.
     """
-    share, said = largest_torque(asked, stride)
-    place, found = np.zeros(2), asked
+    largest, gives_way = largest_torque(asked, stride), asked.scenario.whole_body.kind != "closed_form"
+    said, place, found = largest.said, np.zeros(2), asked
     for axis, sign in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
         for there in () if place[axis] else _places(place, axis, sign):
-            if share <= _ENOUGH:
+            if largest.share <= (_ENOUGH_OF_KNEE if gives_way and largest.role == "knee_pitch" else _ENOUGH):
                 break
             walk = _at(asked, there)
-            less, _ = largest_torque(walk, stride)
-            if not less < share - _GAIN:
+            less = largest_torque(walk, stride)
+            if not less.share < largest.share - _GAIN:
                 break
-            share, place, found = less, there, walk
+            largest, place, found = less, there, walk
     limits = found.scenario.mpc.plan_limits
     if limits is None or not place.any():
         return asked, ""
