@@ -58,6 +58,18 @@ def test_small_pushes_are_survived_by_stepping_and_large_ones_have_an_ending(wal
     assert walk.trial(20, np.array([500.0, 0.0, 0.0])).ending != SURVIVED
 
 
+def test_a_trial_ends_once_the_walk_has_gone_on_for_a_gait(walk: PushedWalk) -> None:
+    force = np.array([60.0, 0.0, 0.0])
+    whole, short = walk.trial(20, force), walk.trial(20, force, whole=False)
+    assert whole.ending == short.ending == SURVIVED
+    assert 90 < len(short.log) < len(whole.log)
+    for name in ("robot_state", "com_reference", "push"):
+        np.testing.assert_array_equal(short.log[name], whole.log[name][: len(short.log)])
+    reasons = short.log.element("solver_status", "reason")
+    assert np.all(reasons[-80:] <= Reason.CROSS_SOLVED)
+    assert np.any(reasons[-82:-80] == Reason.RECOVERING)
+
+
 def test_a_push_that_no_simulation_follows_is_an_ending_too(walk: PushedWalk) -> None:
     trial = walk.trial(20, np.array([1e9, 0.0, 0.0]), 0.1, 1.0)
     assert trial.ending == GAVE_UP

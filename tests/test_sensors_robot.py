@@ -14,7 +14,7 @@ from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.replay_estimate import EstimateMarker
 from pdhocbf_drake.analysis.replay_stage import Stage
 from pdhocbf_drake.analysis.robot_limits import robot_limits
-from pdhocbf_drake.estimation import Notice
+from pdhocbf_drake.estimation import ContactEkf, Memory, Notice, Sample
 from pdhocbf_drake.estimation.config import samples_in_tick
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.run_folder import Run
@@ -92,6 +92,18 @@ def test_the_estimate_is_the_truth_within_the_accuracy_that_the_walk_needs(log):
     assert rms[1] < 0.006
     assert rms[4] < 0.006
     assert np.abs(error[:, [0, 3]]).max() < 0.01
+
+
+def test_a_log_has_the_sample_that_the_controller_was_given(log):
+    """The filter alone, fed with the log's sensors, estimates at each tick what the log has, to the last bit."""
+    scenario = load_scenario("walking_sensors")
+    estimator, memory = ContactEkf(Biped.load("biped"), scenario.measurement, scenario.tick), Memory()
+    support = log.element("gait_phase", "support")
+    for k, sensors in enumerate(zip(log["imu"], log["encoders"], log["force_torque"], strict=True)):
+        memory, estimate = estimator.step(memory, Sample(*sensors, log["desired_state"][k], support[k]))
+        np.testing.assert_array_equal(memory.estimate, log["base_estimate"][k])
+        np.testing.assert_array_equal(estimate.lip_state, log["lip_estimate"][k])
+        np.testing.assert_array_equal(estimate.status, log["estimator_status"][k])
 
 
 def test_the_walk_is_not_slower_and_is_never_recovered(log):

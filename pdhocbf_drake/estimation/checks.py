@@ -20,15 +20,14 @@ _GYROSCOPE, _ACCELEROMETER = slice(0, 3), slice(3, 6)
 
 def notice_imu(memory: Memory, sample: Sample, config: SensorsConfig) -> Notice:
     """Whether gyroscope and accelerometer can be right; moves `imu` and `repeats` on."""
-    notice = Notice.NONE
+    notice, now, last = Notice.NONE, sample.imu.tolist(), memory.imu.tolist()
     noisy = config.imu.gyro_noise > 0.0, config.imu.accelerometer_noise > 0.0
     for place, (part, flag) in enumerate(((_GYROSCOPE, Notice.GYROSCOPE), (_ACCELEROMETER, Notice.ACCELEROMETER))):
-        repeats = bool((sample.imu[part] == memory.imu[part]).all())
-        memory.repeats[place] = memory.repeats[place] + 1.0 if repeats and noisy[place] else 0.0
-        silent = noisy[place] and not sample.imu[part].any()  # noise is never 0 on all axes
-        if silent or not np.isfinite(sample.imu[part]).all() or memory.repeats[place] >= _REPEATS:
+        memory.repeats[place] = memory.repeats[place] + 1.0 if now[part] == last[part] and noisy[place] else 0.0
+        silent = noisy[place] and not any(now[part])  # noise is never 0 on all axes
+        if silent or not all(map(math.isfinite, now[part])) or memory.repeats[place] >= _REPEATS:
             notice |= flag
-    if not np.isfinite(sample.imu[6:]).all():
+    if not all(map(math.isfinite, now[6:])):
         notice |= Notice.GYROSCOPE
     memory.imu[:] = sample.imu
     return notice
@@ -40,7 +39,7 @@ def trusted_encoders(memory: Memory, sample: Sample, config: SensorsConfig) -> t
     An encoder that fails is replaced by its joint's target and the distance that the two had when it last changed.
     """
     angles, rates, targets = sample.encoders[:_COUNT], sample.encoders[_COUNT:], sample.targets
-    bad, found = ~np.isfinite(angles + rates), sample.encoders.copy()
+    bad, found = ~(np.isfinite(angles) & np.isfinite(rates)), sample.encoders.copy()
     if targets is None:
         found[:_COUNT][bad], found[_COUNT:][bad] = memory.joints[bad], 0.0
     else:
@@ -63,10 +62,10 @@ def trusted_forces(memory: Memory, sample: Sample, config: SensorsConfig, weight
     trusted, noisy = np.ones(2, dtype=bool), config.force_torque.force_noise > 0.0
     for side in (0, 1):
         part = slice(6 * side, 6 * side + 6)
-        wrench = sample.force_torque[part]
-        repeats = bool((wrench == memory.force_torque[part]).all())
+        wrench = sample.force_torque[part].tolist()
+        repeats = wrench == memory.force_torque[part].tolist()
         memory.repeats[2 + side] = memory.repeats[2 + side] + 1.0 if repeats and noisy else 0.0
-        finite = bool(np.isfinite(wrench).all())
+        finite = all(map(math.isfinite, wrench))
         trusted[side] = finite and memory.repeats[2 + side] < _REPEATS
         memory.force_torque[part] = wrench if finite else 0.0
     if memory.force_torque[5] + memory.force_torque[11] < config.estimator.load_off * weight:

@@ -12,6 +12,7 @@ from pdhocbf_drake.estimation.memory import Memory
 from pdhocbf_drake.estimation.sample import Estimate, Notice
 
 _SHARE = 0.6  # of both feet's load, from which a foot takes over as the one that is held
+_ONE = np.eye(3)
 _SIDE, _PLACE, _SHIFT = 0, slice(1, 3), slice(3, 5)
 
 
@@ -84,14 +85,10 @@ def hand_on(
 def _deviation(memory: Memory, legs: Legs, rotation: np.ndarray) -> np.ndarray:
     """Of CoM from the stance foot and of the CoM's velocity (6,): those of the base, and of the encoders' offsets."""
     covariance, foot = memory.covariance, DSOLES + 3 * int(memory.anchor[_SIDE])
-    found, moved = np.empty(6), rotation @ legs.com_rates
-    for axis in range(3):
-        row = np.zeros(len(covariance))
-        row[DP + axis], row[foot + axis] = 1.0, -1.0
-        row[OFFSETS:] = moved[axis]
-        found[axis] = row @ covariance @ row
-        found[3 + axis] = covariance[DV + axis, DV + axis]
-    return np.sqrt(np.maximum(found, 0.0))
+    rows = np.zeros((3, len(covariance)))
+    rows[:, DP : DP + 3], rows[:, foot : foot + 3], rows[:, OFFSETS:] = _ONE, -_ONE, rotation @ legs.com_rates
+    place = ((rows @ covariance) * rows).sum(axis=1)
+    return np.sqrt(np.maximum([*place, *covariance.diagonal()[DV : DV + 3]], 0.0))
 
 
 def _crossed(a: np.ndarray, b: np.ndarray) -> np.ndarray:

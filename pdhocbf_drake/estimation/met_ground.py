@@ -8,6 +8,7 @@ import numpy as np
 
 _TILT, _HEIGHT = 0.015, 0.004  # by which a sole may be off before the ground is taken to be there [rad, m]
 _TILTS, _HEIGHTS = slice(0, 2), slice(2, 3)
+_LEVEL = [0.0, 0.0, 0.0]
 
 
 def meet(ground: np.ndarray, side: int, seen: np.ndarray) -> np.ndarray:
@@ -21,10 +22,16 @@ def meet(ground: np.ndarray, side: int, seen: np.ndarray) -> np.ndarray:
         side: 0 left, 1 right.
         seen: the same by the estimate (3,).
     """
-    own, other = ground[side], ground[1 - side]
+    own, other, found = ground[side].tolist(), ground[1 - side].tolist(), seen.tolist()
     for part, most in ((_TILTS, _TILT), (_HEIGHTS, _HEIGHT)):
-        before = (np.zeros(3), other) if math.isnan(own[part.start]) else (own,)
-        off = [float(np.abs(seen[part] - one[part]).max()) for one in before]
-        nearest = int(np.argmin(np.nan_to_num(off, nan=math.inf)))
-        own[part] = before[nearest][part] if off[nearest] <= most else seen[part]
-    return own
+        before = (_LEVEL, other) if math.isnan(own[part.start]) else (own,)
+        nearest = min(before, key=lambda one, part=part: _off(found[part], one[part]))
+        own[part] = nearest[part] if _off(found[part], nearest[part]) <= most else found[part]
+    ground[side] = own
+    return ground[side]
+
+
+def _off(seen: list[float], before: list[float]) -> float:
+    """Largest distance; infinite from a foot that hasn't come to the ground."""
+    off = [abs(a - b) for a, b in zip(seen, before, strict=True)]
+    return math.inf if any(map(math.isnan, off)) else max(off)

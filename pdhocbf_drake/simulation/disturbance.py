@@ -9,14 +9,14 @@ import math
 from functools import partial
 
 import numpy as np
-from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, SpatialInertia
 from pydrake.systems.framework import Context
-from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, PassThrough, RandomSource
+from pydrake.systems.primitives import Adder, DiscreteTimeDelay, MatrixGain, PassThrough
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.simulation.noise import add_noise
 from pdhocbf_drake.simulation.scenario import MeasurementConfig, ModelErrorConfig, Scenario
 from pdhocbf_drake.simulation.wiring import Wiring
 from pdhocbf_drake.systems.push_schedule import TimedForce
@@ -78,19 +78,13 @@ def add_measurement(wiring: Wiring, config: MeasurementConfig, seed: int, **star
 
 def _add_noise(wiring: Wiring, deviations: np.ndarray, seed: int) -> None:
     """Adds white noise to the measured `lip_state`."""
-    source = RandomSource(RandomDistribution.kGaussian, deviations.size, wiring.tick)
-    wiring.builder.AddNamedSystem("lip_state_noise", source)
+    noise = add_noise(wiring, "lip_state_noise", deviations.size, wiring.tick, seed)
     scale = wiring.builder.AddNamedSystem("lip_state_noise_scale", MatrixGain(np.diag(deviations)))
     noisy = wiring.builder.AddNamedSystem("lip_state_noisy", Adder(2, deviations.size))
-    wiring.builder.Connect(source.get_output_port(), scale.get_input_port())
+    wiring.builder.Connect(noise, scale.get_input_port())
     wiring.builder.Connect(wiring.port("lip_state", measured=True), noisy.get_input_port(0))
     wiring.builder.Connect(scale.get_output_port(), noisy.get_input_port(1))
     wiring.offer("lip_state", noisy.get_output_port(), measured=True)
-
-    def seed_source(root: Context) -> None:
-        source.SetRandomContext(source.GetMyMutableContextFromRoot(root), RandomGenerator(seed))
-
-    wiring.adjust.append(seed_source)
 
 
 def _fill(delay: DiscreteTimeDelay, start: np.ndarray, root: Context) -> None:

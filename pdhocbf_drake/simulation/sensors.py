@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from pydrake.common import RandomDistribution, RandomGenerator
 from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.systems.framework import Context, OutputPort
-from pydrake.systems.primitives import AffineSystem, DiscreteTimeIntegrator, LinearSystem, Multiplexer, RandomSource
+from pydrake.systems.framework import Context
+from pydrake.systems.primitives import AffineSystem, DiscreteTimeIntegrator, LinearSystem, Multiplexer
 from pydrake.systems.sensors import Accelerometer, Gyroscope, RotaryEncoders
 
 from pdhocbf_drake.estimation.config import EncoderConfig, ForceTorqueConfig, ImuConfig, SensorsConfig, samples_in_tick
 from pdhocbf_drake.robot import SIDES, Biped, Side
 from pdhocbf_drake.robot.model import sole_frame_name
+from pdhocbf_drake.simulation.noise import add_noise
 from pdhocbf_drake.simulation.wiring import Wiring
 from pdhocbf_drake.systems.sensor_faults import SensorFaults
 from pdhocbf_drake.systems.sensors import ForceTorque, Imu, SoleWrenches
@@ -72,19 +72,8 @@ def _add_imu(
     samples = samples_in_tick(config.rate, wiring.tick, step)
     imu = wiring.add("imu", unbundled(Imu(config, bias, wiring.tick, samples)))
     wiring.builder.Connect(both.get_output_port(), imu.GetInputPort("integrals"))
-    noise = _noise(wiring, "imu_noise", 12, wiring.tick / samples, seed + 1)
+    noise = add_noise(wiring, "imu_noise", 12, wiring.tick / samples, seed + 1)
     wiring.builder.Connect(noise, imu.GetInputPort("noise"))
-
-
-def _noise(wiring: Wiring, name: str, count: int, time: float, seed: int) -> OutputPort:
-    """Standard normal numbers, drawn anew after a time [s]."""
-    source = wiring.builder.AddNamedSystem(name, RandomSource(RandomDistribution.kGaussian, count, time))
-
-    def seed_source(root: Context) -> None:
-        source.SetRandomContext(source.GetMyMutableContextFromRoot(root), RandomGenerator(seed))
-
-    wiring.adjust.append(seed_source)
-    return source.get_output_port()
 
 
 def _add_encoders(
@@ -133,7 +122,7 @@ def _add_force_torque(
     offset = np.tile(np.repeat([config.torque_offset, config.force_offset], 3), 2) * drawn.standard_normal(12)
     sensors = wiring.add("force_torque", ForceTorque(config, offset, wiring.tick))
     wiring.builder.Connect(integral.get_output_port(), sensors.GetInputPort("integrals"))
-    noise = _noise(wiring, "force_torque_noise", 12, wiring.tick, seed + 2)
+    noise = add_noise(wiring, "force_torque_noise", 12, wiring.tick, seed + 2)
     wiring.builder.Connect(noise, sensors.GetInputPort("noise"))
 
 

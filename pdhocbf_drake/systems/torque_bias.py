@@ -85,7 +85,7 @@ class TorqueBias(Block):
         Torques that are not finite teach nothing.
         """
         memory, (tick, _, support) = memory.copy(), gait_phase.tolist()
-        stands = support and _FROM <= tick / self._period <= _TO and status[_REASON] not in _DISTURBED
+        stands = support and _FROM <= tick / self._period <= _TO and float(status[_REASON]) not in _DISTURBED
         leg = (0 if support > 0.0 else 1) if stands else -1
         share, most = 0.5 * (1.0 + support), 1.0 / (_SHIFT * self._period)
         learn_bias(memory, self._learned, leg, applied, feedforward, _GAIN, _ERROR * self._moment, (share, most))

@@ -62,14 +62,24 @@ def walks_on(gait: GaitConfig, log: RunLog) -> bool:
 def soles_overlap(poses: np.ndarray, halves: np.ndarray) -> bool:
     """Whether two soles, rectangles in the view from above, overlap: whether no edge of either separates them.
 
+    Poses that are not finite do.
+
     Args:
         poses: x, y, yaw of the left and right sole's centre, shape (2, 3) [m, rad].
         halves: half length and half width of each, shape (2, 2) [m].
     """
-    axes = [np.array([[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]]) for yaw in poses[:, 2]]
-    apart = poses[1, :2] - poses[0, :2]
-    for direction in np.vstack(axes):
-        reach = sum(float(half @ np.abs(axis @ direction)) for half, axis in zip(halves, axes, strict=True))
-        if abs(float(apart @ direction)) >= reach:
+    left, right = poses.tolist()
+    x, y, turn = (b - a for a, b in zip(left, right, strict=True))
+    if not all(map(math.isfinite, (x, y, turn))):
+        return True
+    c, s = abs(math.cos(turn)), abs(math.sin(turn))
+    (left_half, right_half) = halves.tolist()
+    for yaw, (length, width), (other_length, other_width) in (
+        (left[2], left_half, right_half), (right[2], right_half, left_half),
+    ):  # fmt: skip
+        ahead, aside = math.cos(yaw) * x + math.sin(yaw) * y, math.cos(yaw) * y - math.sin(yaw) * x
+        if abs(ahead) >= length + c * other_length + s * other_width:
+            return False
+        if abs(aside) >= width + s * other_length + c * other_width:
             return False
     return True

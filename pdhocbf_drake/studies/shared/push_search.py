@@ -101,7 +101,7 @@ def search(work: Search) -> Impulse:
 
     def survives(impulse: float) -> bool:
         pushed = force(work.direction, impulse, settings.duration)
-        return walk.trial(work.phase, pushed, settings.duration, settings.watch).survived
+        return walk.trial(work.phase, pushed, settings.duration, settings.watch, whole=False).survived
 
     found = largest_survived(survives, work.guess, settings.tolerance, work.limit)
     return Impulse(work.barrier, work.direction, work.phase, found)

@@ -11,6 +11,7 @@ from pydrake.systems.framework import Context, Diagram
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.loop import control
+from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
@@ -26,6 +27,7 @@ from pdhocbf_drake.walking.frame import turned
 _SETTLING_GAITS = 3  # from the standing start to steady walking
 _GROUND = 0  # index of the world's body, which is the ground
 _NOW = places("stance_plan", "x_now", "y_now")
+(_REASON,) = places("solver_status", "reason")
 
 
 class Trial(NamedTuple):
@@ -107,23 +109,26 @@ class PushedWalk:
             saved[phase] = simulator.get_context().Clone()
         return saved
 
-    def trial(self, phase: int, force: np.ndarray, duration: float = 0.1, watch: float = 3.2) -> Trial:
+    def trial(
+        self, phase: int, force: np.ndarray, duration: float = 0.1, watch: float = 3.2, whole: bool = True
+    ) -> Trial:
         """Pushes the torso for `duration` [s] and simulates `watch` seconds from the push on.
 
-        `force` (3,) [N] is along the heading of the stance foot at the push's first tick.
+        `force` (3,) [N] is along the heading of the stance foot at the push's first tick. A trial that need not be
+        `whole` ends as survived once the walk has gone on for a gait, undisturbed and at the commanded velocity, where
+        the controller notices disturbances.
         """
         tick = self.scenario.gait.tick
         context = self._saved[phase].Clone()
-        first = self._first + phase
+        first, pushed = self._first + phase, max(1, round(duration / tick))
         gait = self.controller.mpc.gait
+        ends = not whole and self.controller.mpc.recovery is not None
         force = np.array([*turned((force[0], force[1]), gait.step(first // gait.period).yaw), force[2]])
-        self._schedule.push(
-            self._schedule.GetMyMutableContextFromRoot(context), 0, force, first, first + max(1, round(duration / tick))
-        )
+        self._schedule.push(self._schedule.GetMyMutableContextFromRoot(context), 0, force, first, first + pushed)
         simulator = Simulator(self._diagram, context)
         simulator.Initialize()
         ending = endings.SURVIVED
-        actions = []
+        calm, actions = 0, []
         free = None if self._free is None else WithoutBarriers(self._free)
         try:
             for k in range(1, round(watch / tick) + 1):
@@ -136,6 +141,9 @@ class PushedWalk:
                 if self._contact is not None and self._contact.touch(simulator.get_context()):
                     ending = endings.LEGS_TOUCHED
                     break
+                calm = calm + 1 if ends and k > pushed and self._undisturbed(simulator.get_context()) else 0
+                if calm and calm % gait.config.ticks_per_gait == 0 and self._walks_on(simulator.get_context()):
+                    break
         except RuntimeError:  # raised by Drake's plant where a state is not finite
             ending = endings.GAVE_UP
         log = self._logged.recorded(simulator.get_context())
@@ -144,6 +152,14 @@ class PushedWalk:
         action = np.zeros(len(log))
         action[: len(actions)] = actions[: len(log)]
         return Trial(ending, log, action)
+
+    def _undisturbed(self, context: Context) -> bool:
+        """Whether the last plan in a context of the diagram is that of a steady walk."""
+        status = self.controller.memory(self.controller.GetMyContextFromRoot(context)).solver_status
+        return float(status[_REASON]) <= Reason.CROSS_SOLVED
+
+    def _walks_on(self, context: Context) -> bool:
+        return endings.walks_on(self.scenario.gait, self._logged.recorded(context))
 
     def _action(self, free: WithoutBarriers, context: Context) -> float:
         """The action of the barriers in a context of the diagram before the controller's update [m/s]."""
