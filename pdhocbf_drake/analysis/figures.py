@@ -14,6 +14,7 @@ from pdhocbf_drake.analysis import figures_estimate, figures_oscillator, figures
 from pdhocbf_drake.analysis.barrier_margins import quantities_of
 from pdhocbf_drake.analysis.drawing import styled
 from pdhocbf_drake.analysis.page import png
+from pdhocbf_drake.analysis.plan_frame import plan_over_stance
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.files.file import replaced_file
 from pdhocbf_drake.simulation.run_folder import Run
@@ -54,6 +55,7 @@ def figures_of(run: Run, limits: RobotLimits | None) -> Iterator[Drawn]:
     """The same, each made when it is asked for: those of a long run take a lot of memory."""
     if len(run.log) < 2:
         return
+    run = run._replace(log=plan_over_stance(run.log))
     if run.scenario.system == "van_der_pol":
         each = _oscillator(run)
     else:

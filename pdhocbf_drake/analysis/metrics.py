@@ -16,6 +16,7 @@ from pdhocbf_drake.analysis.heading import zmp_seen
 from pdhocbf_drake.analysis.heights import commanded_com_height
 from pdhocbf_drake.analysis.metrics_schema import BoundMetrics, Metrics, MpcMetrics, WholeBodyMetrics
 from pdhocbf_drake.analysis.path_metrics import path_metrics
+from pdhocbf_drake.analysis.plan_frame import plan_over_stance
 from pdhocbf_drake.analysis.plan_limits import at_plan_limits
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
@@ -37,6 +38,7 @@ _FAILED = (Reason.CROSS_SOLVED, Reason.RELAXED, Reason.INFEASIBLE, Reason.NOT_OP
 
 def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits: RobotLimits | None) -> Metrics:
     """The metrics of a run; `limits` are the robot's, None on a template."""
+    log = plan_over_stance(log)
     simulated = float(log.time[-1] - log.time[0]) if len(log) else 0.0
     walks = "lip_state" in log and len(log) > 0
     body = limits if "robot_state" in log and len(log) > 0 else None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import html
 
 from pdhocbf_drake.analysis import palette
+from pdhocbf_drake.analysis.plan_frame import plan_over_stance
 from pdhocbf_drake.analysis.pushes import spans_of
 from pdhocbf_drake.analysis.replay_scenes import oscillator_scene, robot_scene, rows_of, template_scene
 from pdhocbf_drake.analysis.replay_stage import FRAMES_PER_SECOND, Stage
@@ -25,7 +26,7 @@ def replay_html(run: Run, largest: float = 25e6) -> str:
     Raises:
         RunFolderError: the log has less than two rows without NaN.
     """
-    run = run._replace(log=run.log.finite())
+    run = run._replace(log=plan_over_stance(run.log.finite()))
     if len(run.log) < 2:
         raise RunFolderError("the run has less than two rows of finite numbers, so there is nothing to replay")
     seconds, below = float(run.log.time[-1] - run.log.time[0]), strip(run)

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from pdhocbf_drake.analysis.plan_frame import present_over_stance
 from pdhocbf_drake.analysis.replay_markers import Foothold, Frame, Markers, add_foothold
 from pdhocbf_drake.analysis.replay_scenes import pendulum, posed_robot
 from pdhocbf_drake.analysis.replay_stage import Stage
@@ -64,6 +65,7 @@ class LiveScene:
 
     def draw(self, signals: Signals, late: float = 0.0) -> None:
         """Draws a tick, and shows h and a share of late ticks; a walk that begins anew is followed from its start."""
+        signals = present_over_stance(signals)
         step, support = signals["gait_phase"][[_STEP, _SUPPORT]]
         yaw = float(signals["path"][_YAW]) if "path" in signals else 0.0
         for name, h in zip(self._names, signals["h"].tolist() if self._names else (), strict=True):

@@ -96,7 +96,9 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
         wiring.builder.ExportInput(controller.GetInputPort("command"), "command")
     if walk.barriers:
         stance = ["stance_plan"] * any(barrier.from_stance for barrier in walk.barriers)
-        wiring.connect(wiring.port("h").get_system(), "gait_phase", "lip_state", *changes, *stance, *path)
+        schedule = wiring.port("h").get_system()
+        wiring.connect(schedule, "gait_phase", *changes, *stance, *path)
+        wiring.builder.Connect(wiring.true_state(), schedule.GetInputPort("lip_state"))
         wiring.connect(controller, "barrier_bound")
     log_controller(wiring, walk)
 
@@ -107,7 +109,7 @@ def connect_fused_controller(wiring: Wiring, walk: Walk, controller: System) -> 
     if walk.gait.turns:
         wiring.builder.ExportInput(controller.GetInputPort("command"), "command")
     if walk.barriers:
-        wiring.builder.Connect(wiring.port("lip_state"), controller.GetInputPort("true_state"))
+        wiring.builder.Connect(wiring.true_state(), controller.GetInputPort("true_state"))
     log_controller(wiring, walk)
 
 

@@ -7,7 +7,7 @@ from pdhocbf_drake.estimation.config import SensorsConfig
 from pdhocbf_drake.estimation.contact_ekf import ContactEkf
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.wiring import Wiring
-from pdhocbf_drake.systems.base_estimator import BaseEstimator, EstimateErrors
+from pdhocbf_drake.systems.base_estimator import BaseEstimator, EstimateErrors, TrueState
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.walking.footsteps import Footstep
 
@@ -29,6 +29,8 @@ def add_estimator(wiring: Wiring, config: SensorsConfig, biped: Biped, start: Fo
     velocity = biped.plant.num_positions() + biped.base_v_index[3:]
     errors = wiring.add("estimate_errors", EstimateErrors(biped.base_q_index, velocity))
     wiring.connect(errors, "estimator_memory", "robot_state", "foot_state")
+    truth = wiring.add("true_state", TrueState())
+    wiring.connect(truth, "lip_state", "foot_state", "foot_estimate", "estimator_status")
 
 
 def connect_estimator(wiring: Wiring) -> None:

@@ -111,6 +111,10 @@ class Wiring:
         """The output port of that name, or its measured copy if it has one."""
         return self._ports.get(name + _MEASURED * measured, self._ports[name])
 
+    def true_state(self) -> OutputPort:
+        """What a walk's barriers are judged on: lip_state, as the plan counts it."""
+        return self._ports.get("true_state", self._ports["lip_state"])
+
     def connect(self, system: System, *names: str, measured: bool = False) -> None:
         """Connects input ports to the output ports of the same names, or to their measured copies."""
         for name in names:

@@ -9,6 +9,7 @@ from pdhocbf_drake.estimation.base_filter import BaseFilter
 from pdhocbf_drake.estimation.errors import write_errors
 from pdhocbf_drake.estimation.memory import SIZE, Memory
 from pdhocbf_drake.estimation.sample import Sample
+from pdhocbf_drake.robot.config import SIDES
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes
@@ -23,6 +24,8 @@ _OUTPUTS = (
     "base_estimate",
 )
 (_SUPPORT,) = places("gait_phase", "support")
+(_HELD,) = places("estimator_status", "held")
+_PLACES = [places("foot_state", f"{side}_x", f"{side}_y") for side in SIDES]
 
 
 class BaseEstimator(Block):
@@ -96,3 +99,28 @@ class EstimateErrors(Block):
         memory = Memory(self._memory.Eval(context))
         write_errors(memory, state[self._base], state[self._velocity], feet[:, :3], errors)
         output.SetFromVector(errors)
+
+
+class TrueState(Block):
+    """The true state as the plan counts it: c and p from where the stance foot is estimated, not from where it is.
+
+    Where a robot stands can't be observed, so the estimated world, in which it is planned, drifts from the true one.
+
+    Input ports:
+        lip_state (6), foot_state (12): true.
+        foot_estimate (12), estimator_status (8): of `BaseEstimator`.
+    Output ports:
+        true_state (6): as lip_state.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        names = ("lip_state", "foot_state", "foot_estimate", "estimator_status")
+        self._ports = [self.DeclareVectorInputPort(name, size(name)) for name in names]
+        self.DeclareVectorOutputPort("true_state", size("lip_state"), weakly(self._calc))
+
+    def _calc(self, context: Context, output: BasicVector) -> None:
+        state, feet, estimate, status = (port.Eval(context) for port in self._ports)
+        foot = _PLACES[int(status[_HELD] > 0.5)]
+        x, y = (estimate[foot] - feet[foot]).tolist()
+        output.SetFromVector(state + np.array([x, 0.0, x, y, 0.0, y]))

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pdhocbf_drake.analysis.feet import zmp_margins
+from pdhocbf_drake.analysis.plan_frame import plan_over_stance
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.robot import Biped
@@ -84,6 +85,7 @@ def measure(work: Work) -> GaitMeasures:
 
 def steady_walk(scenario: Scenario, log: RunLog) -> dict[str, Any]:
     """speed, torque, joint_speed, those of the ZMP's box, and h_min of `GaitMeasures`, from a log of whole gaits."""
+    log = plan_over_stance(log)
     com = log.element("lip_state", "x")
     zmp = np.stack([log.element("lip_state", f"{axis}_zmp") for axis in "xy"], axis=1)
     box = log["zmp_box"].reshape(-1, 2, 2)

@@ -9,6 +9,7 @@ import numpy as np
 from pydrake.systems.analysis import Simulator, SimulatorStatus
 from pydrake.systems.framework import Context, Diagram
 
+from pdhocbf_drake.analysis.plan_frame import plan_over_stance
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.mpc.loop import control
 from pdhocbf_drake.mpc.plan import Reason
@@ -51,7 +52,7 @@ class Trial(NamedTuple):
 
     def record(self, tick: float) -> Record:
         """The trial as a record for `SafeOrbit`; `tick` is the sampling interval δ [s]."""
-        log = self.log
+        log = plan_over_stance(self.log)
         h = log["h"] if "h" in log else np.empty((len(log), 0))
         planned = log.element("solver_status", "fallbacks") == 0
         states, stances = log["lip_state"].reshape(-1, 2, 3), log["stance_plan"][:, _NOW]
