@@ -12,6 +12,7 @@ from pdhocbf_drake.mpc.cancelling import estimated, lead
 from pdhocbf_drake.mpc.config import DisturbanceConfig
 from pdhocbf_drake.mpc.loop import Measurement, control, walk_template
 from pdhocbf_drake.simulation.scenario_file import load_scenario
+from pdhocbf_drake.simulation.sensed import sensed
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.walking.frame import rotation
 
@@ -33,7 +34,7 @@ def settled(disturbance: np.ndarray, ticks: int, config: DisturbanceConfig = CON
 def test_a_constant_disturbance_is_estimated_and_cancelled_to_within_the_band() -> None:
     w = settled(np.array([0.3, -0.2]), 600)
     np.testing.assert_allclose(w[:2], [0.3, -0.2], atol=1e-3)
-    assert np.hypot(*(w[2:] - w[:2])) <= CONFIG.band + 1e-12
+    assert np.hypot(*(w[2:] - w[:2])) <= CONFIG.width + 1e-12
 
 
 def test_a_walk_that_begins_estimates_at_once() -> None:
@@ -134,3 +135,18 @@ def test_wind_on_the_template_is_logged_and_walked_against() -> None:
     np.testing.assert_allclose(estimate[-1, :2], [0.3, -0.2], atol=0.02)
     gait = log["lip_state"][-1, 0] - log["lip_state"][-81, 0]
     assert gait == pytest.approx(0.3, abs=3e-3)
+
+
+@pytest.mark.parametrize(
+    ("measurement", "band"),
+    [("{}", 0.05), ("{source: sensors}", 0.05), ("{source: sensors, encoders: {calibrated: null}}", 0.02),
+     ("{source: sensors, encoders: {calibrated: null, offset: 0.001}}", 0.05)],
+)  # fmt: skip
+def test_the_band_is_narrow_where_encoders_are_not_calibrated(measurement: str, band: float) -> None:
+    def found(mpc: str) -> float:
+        disturbance = sensed(load_scenario("walking", f"{{measurement: {measurement}, mpc: {mpc}}}")).disturbance
+        assert disturbance is not None
+        return disturbance.width
+
+    assert found("{}") == band
+    assert found("{disturbance: {band: 0.04}}") == 0.04

@@ -52,7 +52,7 @@ def estimated(
     gain = max(config.gain * slower, 1.0 / (age + _YOUNG))
     after = np.empty(4)
     write_disturbance(
-        gain, config.rate * tick * gain / config.gain, config.most, wider * config.band, tick, w, error, acted, after
+        gain, config.rate * tick * gain / config.gain, config.most, wider * config.width, tick, w, error, acted, after
     )
     return after
 

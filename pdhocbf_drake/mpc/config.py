@@ -173,6 +173,10 @@ class FilterConfig(Config):
     push: Annotated[float, within(0.0, 1000.0, "m/s²", above=True)] = 5.0
 
 
+WIDE_BAND, NARROW_BAND = 0.05, 0.02
+"""`band` of "auto" [m/s²]; the gait itself makes the estimate swing by ±0.03, which the wide one leaves alone."""
+
+
 class DisturbanceConfig(Config):
     """How a constant disturbance, such as wind, a slope or a load, is estimated and cancelled.
 
@@ -180,13 +184,19 @@ class DisturbanceConfig(Config):
         gain: share of the acceleration that a tick was wrong by which the estimate takes over [1].
         most: largest estimate, horizontally [m/s²].
         rate: fastest change of the estimate, which keeps it from following a push [m/s³].
-        band: what is cancelled stays as it is while it is this close to the estimate [m/s²].
+        band: what is cancelled stays as it is while it is this close to the estimate [m/s²]; "auto" is 0.05, and 0.02
+            where encoders are off by more than 2 mrad, which tilts what is believed of the robot.
     """
 
     gain: Annotated[float, within(0.0, 1.0, "", above=True)] = 0.02
     most: Annotated[float, within(0.0, 5.0, "m/s²", above=True)] = 0.6
     rate: Annotated[float, within(0.0, 1000.0, "m/s³", above=True)] = 0.8
-    band: Annotated[float, within(0.0, 5.0, "m/s²")] = 0.05
+    band: Annotated[float, within(0.0, 5.0, "m/s²")] | Literal["auto"] = "auto"
+
+    @property
+    def width(self) -> float:
+        """`band`, or where no scenario says it the wide one [m/s²]."""
+        return WIDE_BAND if self.band == "auto" else self.band
 
 
 class MpcConfig(Config):
