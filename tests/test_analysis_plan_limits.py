@@ -57,6 +57,19 @@ def test_an_ankle_is_at_its_bound_where_the_zmp_is_as_far_as_it_carries_it_on_ei
     assert found(run) == ahead | aside
 
 
+def test_hips_and_knees_are_at_their_bound_where_a_disturbed_walk_has_its_zmp_at_the_end_of_what_they_hold():
+    held = [(-0.02, 0.03)] * STEP
+    held[15] = (-0.06, 0.06)
+    run = walk(zmp_held=tuple(held), zmp_behind=0.1, zmp_ahead=0.1)
+    zmp, reason = run.log.signals["whole_body_zmp"], run.log.element("solver_status", "reason")
+    assert not reason.any()
+    zmp[[90, 95, 110], 0] += [-0.02, -0.02, 0.03]
+    assert found(run) == {}
+    status = run.log.signals["solver_status"] = run.log["solver_status"].copy()
+    status[85:, -1] = float(Reason.RECOVERING)
+    assert found(run)["zmp_held"] == [90, 110]
+
+
 def test_a_step_is_at_its_bounds_as_a_disturbed_walk_has_them():
     run = walk()
     run.log["stance_plan"][90, 4] += 0.15

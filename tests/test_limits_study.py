@@ -77,6 +77,12 @@ _FAR = {"zmp_behind": 1.0, "zmp_ahead": 1.0, "zmp_inward": 1.0, "zmp_outward": 1
             {"zmp_middle": (5.0, 0.0)},
             r"zmp_middle in x: the ZMP box of 0.1 m must reach .* \(given: 5.0\)",
         ),
+        (
+            {"zmp_held": ((-0.1, 0.1),) * 39},
+            r"zmp_held: must have an entry for each of the 40 ticks of a step, or none \(given: 39\)",
+        ),
+        ({"zmp_held": ((0.1, -0.1),) * 40}, r"zmp_held must be \[from, to\] with from <= to \(given: \[0.1, -0.1\]\)"),
+        ({"swing_acceleration": 0.0}, "mpc.limits.*swing_acceleration"),
         ({"step_reach": (0.1, 0.4)}, r"gait.stride: must be within mpc.limits.step_reach, 0.1 m \(given: 0.15\)"),
         ({"step_reach": (0.4, 0.1)}, r"gait.stance_width: must be within mpc.limits.step_reach, 0.1 m"),
     ],

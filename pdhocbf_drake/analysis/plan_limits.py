@@ -24,7 +24,8 @@ def at_plan_limits(scenario: Scenario, log: RunLog) -> dict[str, Rows]:
     With one foot on the ground: `zmp_behind`, `zmp_ahead`, `zmp_inward`, `zmp_outward`, the planned ZMP of all links is
     as far from the sole's centre as that; `step_reach_x`, `step_reach_y`, the next foothold is as far away as a step
     may be; `stance_width_min`, it is as close aside. `stride`: the walk has the stride that was granted to it, which is
-    less than what was asked. Empty without such limits.
+    less than what was asked. Where hips or knees limit the ZMP of a disturbed walk, `zmp_held`: it is at that limit.
+    Empty without such limits.
     """
     limits = scenario.mpc.plan_limits
     if limits is None or "whole_body_zmp" not in log:
@@ -34,7 +35,10 @@ def at_plan_limits(scenario: Scenario, log: RunLog) -> dict[str, Rows]:
     ahead, outward = _seen_from_stance(log, log["whole_body_zmp"] - log["stance_plan"][:, 2:4]).T
     outward = support * outward
     reach, least = _step_bounds(scenario, log)
-    steps = single & _has_next_foot(log)
+    steps, held = single & _has_next_foot(log), {}
+    if limits.zmp_held:
+        low, high = np.array(limits.zmp_held)[log.element("gait_phase", "tick").astype(int)].T
+        held["zmp_held"] = single & _is_disturbed(log) & ((ahead <= low + _NEAR) | (ahead >= high - _NEAR))
     return {
         "zmp_behind": single & (ahead <= _NEAR - limits.zmp_behind),
         "zmp_ahead": single & (ahead >= limits.zmp_ahead - _NEAR),
@@ -44,7 +48,12 @@ def at_plan_limits(scenario: Scenario, log: RunLog) -> dict[str, Rows]:
         "step_reach_y": steps & (np.abs(step_y) >= reach[:, 1] - _NEAR),
         "stance_width_min": steps & (-support * step_y <= least + _NEAR),
         "stride": _granted(scenario, log, limits.stride) & (support != 0.0),
+        **held,
     }
+
+
+def _is_disturbed(log: RunLog) -> Rows:
+    return np.isin(log.element("solver_status", "reason"), _DISTURBED)
 
 
 def _on_one_foot(log: RunLog, double_support: int) -> Rows:
@@ -77,7 +86,7 @@ def _step_bounds(scenario: Scenario, log: RunLog) -> tuple[Array, Array]:
     """Farthest reach (T, 2) and least width (T,) of a step at each row [m]."""
     mpc, limits = scenario.mpc, scenario.mpc.plan_limits
     assert limits is not None
-    disturbed = np.isin(log.element("solver_status", "reason"), _DISTURBED)
+    disturbed = _is_disturbed(log)
     steady = np.full(2, np.inf) if mpc.step_reach is None else np.array(mpc.step_reach)
     reach, least = np.minimum(steady, limits.step_reach), mpc.stance_width_min
     if mpc.recovery is None:

@@ -35,6 +35,11 @@ class PlanLimits(Config):
         stride: longest stride that is granted to a commanded walk; null is as far as the legs reach [m].
         zmp_middle: how far ahead of the sole's centre and outward of it the middle of the ZMP box lies, for the torques
             of knees, hips and ankles [m].
+        zmp_held: from and to where, ahead of the sole's centre, hip and knee of a leg that stands alone hold the ZMP of
+            all links in a disturbed walk, at each tick of a step; such a walk has its box in the sole's middle then.
+            Empty where they hold it anywhere [m].
+        swing_acceleration: as `mpc.swing_acceleration`, in a disturbed walk, for the torque of the swinging leg's hip
+            [m/s²]; null leaves that to `mpc.recovery.swing_acceleration`.
     """
 
     zmp_behind: Room
@@ -44,12 +49,16 @@ class PlanLimits(Config):
     step_reach: tuple[Length, Length]
     stride: Shift | None = None
     zmp_middle: tuple[Room, Room] = (0.0, 0.0)
+    zmp_held: tuple[tuple[Room, Room], ...] = ()
+    swing_acceleration: float | None = Field(None, gt=0)
 
     @model_validator(mode="after")
     def _leave_room(self) -> PlanLimits:
         for low, high in (("zmp_behind", "zmp_ahead"), ("zmp_inward", "zmp_outward")):
             if (room := getattr(self, low) + getattr(self, high)) <= 0.0:
                 raise ValueError(f"{low} and {high} must be more than 0 m together, or no ZMP is allowed: {room:g} m")
+        if wrong := [pair for pair in self.zmp_held if pair[0] > pair[1]]:
+            raise ValueError(f"each entry of zmp_held must be [from, to] with from <= to (given: {list(wrong[0])})")
         return self
 
 
@@ -273,6 +282,11 @@ class MpcConfig(Config):
         """What is filtered; None where there is nothing, or where no scenario says it."""
         noise = self.filter
         return noise if isinstance(noise, FilterConfig) and (noise.com or noise.velocity) else None
+
+    @property
+    def holds_zmp(self) -> bool:
+        """Whether hip and knee limit the ZMP, as they do in a disturbed walk, whose tail is paid for."""
+        return self.stability == "paid" and self.plan_limits is not None and bool(self.plan_limits.zmp_held)
 
     @property
     def plan_limits(self) -> PlanLimits | None:

@@ -16,7 +16,7 @@ def recovery_of(gait: Gait, vhip: Vhip, config: MpcConfig) -> tuple[Gait, Vhip, 
     """The gait, template and MPC of a disturbed walk, as `RecoveryConfig` describes it."""
     recovery = config.recovery or RecoveryConfig()
     box = recovery.zmp_box or gait.config.zmp_box
-    changed = {
+    changed: dict[str, object] = {
         "recovery": None,
         "barrier": "soft",
         "tail": "anticipative",
@@ -32,6 +32,11 @@ def recovery_of(gait: Gait, vhip: Vhip, config: MpcConfig) -> tuple[Gait, Vhip, 
         "path_correction": recovery.path_correction,
         "swing_acceleration": recovery.swing_acceleration,
     }
+    if (limits := config.plan_limits) is not None:
+        if limits.zmp_held:
+            changed["limits"] = limits.model_copy(update={"zmp_middle": (0.0, limits.zmp_middle[1])})
+        if limits.swing_acceleration is not None:
+            changed["swing_acceleration"] = min(recovery.swing_acceleration, limits.swing_acceleration)
     return gait.with_box(box), vhip, config.model_copy(update=changed)
 
 

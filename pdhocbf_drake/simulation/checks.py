@@ -123,6 +123,9 @@ def _check_lengths(scenario: Scenario) -> None:
             if length > reach:
                 _refuse(key, f"must be within {where}, {reach:g} m", length)
     if limits is not None:
+        if len(limits.zmp_held) not in (0, gait.ticks_per_step):
+            allowed = f"must have an entry for each of the {gait.ticks_per_step} ticks of a step, or none"
+            _refuse("mpc.limits.zmp_held", allowed, len(limits.zmp_held))
         rooms = (limits.zmp_behind, limits.zmp_ahead), (limits.zmp_inward, limits.zmp_outward)
         for axis, middle, side, (low, high) in zip("xy", limits.zmp_middle, gait.zmp_box, rooms, strict=True):
             if middle - side / 2.0 >= high or middle + side / 2.0 <= -low:

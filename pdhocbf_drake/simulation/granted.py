@@ -78,25 +78,23 @@ def longest_granted(asked: Asked, stride: float) -> float | None:
     return round(low * stride, 4)
 
 
-def largest_torque(asked: Asked, stride: float) -> tuple[float, str]:
-    """The largest share of a joint's torque in the steady walk straight ahead at a stride [m], and that in words.
+class Largest(NamedTuple):
+    """The largest share of a joint's torque, infinite where a walk can't be walked; that in words, and the role."""
 
-    Infinite where it can't be walked.
-    """
+    share: float
+    said: str
+    role: str = ""
+
+
+def largest_torque(asked: Asked, stride: float) -> Largest:
+    """The largest share of a joint's torque in the steady walk straight ahead at a stride [m]."""
     motion = asked.steady(stride)
     if isinstance(motion, str):
-        return math.inf, motion
+        return Largest(math.inf, motion)
     peaks, limits = np.abs(motion.torques).max(axis=0), asked.biped.effort_limits
     joint = int((peaks / limits).argmax())
-    return float(peaks[joint] / limits[joint]), _needs(asked.biped, joint, peaks, limits, "N m")
-
-
-def weakest_role(asked: Asked, stride: float) -> str:
-    """The role of the joint of `largest_torque`; empty where the stride can't be walked."""
-    motion = asked.steady(stride)
-    if isinstance(motion, str):
-        return ""
-    return ROLES[int((np.abs(motion.torques).max(axis=0) / asked.biped.effort_limits).argmax()) % len(ROLES)]
+    said, role = _needs(asked.biped, joint, peaks, limits, "N m"), ROLES[joint % len(ROLES)]
+    return Largest(float(peaks[joint] / limits[joint]), said, role)
 
 
 def exceeded(asked: Asked, stride: float) -> Excess:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.fitting.findings import Finding
+from pdhocbf_drake.fitting.held_zmp import held_zmp
 from pdhocbf_drake.fitting.plan_limits import TORQUE, plan_limits
 from pdhocbf_drake.fitting.preview import Step, preview
 from pdhocbf_drake.fitting.steady_motion import SteadyMotion
+from pdhocbf_drake.fitting.swing_acceleration import swing_acceleration
 from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
 from pdhocbf_drake.mpc.config import PlanLimits
 from pdhocbf_drake.mpc.programs import ProgramCache
@@ -85,6 +88,8 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
     scenario = _with(scenario, mpc={"limits": limits})
     if not _is_near(biped, scenario, limits):
         return Kept(scenario)
+    limits = _in_recovery(scenario, biped, limits)
+    scenario = _with(scenario, mpc={"limits": limits})
     asked, sentences, programs = commanded_stride(scenario), list[str](), ProgramCache()
     turn = max((abs(command.turn) for command in scenario.commands), default=0.0)
     walk = Asked(biped, scenario, programs, turn)
@@ -142,6 +147,14 @@ def _limits(kept: Kept) -> list[Finding]:
         f"the ankles carry the ZMP from {-limits.zmp_behind:.3g} to {limits.zmp_ahead:.3g} m of the soles' centres and "
         f"up to {limits.zmp_outward:.3g} m outward; steps of up to {x:.3g} m, {y:.3g} m aside"
     )
+    if limits.zmp_held:
+        back = [low for low, _ in limits.zmp_held]
+        said += (
+            f"; in a disturbed walk hips and knees hold the ZMP from {min(back):.3g} m on in some ticks of a step, and "
+            f"from {max(back):.3g} m on in others"
+        )
+    if limits.swing_acceleration is not None:
+        said += f"; there the hips move a landing by {limits.swing_acceleration:.3g} m/s² at most"
     key = "gait.stride, gait.zmp_box"
     return [
         Finding("limits", "ok", "mpc.limits", said),
@@ -153,6 +166,16 @@ def _with(scenario: Scenario, **changes: dict[str, object]) -> Scenario:
     """The scenario with other values in some of its parts."""
     parts = {part: getattr(scenario, part).model_copy(update=values) for part, values in changes.items()}
     return scenario.model_copy(update=parts)
+
+
+def _in_recovery(scenario: Scenario, biped: Biped, limits: PlanLimits) -> PlanLimits:
+    """The limits with what hips and knees leave to a disturbed walk."""
+    gait, recovery = scenario.gait, scenario.mpc.recovery
+    if recovery is None:
+        return limits
+    swing = math.floor(10.0 * swing_acceleration(biped, gait)) / 10.0
+    changes = {"swing_acceleration": swing} if swing < recovery.swing_acceleration else {}
+    return limits.model_copy(update={**changes, "zmp_held": held_zmp(biped, gait)})
 
 
 def _cautious(scenario: Scenario, biped: Biped) -> tuple[Scenario, str]:

@@ -8,9 +8,10 @@ import numpy as np
 
 from pdhocbf_drake.mpc.config import PlanLimits
 from pdhocbf_drake.robot import SIDES
-from pdhocbf_drake.simulation.granted import Asked, largest_torque, weakest_role
+from pdhocbf_drake.simulation.granted import Asked, Largest, largest_torque
 
 _ENOUGH = 0.95  # share of a joint's torque below which the box stays where it is
+_ENOUGH_OF_KNEE = 1.22  # likewise of a knee's, where the whole-body program gives way for it
 _PARTS, _FARTHEST = 10, 5  # the box moves in steps of that part of the sole's half side, and by so many of them
 _GAIN = 0.02  # by which a step has to lessen the largest share
 _ROOMS = {
@@ -24,42 +25,44 @@ def placed(asked: Asked, stride: float) -> tuple[Asked, str]:
 
     A force that acts farther ahead on the sole passes closer to a bent knee, and one farther outward closer to the
     ankle. The box moves ahead or back, then outward or inward, as long as that helps the steady walk at a stride [m].
-    Where a joint still lacks torque, the box is cut on one side: a force that leans inwards passes an ankle's axis
-    farther inwards than its ZMP, by more than the share of the torque that `fitting.plan_limits` leaves for it.
+    Where a knee is shortest it moves less: a CoM that rides farther ahead of the foot leaves less to a push ahead, and
+    in a disturbed walk the plan keeps what the knee holds, see `mpc.limits.zmp_held`. Where an ankle still lacks
+    torque, the box is cut on one side: a force that leans inwards passes an ankle's axis farther inwards than its ZMP,
+    by more than the share of the torque that `fitting.plan_limits` leaves for it.
 
     Returns:
         The walk, and what is changed in words, empty where nothing is.
     """
-    share, said = largest_torque(asked, stride)
-    place, found, less = np.zeros(2), asked, share
+    largest, gives_way = largest_torque(asked, stride), asked.scenario.whole_body.kind != "closed_form"
+    said, place, found = largest.said, np.zeros(2), asked
     for axis, sign in ((0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)):
         for there in () if place[axis] else _places(place, axis, sign):
-            if less <= _ENOUGH:
+            if largest.share <= (_ENOUGH_OF_KNEE if gives_way and largest.role == "knee_pitch" else _ENOUGH):
                 break
             walk = _at(asked, there)
-            lesser, _ = largest_torque(walk, stride)
-            if not lesser < less - _GAIN:
+            less = largest_torque(walk, stride)
+            if not less.share < largest.share - _GAIN:
                 break
-            less, place, found = lesser, there, walk
+            largest, place, found = less, there, walk
     limits, words = found.scenario.mpc.plan_limits, list[str]()
     if limits is not None and place.any():
         names = zip(limits.zmp_middle, (("ahead", "behind"), ("outward", "inward")), strict=True)
         where = " and ".join(f"{1e3 * abs(shift):.0f} mm {name[shift < 0.0]}" for shift, name in names if shift)
         words.append(f"the middle of the ZMP box is moved {where} on the soles")
-    if less > 1.0:
-        found, cut = _cut(found, less, stride)
+    if largest.share > 1.0:
+        found, cut = _cut(found, largest, stride)
         words += [cut] if cut else []
     return found, f"{' and '.join(words)}: {said}" if words else ""
 
 
-def _cut(asked: Asked, share: float, stride: float) -> tuple[Asked, str]:
+def _cut(asked: Asked, largest: Largest, stride: float) -> tuple[Asked, str]:
     """The walk with its box cut on the side where that helps the ankle that lacks torque, and that in words."""
-    axis, ways = _ROOMS.get(weakest_role(asked, stride), (0, {}))
+    axis, ways = _ROOMS.get(largest.role, (0, {}))
     for room, way in ways.items():
-        best, said = asked, ""
+        share, best, said = largest.share, asked, ""
         for part in range(1, _FARTHEST + 1):
             walk, cut = _without(asked, axis, room, part)
-            less, _ = largest_torque(walk, stride)
+            less = largest_torque(walk, stride).share
             if not less < share - _GAIN:
                 break
             share, best, said = less, walk, f"the ZMP stays off the last {1e3 * cut:.0f} mm of its box {way}"

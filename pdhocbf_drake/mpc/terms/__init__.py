@@ -9,6 +9,7 @@ from pdhocbf_drake.mpc.terms.barrier import BarrierTerm
 from pdhocbf_drake.mpc.terms.coupled_tail import CoupledTail
 from pdhocbf_drake.mpc.terms.effort import Effort
 from pdhocbf_drake.mpc.terms.footholds import Footholds
+from pdhocbf_drake.mpc.terms.held_zmp import HeldZmpBox
 from pdhocbf_drake.mpc.terms.stability import Stability
 from pdhocbf_drake.mpc.terms.step_limits import StepLimits
 from pdhocbf_drake.mpc.terms.term import Term
@@ -24,6 +25,7 @@ TERMS: tuple[type[Term], ...] = (
     Stability,
     CoupledTail,
     ZmpBox,
+    HeldZmpBox,
     StepLimits,
     ZmpVelocity,
     BarrierTerm,

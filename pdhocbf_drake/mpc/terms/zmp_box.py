@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
 
 from pdhocbf_drake.mpc.commanded import Commanded
+from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.terms.program import AxisProgram
 from pdhocbf_drake.mpc.terms.term import RowKind, Term
 
@@ -18,6 +20,9 @@ class ZmpBox(Term):
     side. The offset is by how much the real ZMP is expected to differ from the template's.
 
     Parameters: half (n_f + 2,), half sides in the last, this and the coming steps, less `mpc.zmp_margin` [m].
+
+    Attributes:
+        cuts: parameters by which a side is cut at each tick, by the name of its rows.
     """
 
     rows: ClassVar = {
@@ -25,6 +30,11 @@ class ZmpBox(Term):
         "zmp_box_upper": RowKind("tick", is_bound=True, missed_as="zmp_box"),
     }
     axes_alike = True
+    cuts: ClassVar[Mapping[str, str]] = {}
+
+    @classmethod
+    def configured(cls, config: MpcConfig) -> bool:
+        return not config.holds_zmp
 
     @property
     def sizes(self) -> dict[str, int]:
@@ -36,7 +46,9 @@ class ZmpBox(Term):
         sides = gait.region.rows(program.phase, program.horizon, len(program.f))
         for name, (sign, on_feet, on_half) in zip(self.rows, sides, strict=True):
             zmp = np.hstack([sign * program.gamma[1:, 2], sign * program.phi[1:, 2]])
-            program.at_least(np.hstack([zmp, on_feet, on_half, sign * eye]), variables, name)
+            cut = [program.part[self.cuts[name]]] if name in self.cuts else []
+            rows = np.hstack([zmp, on_feet, on_half, sign * eye, *([-eye] * len(cut))])
+            program.at_least(rows, np.concatenate([variables, *cut]), name)
 
     def fill_step(self, step: int, ahead: Commanded, theta: np.ndarray) -> None:
         theta[self.places["half"]] = ahead.half[self.axis]

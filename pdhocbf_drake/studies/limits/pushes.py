@@ -40,6 +40,27 @@ class Pushed(NamedTuple):
     direction: str
 
 
+def pushed(work: Pushed, role: str | None, folder: str) -> Scenario:
+    """The walk that is pushed; of a robot whose role is weak, its file is written into a folder."""
+    scenario = Scenario.model_validate_json(work.scenario)
+    changes: dict[str, Any] = {"gait": {"stride": min(scenario.gait.stride, _STRIDE)}}
+    scenario = Scenario.from_dict(merge(scenario.to_dict(), changes), work.row)
+    if role is None:
+        return scenario
+    weak = role, _SHARE * work.peaks.torque[ROLES.index(role)]
+    return write_weak(scenario, weak, None, Path(folder) / "robot.yaml")
+
+
+def phases_of(scenario: Scenario) -> tuple[int, ...]:
+    """Ticks of a step at which pushes begin."""
+    return tuple(scenario.gait.ticks_per_step * part // _PER_STEP for part in range(_PER_STEP))
+
+
+def least_impulse(way: str, mass: float, role: str | None) -> float:
+    """What a robot of that mass [kg] must survive "ahead", "back" or "aside", where a role is weak [N s]."""
+    return _LEAST[way] * mass / _MASS * (1.0 if role is None else _SHARE)
+
+
 def plan(row: str, asked: Asked) -> list[Pushed]:
     """A piece for each direction."""
     return [Pushed(row, asked.scenario, asked.prepared, direction) for direction in _WAYS]
@@ -48,17 +69,10 @@ def plan(row: str, asked: Asked) -> list[Pushed]:
 def measure(work: Pushed) -> Outcome:
     """Searches the largest survived impulse at each tick, without barriers."""
     role, way = ROWS[work.row], _WAYS[work.direction]
-    scenario = Scenario.model_validate_json(work.scenario)
-    changes: dict[str, Any] = {"gait": {"stride": min(scenario.gait.stride, _STRIDE)}}
-    scenario = Scenario.from_dict(merge(scenario.to_dict(), changes), work.row)
-    mass = Biped.load(scenario.robot).mass
-    step = scenario.gait.ticks_per_step
-    phases = tuple(step * i // _PER_STEP for i in range(_PER_STEP))
-    wanted = _LEAST[way] * mass / _MASS * (1.0 if role is None else _SHARE)
     with tempfile.TemporaryDirectory() as folder:
-        if role is not None:
-            weak = role, _SHARE * work.peaks.torque[ROLES.index(role)]
-            scenario = write_weak(scenario, weak, None, Path(folder) / "robot.yaml")
+        scenario = pushed(work, role, folder)
+        mass, phases = Biped.load(scenario.robot).mass, phases_of(scenario)
+        wanted = least_impulse(way, mass, role)
         try:
             searches = search_all(scenario, [NONE], [work.direction], phases, _PUSH, 1, mass)
             found = [impulse.survived for impulses in searches for impulse in impulses]

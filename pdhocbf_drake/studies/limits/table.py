@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Final
 
-from pdhocbf_drake.studies.limits import joints, program, pushes, walks
+from pdhocbf_drake.studies.limits import joints, plans, program, pushes, walks
 from pdhocbf_drake.studies.limits.rows import BARRIERS, PROGRAM, ROWS
 from pdhocbf_drake.studies.limits.weak import Peaks
 from pdhocbf_drake.studies.shared.checks import Check, combined
@@ -19,8 +19,14 @@ def in_order(checks: Iterable[Check]) -> list[Check]:
 
 
 TABLE: Final = Table(
-    {**dict.fromkeys(ROWS, walks), **dict.fromkeys(pushes.ROWS, pushes), BARRIERS: joints, PROGRAM: program},
-    unless_quick=list(pushes.ROWS),
+    {
+        **dict.fromkeys(ROWS, walks),
+        **dict.fromkeys(pushes.ROWS, pushes),
+        **dict.fromkeys(plans.ROWS, plans),
+        BARRIERS: joints,
+        PROGRAM: program,
+    },
+    unless_quick=[*pushes.ROWS, *plans.ROWS],
     stride=True,
     prepare=Peaks.of,
     together=in_order,
