@@ -51,8 +51,14 @@ def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
     """
     biped, gait, recovery = Biped.load(scenario.robot), scenario.gait, scenario.mpc.recovery
     check_start(scenario, biped)
-    heights = (gait.com_height - gait.com_height_amplitude, gait.com_height + gait.com_height_amplitude)
-    check_walk(biped, stride=gait.stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=gait.zmp_box)
+    check_walk(
+        biped,
+        stride=gait.stride,
+        stance_width=gait.stance_width,
+        com_height=gait.com_height,
+        amplitude=gait.com_height_amplitude,
+        zmp_box=gait.zmp_box,
+    )
     if recovery is not None and recovery.zmp_box is not None:
         check_zmp_box(biped, recovery.zmp_box, "mpc.recovery.zmp_box")
     check_known_ground(scenario, biped)
