@@ -54,7 +54,7 @@ pytest: install
 	NUMBA_DISABLE_JIT=1 $(PYTEST) --cov --cov-report= --cov-fail-under=0 -k "not every_kernel" $(KERNELS)
 	$(PYTEST) --cov --cov-append
 
-# Four processes share the pages, of which notebooks take longest. Every warning is an error, and nothing is loaded from
+# Four processes share the pages, of which notebooks take longest; a following `make test` looks at what they ran. Every warning is an error, and nothing is loaded from
 # a network. PATH has the commands whose help the pages show.
 docs: install
 	PATH="$(abspath $(BIN)):$$PATH" $(BIN)/python -m sphinx -j 4 --quiet --fail-on-warning --keep-going -c docs . build/docs

@@ -5,9 +5,12 @@ The source folder is the repository's, so that a link leads to the same page her
 
 from __future__ import annotations
 
+import os
 import re
 from typing import Any
 
+from docutils import nodes
+from docutils.utils.math.latex2mathml import tex2mathml
 from pydantic import BaseModel
 
 import pdhocbf_drake
@@ -29,9 +32,15 @@ html_theme = "furo"
 html_extra_path = ["first_page"]  # leads from the site's root to the root document
 
 myst_heading_anchors = 3
+myst_enable_extensions = ["dollarmath"]
+html_math_renderer = "mathml"
 nb_execution_mode = "force"
 nb_execution_timeout = 600
 nb_execution_raise_on_error = True
+nb_execution_in_temp = True
+# In notebooks deprecated names of ours, of Drake or of NumPy are errors. What is left in build/jupyter_execute is what
+# tests/test_notebooks.py looks at, in place of running them once more.
+os.environ["PYTHONWARNINGS"] = "error::DeprecationWarning"
 
 default_role = "code"  # in docstrings single backticks hold code
 highlight_language = "none"  # of blocks that name none
@@ -63,7 +72,14 @@ def short(app: object, what: str, name: str, obj: object, *rest: object) -> tupl
     return ("", "") if isinstance(obj, type) and issubclass(obj, BaseModel) else None
 
 
+def formula(translator: Any, node: nodes.math | nodes.math_block) -> None:
+    """A formula as MathML, which browsers draw by themselves; MathJax would be loaded from a network."""
+    translator.body.append(tex2mathml(node.astext(), as_block=isinstance(node, nodes.math_block)))
+    raise nodes.SkipNode
+
+
 def setup(app: Any) -> None:
     """Called by Sphinx; sections such as "Args:" are read after `plain`."""
+    app.add_html_math_renderer("mathml", (formula, None), (formula, None))
     app.connect("autodoc-process-docstring", plain, priority=400)
     app.connect("autodoc-process-signature", short)

@@ -11,7 +11,14 @@ from pathlib import Path
 from pydantic import BaseModel
 
 import pdhocbf_drake
-from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, BoundMetrics, EstimatorMetrics, Metrics, MpcMetrics
+from pdhocbf_drake.analysis.metrics_schema import (
+    BarrierMetrics,
+    BoundMetrics,
+    EstimatorMetrics,
+    Metrics,
+    MpcMetrics,
+    PieceMetrics,
+)
 from pdhocbf_drake.systems.signals import LOGGED, Signal
 
 if sys.version_info >= (3, 11):
@@ -69,6 +76,7 @@ def metrics_table() -> str:
         ("", Metrics),
         ("barriers.NAME.", BarrierMetrics),
         ("mpc.", MpcMetrics),
+        ("ground.NUMBER.", PieceMetrics),
         ("estimator.", EstimatorMetrics),
         ("plan_limits.NAME.", BoundMetrics),
     ):

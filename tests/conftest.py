@@ -27,7 +27,7 @@ SLOW = {
     "test_sensing_study",
     "test_sensors_robot", "test_named_robots", "test_certify_disturbance", "test_robust_study", "test_tune",
     "test_friction", "test_joint_limits", "test_whole_body_robot", "test_footing",
-    "test_limits_study",
+    "test_limits_study", "test_first_walk",
 }  # fmt: skip
 """Files of tests that together take most of the time; `make quick` leaves them out."""
 

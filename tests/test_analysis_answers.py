@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+import html
+import re
+
 import pytest
 import synthetic
 
 from pdhocbf_drake.analysis.answers import answers
+from pdhocbf_drake.analysis.glossary import WORDS, words_in
 from pdhocbf_drake.analysis.report import ReportedRun, metrics_of, report_html, reported
+from pdhocbf_drake.estimation.sample import Notice
+from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.robot.locate import models_folder
+from pdhocbf_drake.whole_body.reason import Reason as WholeBodyReason
 
 
 def _answers(metrics, **changes):
@@ -69,3 +77,38 @@ def test_a_push_comes_before_what_it_broke() -> None:
     assert 0 < page.index("yes: 4 N s forward at 2.5 s") < page.index("Was it safe?")
     row = page[page.index("Was it pushed?") :].partition("</tr>")[0]
     assert row.endswith(">no</td>")
+
+
+def test_every_reason_that_a_report_may_give_is_explained() -> None:
+    usual = {Reason.SOLVED, WholeBodyReason.INSIDE, Notice.NONE}
+    reasons = [*Reason, *WholeBodyReason, *Notice.__members__.values()]
+    shown = [reason.name or "" for reason in reasons if reason not in usual]
+    assert [name for name in shown if not words_in(f"3 {name}")] == []
+    assert [name.lower() for name in map(str, (r.name for r in Reason)) if name.lower() not in WORDS] == ["solved"]
+
+
+def test_a_report_explains_the_words_that_it_uses_and_no_others() -> None:
+    run = synthetic.run("vhip", 3.0)
+    run.log["solver_status"][60:63, 5] = Reason.SOFTENED
+    page = report_html([ReportedRun(run, metrics_of(run), [], None)])
+    table = page.partition("What the words mean")[2].partition("</details>")[0]
+    found = {html.unescape(word) for word in re.findall(r'<th scope="row">(.*?)</th>', table)}
+    assert {"h", "ψ", "ZMP", "degraded", "softened", "fallback", "failure"} <= found
+    assert not {"recovering", "TORQUE", "NEES", "encoder"} & found
+
+
+def test_a_report_names_a_robot_that_is_not_the_packaged_one(tmp_path) -> None:
+    folder = models_folder() / "biped"
+    text = (folder / "biped.yaml").read_text(encoding="utf-8").replace("name: biped", "name: tall")
+    text = text.replace("biped.urdf", str(folder / "biped.urdf")).replace(": ..}", f": {models_folder()}}}")
+    (tmp_path / "tall.yaml").write_text(text, encoding="utf-8")
+    run = synthetic.run("biped", 3.0)
+    own = run._replace(scenario=run.scenario.model_copy(update={"robot": str(tmp_path / "tall.yaml")}))
+    titles, rows = [], []
+    for each in (run, own):
+        metrics = metrics_of(each)
+        page = report_html([ReportedRun(each, metrics, [], None)])
+        titles += re.findall("<title>(.*?)</title>", page)
+        rows.append(metrics.robot)
+    assert titles == ["synthetic", "synthetic, robot tall"]
+    assert rows == ["biped", "tall"]

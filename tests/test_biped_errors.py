@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from pdhocbf_drake.robot import Biped, RobotConfig, check_walk, load_robot_confi
 
 FOLDER = models_folder() / "biped"
 LINKS = ("hip_yaw", "hip_roll", "thigh", "shank", "ankle", "foot")
-WALK: dict[str, Any] = dict(stride=0.15, stance_width=0.16, com_heights=(0.57, 0.59), zmp_box=(0.1, 0.1))
+WALK: dict[str, Any] = dict(stride=0.15, stance_width=0.16, com_height=0.58, amplitude=0.01, zmp_box=(0.1, 0.1))
 
 
 def changed(**update: Any) -> RobotConfig:
@@ -299,16 +300,32 @@ def test_walks_within_reach_are_accepted() -> None:
         check_walk(biped(), **{**WALK, "stride": stride})
 
 
-def test_com_height_out_of_reach() -> None:
-    assert refused(com_heights=(0.57, 0.75)) == (
-        "CoM height 0.75 m is out of reach of robot 'biped' with its feet 0.16 m apart; allowed is 0.32 to 0.63 m"
+def test_com_height_out_of_reach_with_the_number_that_was_given() -> None:
+    assert refused(com_height=0.74) == (
+        "gait.com_height: the CoM at 0.74 m (0.73 to 0.75 m with its amplitude) is out of reach of robot 'biped' with "
+        "its feet 0.16 m apart; allowed is 0.33 to 0.62 m"
     )
+    assert "the CoM at 0.74 m is out of reach" in refused(com_height=0.74, amplitude=0.0)
+    assert refused(amplitude=0.3).startswith("gait.com_height_amplitude: the CoM at 0.58 m (0.28 to 0.88 m")
+
+
+def test_allowed_heights_and_strides_are_accepted() -> None:
+    for height in map(float, re.findall(r"allowed is (\S+) to (\S+) m", refused(com_height=0.74))[0]):
+        check_walk(biped(), **{**WALK, "stride": 0.0, "com_height": height})
+    check_walk(biped(), **{**WALK, "stride": float(re.findall(r"up to (\S+) m$", refused(stride=0.9))[0])})
+
+
+@pytest.mark.parametrize(("key", "value"), [("com_height", 0.74), ("stance_width", 0.05), ("stance_width", 2.0)])
+def test_a_value_of_the_robot_s_file_is_named_as_such(key: str, value: float) -> None:
+    own = Biped(changed(**{key: value}))
+    with pytest.raises(ModelError, match=f"^gait.{key}, by default {key} of the robot's file: .* {value:g} m"):
+        check_walk(own, **{**WALK, key: value})
 
 
 def test_stride_beyond_the_legs() -> None:
     assert refused(stride=0.9) == (
-        "gait.stride: a step of 0.9 m is beyond the legs' reach of robot 'biped' at a CoM height of 0.57 m; allowed is "
-        "up to 0.555 m"
+        "gait.stride: a step of 0.9 m is beyond the legs' reach of robot 'biped' with the CoM at 0.58 m (0.57 to "
+        "0.59 m with its amplitude); allowed is up to 0.461 m"
     )
 
 

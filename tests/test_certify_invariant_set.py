@@ -138,13 +138,23 @@ def test_state_matrices_need_not_be_invertible():
         assert an_input(system, 0, x, found.sets[0], Polytope.box([-0.5], [0.5])) is not None
 
 
+def test_a_time_invariant_system_has_the_period_of_its_limits():
+    A, B = [[1.0, 0.1], [0.0, 1.0]], [[0.005], [0.1]]
+    limits = [Polytope.box([-1.0, -9.0], [high, 9.0]) for high in (0.8, 1.0)]
+    push = [Polytope.box([-1.0], [1.0])]
+    once, twice = (invariant_set(PeriodicAffineSystem(*both), limits, push) for both in ((A, B), ([A] * 2, [B] * 2)))
+    assert once.sweeps == twice.sweeps
+    for one, other in zip(once.sets, twice.sets, strict=True):
+        np.testing.assert_array_equal(one.vertices, other.vertices)
+
+
 def test_limits_that_do_not_fit_are_refused():
     system = PeriodicAffineSystem(np.eye(2), np.ones((2, 1)))
     box, inputs = Polytope.box([-1.0, -1.0], [1.0, 1.0]), Polytope.box([-1.0], [1.0])
     with pytest.raises(InputError, match="the input limits must have 1 dimensions, given 2"):
         invariant_set(system, [box], [box])
-    with pytest.raises(InputError, match="the state limits need 1 polytope or one for each of 1 phases, given 2"):
-        invariant_set(system, [box, box], [inputs])
+    with pytest.raises(InputError, match="the input limits need 1 polytope or one for each of 3 phases, given 2"):
+        invariant_set(system, [box] * 3, [inputs] * 2)
     with pytest.raises(InputError, match="no invariant set was found within 1 sweeps"):
         invariant_set(PeriodicAffineSystem([[2.0]], [[1.0]]), [Polytope.box([-5.0], [5.0])], [inputs], max_sweeps=1)
 

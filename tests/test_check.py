@@ -170,7 +170,7 @@ def levels(text: str) -> dict[str, tuple[str, str, str]]:
         ("gait: {stride: 0.2}", "swing leg", "note", "gait.stride", "0.66 of the half sole; .* gait.stride 0.182"),
         ("gait: {stride: 0.3}", "swing leg", "fault", "gait.stride", "0.9. of the half sole; up to 0.6 walks well"),
         ("gait: {stride: 0.7}", "reach", "fault", "gait.stride", "allowed is up to 0.4"),
-        ("gait: {com_height: 0.7}", "reach", "fault", "gait.com_height", "allowed is 0.32 to 0.63 m"),
+        ("gait: {com_height: 0.7}", "reach", "fault", "gait.com_height", "allowed is 0.33 to 0.62 m"),
         ("{gait: {stance_width: 0.11}, mpc: {stance_width_min: 0.1}}", "feet", "fault", "gait.stance_width",
          r"overlap .* allowed is 0\.12 m or more"),
         ("gait: {zmp_box: [0.3, 0.1]}", "ZMP box", "fault", "gait.zmp_box", "allowed is up to 0.2 x 0.12 m"),

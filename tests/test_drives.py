@@ -9,7 +9,7 @@ import pytest
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.simulation.biped_diagram import standing_posture
+from pdhocbf_drake.simulation.biped_plant import standing_posture
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.drives import sampled_gains
 from pdhocbf_drake.simulation.run_log import FINISHED

@@ -16,7 +16,7 @@ from pdhocbf_drake import Run, Scenario, load_scenario, read_run, simulate
 from pdhocbf_drake.analysis.pushes import push_rows
 from pdhocbf_drake.cli.main import main
 from pdhocbf_drake.config import parse_config
-from pdhocbf_drake.driving.barrier_sliders import BarrierSliders
+from pdhocbf_drake.driving.barrier_sliders import BarrierSliders, said_of
 from pdhocbf_drake.driving.controls import SIDES, Asked, Kept, Pushed
 from pdhocbf_drake.driving.script import Press, Script
 from pdhocbf_drake.driving.session import Session, drivable
@@ -164,7 +164,7 @@ def test_a_drive_that_waits_for_nobody_shows_how_far_it_is_and_has_no_late_ticks
 def test_sliders_change_a_barrier_and_are_put_back() -> None:
     config = load_scenario("vhip").barriers["forward_speed"]
     meshcat = Meshcat()
-    sliders = BarrierSliders(meshcat, "forward_speed", config)
+    sliders = BarrierSliders(meshcat, "forward_speed", "of forward_speed", config)
     assert sliders.read() is None
     kind, margin, gamma = (
         next(name for name in meshcat.GetSliderNames() if word in name) for word in ("periodic", "margin", "gamma")
@@ -177,6 +177,16 @@ def test_sliders_change_a_barrier_and_are_put_back() -> None:
     sliders.reset()
     assert sliders.read() is None
     assert meshcat.GetSliderValue(kind) == 2.0
+
+
+@pytest.mark.parametrize("names", [["forward_speed"], ["forward_speed", "forward_speed_too"]])
+def test_sliders_of_barriers_differ_in_the_part_of_their_labels_that_is_shown(names: list[str]) -> None:
+    config = load_scenario("vhip").barriers["forward_speed"]
+    meshcat = Meshcat()
+    for name, said in said_of(names).items():
+        BarrierSliders(meshcat, name, said, config)
+    shown = {label[:10] for label in meshcat.GetSliderNames()}
+    assert len(shown) == 3 * len(names)
 
 
 def test_it_is_driven_by_hand_in_a_browser(chromium: str, tmp_path: Path) -> None:

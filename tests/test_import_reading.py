@@ -112,6 +112,12 @@ def test_random_bipeds_are_read_rightly(tmp_path: Path, seed: int) -> None:
     assert read["com_height"] == pytest.approx(true["com_height"], rel=0.03)
 
 
+@pytest.mark.parametrize(("hip", "width"), [(0.14, 0.28), (0.24, 0.3)])
+def test_the_feet_are_no_further_apart_than_half_a_leg(hip: float, width: float, tmp_path: Path) -> None:
+    imported(tmp_path, bipeds.urdf(replace(bipeds.Shape(), hip=hip)))
+    assert entries(tmp_path)["stance_width"] == pytest.approx(width)
+
+
 def test_names_do_not_matter(tmp_path: Path) -> None:
     shape = bipeds.random_shape(3)
     imported(tmp_path / "named", bipeds.urdf(shape))

@@ -72,6 +72,13 @@ def test_pictures_and_files_that_pages_link_exist(page: str) -> None:
         assert [link for link in links if not (path.parent / link).exists()] == [], path
 
 
+def test_every_notebook_is_on_the_first_page() -> None:
+    page = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    assert [
+        path.name for path in sorted(ROOT.glob("notebooks/*.ipynb")) if f"../notebooks/{path.name})" not in page
+    ] == []
+
+
 def test_files_of_the_code_that_pages_name_exist() -> None:
     for path in [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *ROOT.glob("docs/*.md")]:
         named = re.findall(r"`(\w+/[\w/]+\.(?:py|md))[`:]", path.read_text(encoding="utf-8"))
@@ -107,7 +114,7 @@ def test_every_verb_is_on_the_page_of_commands() -> None:
     assert sorted(shown) == sorted(re.findall(r"^    (\S+)", usage.stdout.partition("VERB\n")[2], re.MULTILINE))
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/barriers.md", "docs/mpc.md"])
+@pytest.mark.parametrize("page", ["README.md", "docs/barriers.md", "docs/certified_sets.md", "docs/mpc.md"])
 def test_its_python_runs_and_prints_what_it_says(page: str, capsys: pytest.CaptureFixture[str]) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", text, re.DOTALL)

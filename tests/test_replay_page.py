@@ -36,6 +36,7 @@ SEEN = """path => {
     world.updateMatrix();
     return [place.applyMatrix4(world.matrix), 2 * Math.atan2(q.z, q.w)];
 }"""
+UNDER = "box => document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2).textContent"
 COLOUR = "path => viewer.scene_tree.find(['drake', 'world', ...path, '<object>']).object.material.color.toArray()"
 
 
@@ -59,8 +60,8 @@ def browser(chromium):
 class Opened:
     """A page opened from disk, with everything it asked for and complained about."""
 
-    def __init__(self, browser, path) -> None:
-        self.page = browser.new_page(viewport={"width": 480, "height": 320})
+    def __init__(self, browser, path, width: int = 480, height: int = 320) -> None:
+        self.page = browser.new_page(viewport={"width": width, "height": height})
         self.requests: list[str] = []
         self.complaints: list[str] = []
         self.page.on("request", lambda request: self.requests.append(request.url))
@@ -126,6 +127,17 @@ def test_the_strip_is_in_step_and_goes_to_where_it_is_pressed(opened):
     assert (lines[1] - lines[0]) / strip.shape[1] == pytest.approx(2.0 / 6.0, abs=0.01)
     opened.page.mouse.click(62 + 0.5 * strip.shape[1], canvas["y"] + 40)
     assert opened.page.evaluate("viewer.animator.time") == pytest.approx(3.0, abs=0.03)
+
+
+def test_play_and_time_are_at_hand_where_there_is_room(browser, tmp_path):
+    (tmp_path / "replay.html").write_text(replay_html(synthetic.run("van_der_pol", 3.0)), encoding="utf-8")
+    shown = []
+    for size in ((480, 320), (900, 600)):
+        page = Opened(browser, tmp_path / "replay.html", *size)
+        shown.append(page.page.evaluate(UNDER, page.page.get_by_text("pause", exact=True).bounding_box()))
+        assert page.complaints == []
+        page.page.close()
+    assert shown == ["Open Controls", "pause"]
 
 
 def test_h_below_zero_is_filled(browser, tmp_path):

@@ -8,7 +8,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder
 
 from pdhocbf_drake.robot import Biped, InverseDynamics, sole_pose, upright_posture
-from pdhocbf_drake.simulation.biped_diagram import add_robot, model_instance
+from pdhocbf_drake.simulation.biped_plant import add_robot, model_instance
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import joint_targets

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from logs import differences
 from pdhocbf_drake import simulate
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.robot_limits import robot_limits
+from pdhocbf_drake.analysis.summary import summary_rows
 from pdhocbf_drake.errors import PdhocbfError
 from pdhocbf_drake.fitting.uneven_effort import uneven_effort
 from pdhocbf_drake.fitting.uneven_walk import uneven_steps
@@ -19,6 +21,7 @@ from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.build import build_walk
 from pdhocbf_drake.simulation.commands import commanded_gait
+from pdhocbf_drake.simulation.run_log import RunLog
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
 from pdhocbf_drake.simulation.uneven_checks import known_ground_findings, largest_rise
@@ -45,6 +48,20 @@ def test_the_robot_walks_over_a_slope_and_up_stairs_without_a_recovery(walk) -> 
     assert walk.ending == "finished"
     assert set(walk.element("solver_status", "reason")) == {float(Reason.SOLVED)}
     assert walk.element("com_z", "z")[-1] - walk.element("com_z", "z")[0] > 0.15
+
+
+def test_how_much_of_the_ground_was_walked_is_in_metrics_and_summary(walk) -> None:
+    scenario = load_scenario("walking_nobarrier", OVER)
+
+    def ground(log) -> list[str]:
+        rows = dict(summary_rows(compute_metrics(scenario, log, 1.0, robot_limits(scenario))))
+        return [rows["ground.0"], rows["ground.1"]]
+
+    assert ground(walk) == ["walked 0.50 of 0.50 m of a slope", "climbed 3 of 3 stairs of 0.05 m"]
+    right, left = (walk["foot_state"][:, place] for place in (0, 6))
+    first = int(np.argmax(np.maximum(right, left) > 1.1)) + 45  # a step later that foot stands on the first stair
+    rest = RunLog({name: table[:first] for name, table in walk.signals.items()}, walk.time[:first])
+    assert ground(rest) == ["walked 0.50 of 0.50 m of a slope", "climbed 1 of 3 stairs of 0.05 m"]
 
 
 def test_the_soles_stand_where_the_ground_is_as_steep_as_the_ground_is(walk) -> None:
@@ -137,8 +154,9 @@ def test_on_boards_each_foot_stands_on_its_own_ones(length: float) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (stairs(0.25), r"^the step at x = 0\.\d+ m on ground\.0 \(stairs\) is beyond the legs' reach; a rise of up "
-                       r"to 0\.1\d m is possible, with the CoM at 0\.\d+ m \(given: 0\.25\)$"),
+        (stairs(0.25), r"^the step at x = 0\.\d+ m on ground\.0 \(stairs\) is beyond the legs' reach: a rise of up "
+                       r"to 0\.0\d+ m is within reach with the CoM at 0\.58 m, as here, and of up to 0\.1\d m with it "
+                       r"at 0\.5\d+ m \(given: 0\.25\)$"),
         (stairs(0.05, 0.2), r"^ground: the surface from x = 1 m on is 0\.2 m long, and soles need 0\.22 m$"),
         (stairs(0.05, more=", commands: [{time: 0, velocity: [0.3, 0]}]"),
          r"^ground\.0: stairs on the map can be walked straight ahead from x = 0 alone, without commands, path or "
@@ -164,6 +182,16 @@ def test_the_largest_rise_is_within_reach_and_a_little_more_is_not() -> None:
         piece = scenario.ground[0].model_copy(update={"rise": share * most})
         steps = uneven_steps(biped, commanded_gait(scenario.model_copy(update={"ground": (piece,)})), reserve=0.0)
         assert all(not step.missed for step in steps) == reached
+
+
+def test_stairs_that_are_refused_and_those_that_are_not_are_compared_with_the_same_rises() -> None:
+    gait = ", gait: {com_height: 0.56, ticks_per_step: 50}, mpc: {horizon: 100}"
+    lines = []
+    for rise in (0.05, 0.25):
+        scenario = load_scenario("walking_nobarrier", stairs(rise, more=gait))
+        *_, last = known_ground_findings(scenario, Biped.load(scenario.robot))
+        lines.append(re.search(r"a rise of up to .* m with it at \S+ m", last.said)[0])
+    assert lines[0] == lines[1]
 
 
 # Bounds of an even rise.

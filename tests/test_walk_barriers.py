@@ -325,15 +325,19 @@ def test_psi_of_a_log_leaves_out_what_compares_two_stance_feet(name: str) -> Non
     assert found == pytest.approx(np.nanmin(psi[200:]), abs=1e-12)
 
 
-def test_a_bound_that_the_nominal_walk_is_beyond_and_a_table_that_repeats_early_are_noted() -> None:
+def test_what_is_odd_about_a_bound_is_noted() -> None:
+    """The nominal walk is beyond it, a table repeats early, or a harmonic is constant."""
     bounds = {
         "behind": "{quantity: com_x, bound: {kind: constant, value: -0.5}}",
         "wide": "{quantity: com_x, side: lower, bound: {kind: constant, value: -0.5}}",
         "short": "{quantity: forward_speed, bound: {kind: tabulated, values: [0.9, 0.8]}}",
         "whole": f"{{quantity: forward_speed, bound: {{kind: tabulated, values: {[0.9] * 40}}}}}",
         "orbit": "{quantity: forward_speed, bound: {kind: orbit, margin: 0.1}}",
+        "flat": "{quantity: forward_speed, bound: {kind: harmonic, mean: 0.9, sine: 0.0}}",
+        "wave": "{quantity: forward_speed, bound: {kind: harmonic, mean: 0.9, sine: 0.01}}",
     }
     text = ", ".join(f"{name}: {bound}" for name, bound in bounds.items())
-    behind, short = notes_on_bounds(load_scenario("vhip_nobarrier", f"barriers: {{{text}}}"))
+    behind, short, flat = notes_on_bounds(load_scenario("vhip_nobarrier", f"barriers: {{{text}}}"))
     assert behind.startswith("barriers.behind: the nominal walk is beyond this bound at 80 of 80 ticks, by 0.5")
     assert short == "barriers.short.bound.values: the table repeats every 2 ticks; a step has 40 ticks"
+    assert flat == "barriers.flat.bound: a harmonic with neither cosine nor sine is constant, 0.9 m/s"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from pdhocbf_drake.analysis.metrics_schema import BarrierMetrics, Metrics
-from pdhocbf_drake.analysis.summary import at_torque_limits, count, granted, judged_on, of
+from pdhocbf_drake.analysis.summary import at_torque_limits, count, granted, judged_on, of, walked_piece
 from pdhocbf_drake.simulation.run_log import FINISHED
 
 
@@ -33,11 +33,13 @@ def _walked(metrics: Metrics) -> Answer:
     walks = metrics.steps_taken is not None
     question = "Did it walk?" if walks else "Did it run to its end?"
     if metrics.ending != FINISHED:
-        return Answer(question, f"no: {metrics.ending} after {metrics.simulated_seconds:.2f} s", False)
+        came = "".join(f", {walked_piece(piece)}" for piece in (metrics.ground or {}).values())
+        return Answer(question, f"no: {metrics.ending} after {metrics.simulated_seconds:.2f} s{came}", False)
     if not walks:
         return Answer(question, f"yes, {metrics.simulated_seconds:.2f} s", True)
     steps, distance = count(metrics.steps_taken or 0, "step"), of(metrics.distance, "m")
     way = f"{steps}, {distance} of {of(metrics.distance_commanded, 'm')}"
+    way += "".join(f", {walked_piece(piece)}" for piece in (metrics.ground or {}).values())
     if metrics.left_path:
         return Answer(question, f"it stayed up, but left its path: {way}", False)
     return Answer(question, f"yes: {way} in {metrics.simulated_seconds:.2f} s", True)

@@ -14,6 +14,7 @@ from pdhocbf_drake.analysis.barrier_margins import barriers_of, bound_along, h_a
 from pdhocbf_drake.analysis.drawing import label, over_time, panels, styled
 from pdhocbf_drake.analysis.figures import Drawn
 from pdhocbf_drake.analysis.pushes import Span, spans_of
+from pdhocbf_drake.analysis.titles import title_of
 from pdhocbf_drake.barriers.margin import margin_ratio, safety_margin
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.simulation.run_folder import Run
@@ -83,7 +84,7 @@ def _quantities(runs: Sequence[Run]) -> Figure:
     figure, axes = panels(len(bounded), height=3.2)
     for axis, quantity in zip(axes, bounded, strict=True):
         for run, colour in zip(runs, cycle(palette.RUNS), strict=False):
-            name = run.scenario.name
+            name = title_of(run.scenario)
             axis.plot(run.log.time, measured(run, quantity), color=colour, lw=1.0, label=name)
             for barrier, use in barriers_of(run.scenario).items():
                 if use.quantity == quantity:
@@ -99,7 +100,7 @@ def _margins(runs: Sequence[Run]) -> Figure:
         uses = barriers_of(run.scenario).items()
         for (barrier, use), style in zip(uses, cycle(("-", "--", "-.", ":")), strict=False):
             h = h_along(run.log, run.scenario, use)
-            axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{run.scenario.name}: {barrier}")
+            axes[0].plot(run.log.time, h, color=colour, ls=style, lw=1.1, label=f"{title_of(run.scenario)}: {barrier}")
     axes[0].axhline(0.0, color=palette.LIMIT, ls=":")
     label(axes[0], "h", units_of(run.scenario for run in runs))
     return over_time(figure, 3, pushes=_shared_pushes(runs))

@@ -12,6 +12,7 @@ from pdhocbf_drake.analysis.estimate import estimator_metrics
 from pdhocbf_drake.analysis.feet import gap_min, slip_max, stance_width, steps_taken, zmp_margins
 from pdhocbf_drake.analysis.finite import Array, active, finite, statistic
 from pdhocbf_drake.analysis.ground_use import friction_used, yaw_moment_used
+from pdhocbf_drake.analysis.ground_walked import ground_walked
 from pdhocbf_drake.analysis.heading import zmp_seen
 from pdhocbf_drake.analysis.heights import commanded_com_height
 from pdhocbf_drake.analysis.metrics_schema import BoundMetrics, Metrics, MpcMetrics, WholeBodyMetrics
@@ -19,6 +20,7 @@ from pdhocbf_drake.analysis.path_metrics import path_metrics
 from pdhocbf_drake.analysis.plan_frame import plan_over_stance
 from pdhocbf_drake.analysis.plan_limits import at_plan_limits
 from pdhocbf_drake.analysis.robot_limits import RobotLimits
+from pdhocbf_drake.analysis.titles import robot_of
 from pdhocbf_drake.mpc.plan import NOTICED, Reason
 from pdhocbf_drake.simulation.run_log import FELL, RunLog
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -46,6 +48,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
     at_limit = np.abs(log["actuation"]) >= _AT_LIMIT * body.effort if body else np.zeros((1, 1), dtype=bool)
     return Metrics(
         scenario=scenario.name,
+        robot=robot_of(scenario),
         template=scenario.system != "biped",
         ending=log.ending,
         fell=log.ending == FELL,
@@ -61,6 +64,7 @@ def compute_metrics(scenario: Scenario, log: RunLog, wall_seconds: float, limits
         zmp_margin_min=finite(zmp_margins(log, body.sole_half, scenario.terrain).min()) if body else None,
         unloaded_ticks=_unloaded_ticks(log, body.weight) if body else None,
         zmp_outside_fraction=_zmp_outside(log) if walks else None,
+        ground=ground_walked(scenario, log) if walks else None,
         slip_max=finite(slip_max(log)) if body else None,
         sole_gap_min=finite(gap_min(log, body.sole_half)) if body else None,
         joint_torque_peak=finite(np.abs(log["actuation"]).max()) if body else None,

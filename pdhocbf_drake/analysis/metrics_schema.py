@@ -76,6 +76,18 @@ class BoundMetrics(_Table):
     active_first: float | None = Field(None, description="time of the first such tick [s]")
 
 
+class PieceMetrics(_Table):
+    """A piece of uneven ground, by its number in the scenario, and how far the walk has come over it."""
+
+    kind: str = Field(description="as in the scenario's `ground`")
+    known: bool = Field(description="whether it is on the map")
+    length: float = Field(description="along x [m]")
+    walked: float = Field(description="of it, between the first and the last place where a foot stood [m]")
+    rise: float | None = Field(None, description="of each stair, negative downwards [m]; null for what is no stairs")
+    stairs: int | None = Field(None, description="their number")
+    stairs_taken: int | None = Field(None, description="those whose edge lies between these places")
+
+
 class EstimatorMetrics(_Table):
     """The estimate from the sensors beside the true state."""
 
@@ -94,6 +106,7 @@ class Metrics(_Table):
 
     schema_: int = Field(1, alias="schema", description="version of this table")
     scenario: str = Field(description="name of the scenario")
+    robot: str | None = Field(None, description="name of the robot; null without one")
     template: bool = Field(description="true for a run without a robot's body")
     ending: str = Field(description='"finished", or why it ended early: "fell", "interrupted", …')
     fell: bool = Field(description="whether the robot fell")
@@ -148,6 +161,7 @@ class Metrics(_Table):
         None, description="ticks at which the ground carries nothing, so that there is no ZMP and the last one is kept"
     )
     zmp_outside_fraction: float | None = Field(description="share of samples whose ZMP is outside the box (27)")
+    ground: dict[str, PieceMetrics] | None = Field(None, description="of a walk over uneven ground")
     slip_max: float | None = Field(description="farthest that a standing sole moved along the ground [m]")
     sole_gap_min: float | None = Field(
         None, description="least distance of the soles seen from above, negative where they overlap [m]"

@@ -10,11 +10,14 @@ from pdhocbf_drake.analysis.pushes import spans_of
 from pdhocbf_drake.analysis.replay_scenes import oscillator_scene, robot_scene, rows_of, template_scene
 from pdhocbf_drake.analysis.replay_stage import FRAMES_PER_SECOND, Stage
 from pdhocbf_drake.analysis.replay_strip import HEIGHT, strip
+from pdhocbf_drake.analysis.titles import title_of
 from pdhocbf_drake.errors import RunFolderError
 from pdhocbf_drake.simulation.run_folder import Run
 
 _TRIAL = 60  # frames of a page whose size shows what a frame costs
 _MANY = 600  # frames that need no trial
+# Meshcat folds its panel, in which play, pause, time and pace are; a small window needs its place for the scene.
+_CONTROLS = "<script>if (innerWidth >= 800) { viewer.gui.open(); viewer.gui.__folders.Scene.close() }</script>"
 _SCENES = {"biped": robot_scene, "vhip": template_scene, "van_der_pol": oscillator_scene}
 
 
@@ -38,7 +41,7 @@ def replay_html(run: Run, largest: float = 25e6) -> str:
         rate *= 0.9 * largest / len(page)
         page = _page(run, rate)
     end = page.rfind("</body>")
-    return page[:end] + _legend(run, rate) + below + page[end:]
+    return page[:end] + _legend(run, rate) + below + _CONTROLS + page[end:]
 
 
 def _page(run: Run, rate: float) -> str:
@@ -92,5 +95,5 @@ def _legend(run: Run, rate: float) -> str:
         f"position:fixed;left:12px;bottom:{HEIGHT + 12}px;padding:8px 12px;border-radius:6px;"
         "background:rgba(255,255,255,.82);font:12px/1.5 system-ui,sans-serif;color:#222"
     )
-    name = html.escape(run.scenario.name)
+    name = html.escape(title_of(run.scenario))
     return f'<details id="legend" open style="{style}"><summary><b>{name}</b></summary>{rows}</details>'

@@ -11,6 +11,7 @@ from pdhocbf_drake.ground.terrain import Terrain
 
 TILE = 0.25  # [m]
 _BELOW = 0.002  # [m]: what is drawn lies so far below the ground, so that soles don't flicker through it
+_EDGE = 0.012  # [m]: width of the line along the edges of uneven ground
 _WALL = 0.1  # [m]: of walls below the lowest ground in sight
 
 
@@ -34,8 +35,8 @@ class Quads:
 
 
 def tops(terrain: Terrain, x: tuple[float, float], y: tuple[float, float]) -> dict[str, Quads]:
-    """The ground within limits along x and y [m] as a light and a dark pattern of tiles, and its walls."""
-    found = {"light": Quads(), "dark": Quads(), "walls": Quads()}
+    """The ground within limits along x and y [m] as a light and a dark pattern of tiles, its walls and edges."""
+    found = {"light": Quads(), "dark": Quads(), "walls": Quads(), "edges": Quads()}
     seen = [part for surface in terrain.surfaces if (part := _within(surface, x, y)) is not None]
     bottom = min(min(part.height(u, v) for u, v in _corners(part)) for part in seen) - _WALL
     for part in seen:
@@ -45,6 +46,8 @@ def tops(terrain: Terrain, x: tuple[float, float], y: tuple[float, float]) -> di
                 odd = (np.floor((x0 + x1) / 2 / TILE) + np.floor((y0 + y1) / 2 / TILE)) % 2
                 found["dark" if odd else "light"].add(_top(part, _corners(tile)))
         if not terrain.flat:
+            for edge in _edges(part):
+                found["edges"].add(_top(part, _corners(edge), 0.5 * _BELOW))
             top = _top(part, _corners(part))
             low = np.column_stack([top[:, :2], np.full(4, bottom)])
             for i in range(4):
@@ -68,9 +71,19 @@ def _split(low: float, high: float) -> list[tuple[float, float]]:
     return list(pairwise(edges))
 
 
+def _edges(part: Surface) -> list[Surface]:
+    """A line along each side of a surface, without which stairs that are seen from above look like a floor."""
+    return [
+        part._replace(x1=min(part.x0 + _EDGE, part.x1)),
+        part._replace(x0=max(part.x1 - _EDGE, part.x0)),
+        part._replace(y1=min(part.y0 + _EDGE, part.y1)),
+        part._replace(y0=max(part.y1 - _EDGE, part.y0)),
+    ]
+
+
 def _corners(part: Surface) -> list[tuple[float, float]]:
     return [(part.x0, part.y0), (part.x1, part.y0), (part.x1, part.y1), (part.x0, part.y1)]
 
 
-def _top(part: Surface, corners: list[tuple[float, float]]) -> np.ndarray:
-    return np.array([[u, v, part.height(u, v) - _BELOW] for u, v in corners])
+def _top(part: Surface, corners: list[tuple[float, float]], below: float = _BELOW) -> np.ndarray:
+    return np.array([[u, v, part.height(u, v) - below] for u, v in corners])

@@ -17,7 +17,12 @@ from pdhocbf_drake.ground.terrain import Terrain
 FRAMES_PER_SECOND = 30
 
 _HALF_WIDTH = 2.5  # [m]
-_GROUND = {"light": Rgba(0.93, 0.94, 0.95), "dark": Rgba(0.84, 0.86, 0.88), "walls": Rgba(0.70, 0.73, 0.76)}
+_GROUND = {
+    "light": Rgba(0.93, 0.94, 0.95),
+    "dark": Rgba(0.84, 0.86, 0.88),
+    "walls": Rgba(0.70, 0.73, 0.76),
+    "edges": Rgba(0.45, 0.48, 0.52),
+}
 
 
 class Stage:

@@ -15,12 +15,14 @@ from pdhocbf_drake.analysis.answers import Answer, answers
 from pdhocbf_drake.analysis.comparison import comparison_figures
 from pdhocbf_drake.analysis.degraded import degraded_rows
 from pdhocbf_drake.analysis.figures import Picture, figures_of, rendered, write_pictures
+from pdhocbf_drake.analysis.glossary import words_in
 from pdhocbf_drake.analysis.metrics import compute_metrics
 from pdhocbf_drake.analysis.metrics_schema import Metrics
 from pdhocbf_drake.analysis.page import data_url, filled_page
 from pdhocbf_drake.analysis.pushes import push_answer, push_rows
 from pdhocbf_drake.analysis.robot_limits import robot_limits
 from pdhocbf_drake.analysis.summary import summary_rows
+from pdhocbf_drake.analysis.titles import title_of
 from pdhocbf_drake.files.file import write_text
 from pdhocbf_drake.simulation.run_folder import FIGURES, METRICS, REPORT, Run
 
@@ -84,15 +86,19 @@ def _page(runs: Sequence[ReportedRun]) -> str:
         dict([*summary_rows(reported.metrics), *push_rows(reported.run), *degraded_rows(reported.run)])
         for reported in runs
     ]
+    asked = _answers(runs)
+    texts = [answer.text for row in asked for answer in row]
+    texts += [f"{name} {text}" for column in columns for name, text in column.items()]
     shared = comparison_figures([reported.run for reported in runs])
     # The scenarios' names, numbered where they are the same.
-    names = [reported.run.scenario.name for reported in runs]
+    names = [title_of(reported.run.scenario) for reported in runs]
     labels = [name if names.count(name) == 1 else f"{name} ({index + 1})" for index, name in enumerate(names)]
     return filled_page(
         "analysis",
         title=" and ".join(dict.fromkeys(names)),
         labels=labels,
-        answers=_answers(runs),
+        answers=asked,
+        words=words_in("\n".join(texts)),
         colours={True: palette.SAFE, False: palette.UNSAFE, None: palette.BOX},
         rows=[(row, [column.get(row, "–") for column in columns]) for row in dict.fromkeys(chain(*columns))],
         shared=_images(rendered(shared)),

@@ -9,20 +9,26 @@ from pdhocbf_drake.analysis.metrics_schema import (
     EstimatorMetrics,
     Metrics,
     MpcMetrics,
+    PieceMetrics,
 )
+from pdhocbf_drake.simulation.scenario import DEFAULT_ROBOT
 
 _ROUNDING = 1e-9
 _SAME_SPEED = 5e-4  # [m/s]
 _NAMED = 3  # of the commands that were granted in part
 _WAYS, _UNITS = ("ahead", "aside", "turning"), ("m/s", "m/s", "rad/s")
+_PIECES = {"slope": "a slope", "patch": "a patch of other friction", "blocks": "stepping blocks", "rough": "tiles"}
 _STRIDE = "the longest step limits velocities"
 
 
 def summary_rows(metrics: Metrics) -> list[tuple[str, str]]:
     """(subject, values with units) of everything that applies to the run."""
     rows = [("run", _run(metrics))]
+    if metrics.robot not in (None, DEFAULT_ROBOT):
+        rows.append(("robot", str(metrics.robot)))
     if metrics.steps_taken is not None:
         rows += [("walk", _walk(metrics, metrics.steps_taken)), ("straightness", _straightness(metrics))]
+    rows += [(f"ground.{number}", walked_piece(piece)) for number, piece in (metrics.ground or {}).items()]
     if metrics.path_error_max is not None:
         rows.append(("commands", _commands(metrics)))
     if metrics.com_rms_error is not None and not metrics.template:
@@ -69,6 +75,15 @@ def _walk(metrics: Metrics, steps: int) -> str:
         f"{count(steps, 'step')}, {of(metrics.distance, 'm')} (commanded {of(metrics.distance_commanded, 'm')}), "
         f"steady speed {of(metrics.mean_speed, 'm/s')}"
     )
+
+
+def walked_piece(piece: PieceMetrics) -> str:
+    """How far the walk came over a piece of ground: "climbed 2 of 4 stairs of 0.05 m"."""
+    unseen = "" if piece.known else ", on no map"
+    if piece.stairs is None or piece.rise is None:
+        return f"walked {piece.walked:.2f} of {piece.length:.2f} m of {_PIECES.get(piece.kind, piece.kind)}{unseen}"
+    way = "climbed" if piece.rise > 0.0 else "descended"
+    return f"{way} {piece.stairs_taken} of {count(piece.stairs, 'stair')} of {abs(piece.rise):g} m{unseen}"
 
 
 def _straightness(metrics: Metrics) -> str:

@@ -22,7 +22,8 @@ class BoundConfig(Config):
         kind: "constant"; "harmonic"; "tabulated"; "orbit", the nominal orbit of the bounded quantity plus a
             margin (a periodic bound); "orbit_peak", the constant that clears the whole orbit by that margin.
         value: the constant [unit of h].
-        mean, cosine, sine: V̄(k) = mean + cosine·cos(2πk/N) + sine·sin(2πk/N) [unit of h].
+        mean, cosine, sine: V̄(k) = mean + cosine·cos(2πk/N) + sine·sin(2πk/N) [unit of h]; cosine and sine are 0 unless
+            they are given.
         values: one period of a table, one value a tick [unit of h].
         margin: distance from the nominal orbit, outwards [unit of h].
     """

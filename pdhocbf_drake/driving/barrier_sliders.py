@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 from pydrake.geometry import Meshcat
@@ -15,18 +16,31 @@ _MARGIN: Final = 0.01  # of a barrier whose bound follows no orbit, where its sl
 _STEPS: Final = 20
 
 
+def said_of(names: Iterable[str]) -> dict[str, str]:
+    """What follows the first word of each barrier's controls: "of NAME", with a number where there are several.
+
+    Meshcat shows some fourteen letters of a label, in which those of a barrier have to differ.
+    """
+    all_names = list(names)
+    several = len(all_names) > 1
+    return {name: f"{number} of {name}" if several else f"of {name}" for number, name in enumerate(all_names, start=1)}
+
+
 class BarrierSliders:
     """Reads three sliders of one barrier: its kind of bound, its margin and its γ.
 
     Meshcat has sliders of numbers only, in multiples of a step: none, constant and periodic are 0, 1 and 2, and γ goes
     to the nearest of `GAMMAS`.
+
+    Args:
+        name: of the barrier. said: as in `said_of`.
     """
 
-    def __init__(self, meshcat: Meshcat, name: str, config: WalkBarrierConfig) -> None:
+    def __init__(self, meshcat: Meshcat, name: str, said: str, config: WalkBarrierConfig) -> None:
         self._meshcat, self._name = meshcat, name
         margin = config.bound.margin or _MARGIN
         kind = _KINDS.index(KIND_OF_BOUND[config.bound.kind])
-        labels = [f"{name}: none 0, constant 1, periodic 2", f"{name}: margin [{config.unit}]", f"{name}: gamma"]
+        labels = [f"bound {said}: none 0, constant 1, periodic 2", f"margin {said} [{config.unit}]", f"gamma {said}"]
         ranges = [(0.0, 2.0, 1.0), (0.0, 5.0 * margin, 5.0 * margin / _STEPS), (GAMMAS[0], GAMMAS[-1], 0.1)]
         self._start = dict(zip(labels, (float(kind), margin, _nearest(config.gamma[0])), strict=True))
         for label, limits in zip(labels, ranges, strict=True):

@@ -7,7 +7,7 @@ from typing import Final
 
 from pydrake.geometry import Meshcat
 
-from pdhocbf_drake.driving.barrier_sliders import BarrierSliders
+from pdhocbf_drake.driving.barrier_sliders import BarrierSliders, said_of
 from pdhocbf_drake.driving.controls import SIDES, Asked, Pushed
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -49,7 +49,10 @@ class Panel:
             meshcat.AddButton(name, key)
         for side in SIDES:
             meshcat.AddButton(f"push {side}")
-        self._barriers = [BarrierSliders(meshcat, name, config) for name, config in scenario.barriers.items()]
+        self._barriers = [
+            BarrierSliders(meshcat, name, said, scenario.barriers[name])
+            for name, said in said_of(scenario.barriers).items()
+        ]
         self._clicks = dict.fromkeys([*_BUTTONS, *(f"push {side}" for side in SIDES)], 0)
         self._walks = self._paused = False
 

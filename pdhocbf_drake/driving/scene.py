@@ -10,6 +10,7 @@ from pdhocbf_drake.analysis.plan_frame import present_over_stance
 from pdhocbf_drake.analysis.replay_markers import Foothold, Frame, Markers, add_foothold
 from pdhocbf_drake.analysis.replay_scenes import pendulum, posed_robot
 from pdhocbf_drake.analysis.replay_stage import Stage
+from pdhocbf_drake.driving.barrier_sliders import said_of
 from pdhocbf_drake.driving.session import Signals
 from pdhocbf_drake.robot import Biped
 from pdhocbf_drake.simulation.scenario import Scenario
@@ -42,7 +43,9 @@ class LiveScene:
 
     def __init__(self, stage: Stage, scenario: Scenario) -> None:
         self._stage, self._gait = stage, Gait(scenario.gait)
-        self._names = [f"h of {name} [{barrier.unit}]" for name, barrier in scenario.barriers.items()]
+        self._names = [
+            f"h {said} [{scenario.barriers[name].unit}]" for name, said in said_of(scenario.barriers).items()
+        ]
         self._usual = np.array([barrier.bound.margin or _USUAL for barrier in scenario.barriers.values()])
         half = self._gait.region.half(self._gait.step(scenario.gait.start_steps))
         self._pose: Callable[[Signals], None]

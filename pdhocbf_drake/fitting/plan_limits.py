@@ -15,7 +15,9 @@ from pdhocbf_drake.robot.reach import widest_step
 from pdhocbf_drake.walking.com_height import GRAVITY
 from pdhocbf_drake.walking.config import GaitConfig
 
-_TORQUE = 0.85  # share of an ankle's torque for the ZMP; the rest is for horizontal forces, and for tracking
+TORQUE = 0.85
+"""Share of an ankle's torque for the ZMP; the rest is for horizontal forces, and for tracking."""
+
 _SPEED = 0.9  # share of the joints' speed limits in the longest step
 _FARTHEST = 10.0  # [m], what a limit that is never met is written as
 
@@ -76,7 +78,7 @@ def _check_room(biped: Biped, room: dict[str, float], load: float) -> None:
         if left <= 0.0:
             raise ModelError(
                 f"robot {biped.config.name!r} can't walk: its ankles' {name} joints leave the ZMP no room "
-                f"on the soles under {load:.3g} N; {-left * load / _TORQUE:.2g} N m are missing"
+                f"on the soles under {load:.3g} N; {-left * load / TORQUE:.2g} N m are missing"
             )
 
 
@@ -93,7 +95,7 @@ def _ankles(biped: Biped, q: np.ndarray, load: float) -> list[_Ankle]:
         pitch, roll = (
             plant.GetJointByName(joint).frame_on_child().CalcPoseInWorld(context).translation() for joint in joints
         )
-        limits = [_TORQUE / load * float(biped.effort_limits[names.index(joint)]) for joint in joints]
+        limits = [TORQUE / load * float(biped.effort_limits[names.index(joint)]) for joint in joints]
         found.append(_Ankle(float(pitch[0] - sole[0]), float(outward * (roll[1] - sole[1])), *limits))
     return found
 

@@ -126,16 +126,22 @@ def _apart(biped: Biped, gait: GaitConfig) -> Finding:
 
 
 def _reach(biped: Biped, gait: GaitConfig) -> Iterator[Finding]:
+    height, amplitude = gait.com_height, gait.com_height_amplitude
     for key, stride in (("gait.com_height", 0.0), ("gait.stride", gait.stride)):
-        # The highest one first, at which the legs reach least.
-        heights = gait.com_height + gait.com_height_amplitude, gait.com_height - gait.com_height_amplitude
-        small = (1e-6, 1e-6)  # boxes have a check of their own
         try:
-            check_walk(biped, stride=stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=small)
+            check_walk(
+                biped,
+                stride=stride,
+                stance_width=gait.stance_width,
+                com_height=height,
+                amplitude=amplitude,
+                zmp_box=(1e-6, 1e-6),  # boxes have a check of their own
+            )
         except ModelError as error:
             yield Finding("reach", "fault", key, str(error), "choose one that is allowed")
             return
-        said = f"CoM at {heights[1]:.3g} to {heights[0]:.3g} m" if not stride else f"steps of {stride:g} m"
+        around = f"CoM at {height - amplitude:.3g} to {height + amplitude:.3g} m"
+        said = around if not stride else f"steps of {stride:g} m"
         yield Finding("reach", "ok", key, f"{said} within the legs' reach")
 
 

@@ -67,6 +67,8 @@ def run(options: argparse.Namespace) -> int:
     print(table([(fact.what, shorten(fact.value, 72, placeholder=" …"), fact.sure) for fact in imported.facts]))
     for change in imported.changes:
         print(f"changed: {change}")
+    for fault in imported.faults:
+        print(f"fault of its walk: {fault}")
     print(f"\n{place / PAGE} shows what was found; next: pdhocbf run {place / SCENARIO}")
     return 0
 

@@ -11,6 +11,7 @@ import numpy as np
 from pdhocbf_drake.config import as_name, parse_config
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.importing.contacts import ignore, ignoring_groups, overlaps
+from pdhocbf_drake.importing.first_walk import first_walk
 from pdhocbf_drake.importing.given import Given
 from pdhocbf_drake.importing.height import com_height, stride
 from pdhocbf_drake.importing.inferred import Inferred
@@ -39,11 +40,13 @@ class Imported:
 
     Attributes:
         biped: it. facts: what was inferred. changes: what the copy has other than the model.
+        faults: what `pdhocbf check` finds wrong with its walk.
     """
 
     biped: Biped
     facts: list[Inferred]
     changes: list[str]
+    faults: list[str]
 
 
 def import_robot(source: Path, folder: Path, given: Given, report: Report) -> Imported:
@@ -74,7 +77,12 @@ def import_robot(source: Path, folder: Path, given: Given, report: Report) -> Im
     name = as_name(f"{config['name']}-walking")  # so that runs of several robots are told apart
     scenario = {"name": name, "extends": "walking", "robot": ROBOT, **more}
     write_yaml(scenario, folder / SCENARIO, "pdhocbf run walking.yaml")
-    return Imported(Biped.load(str(folder / ROBOT)), facts, changes)
+    walk = first_walk(folder / SCENARIO, report)
+    if walk.gait:
+        write_yaml(scenario | {"gait": more.get("gait", {}) | walk.gait}, folder / SCENARIO, "pdhocbf run walking.yaml")
+        given_up = ", ".join(f"{key} {value:g}" for key, value in walk.gait.items())
+        facts.append(Inferred("gait", given_up, f"in the usual walk {walk.why}", "likely"))
+    return Imported(Biped.load(str(folder / ROBOT)), facts, changes, walk.faults)
 
 
 def _check_leaders(copy: ModelCopy, found: Legs) -> None:

@@ -21,6 +21,7 @@ def write_page(imported: Imported, path: Path) -> None:
         picture=data_url(picture),
         facts=imported.facts,
         changes=imported.changes,
+        faults=imported.faults,
         robot=(path.parent / ROBOT).read_text(encoding="utf-8"),
     )
     write_text(path, html)

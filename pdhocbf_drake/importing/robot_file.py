@@ -17,6 +17,7 @@ from pdhocbf_drake.robot.config import SIDES
 
 _BENT = {"hip_pitch": -0.4, "knee_pitch": 0.8, "ankle_pitch": -0.4}  # about the axis to the left [rad]
 _NARROWEST = 4.0 / 3.0  # of the feet's lateral distance, as a share of a sole's width: that of the packaged biped
+_WIDEST = 0.5  # likewise, as a share of the leg: over wider feet the CoM sways faster than the ZMP can follow
 _INERTIA = 9.6e-4  # reflected inertia / (m L²), for models that say nothing of their rotors
 
 
@@ -40,11 +41,14 @@ def leg_length(model: ParsedModel, leg: Leg) -> float:
 
 
 def stance_width(model: ParsedModel, found: Legs) -> Inferred:
-    """Lateral distance of the soles' centres with all joints at zero, but no less than their width needs."""
+    """Lateral distance of the soles' centres with all joints at zero, within what their width and the legs need."""
     centres = [model.plant.EvalBodyPoseInWorld(model.context, s.link) @ s.pose.translation() for s in found.soles]
     apart = float(abs((centres[0] - centres[1]) @ found.axes.left))
     least = _NARROWEST * 2.0 * float(max(sole.half_size[1] for sole in found.soles))
-    value, source = max((apart, "distance of the soles with all joints at zero"), (least, "width of the soles"))
+    value, source = max(
+        min((apart, "distance of the soles with all joints at zero"), (_WIDEST * found.length, "length of the legs")),
+        (least, "width of the soles"),
+    )
     return Inferred("stance width", f"{value:.3f} m", source, "likely")
 
 

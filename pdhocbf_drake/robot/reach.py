@@ -37,7 +37,8 @@ def check_walk(
     *,
     stride: float,
     stance_width: float,
-    com_heights: tuple[float, float],
+    com_height: float,
+    amplitude: float,
     zmp_box: tuple[float, float],
 ) -> None:
     """Refuses a walk beyond the robot's reach.
@@ -46,7 +47,8 @@ def check_walk(
         biped: the robot.
         stride: step length along x, either sign [m].
         stance_width: lateral distance of the feet [m].
-        com_heights: lowest and highest commanded CoM height [m].
+        com_height: commanded CoM height [m].
+        amplitude: how far the CoM goes up and down from there [m].
         zmp_box: side lengths of the ZMP box in x and y [m].
 
     Raises:
@@ -54,9 +56,15 @@ def check_walk(
     """
     check_zmp_box(biped, zmp_box)
     check_apart(biped, stance_width)
-    for height in com_heights:
-        _check_com_height(biped, height, stance_width)
-        _check_stride(biped, stride, stance_width, height)
+    heights = com_height + amplitude, com_height - amplitude
+    if not all(reaches(biped, height, stance_width, 0.0) for height in heights):
+        raise ModelError(_height_out_of_reach(biped, com_height, amplitude, stance_width))
+    if not all(reaches(biped, height, stance_width, stride) for height in heights):
+        longest = min(longest_stride(biped, stance_width, height) for height in heights)
+        raise ModelError(
+            f"gait.stride: a step of {stride:g} m is beyond the legs' reach of robot {biped.config.name!r} "
+            f"with {_at(com_height, amplitude)}; allowed is up to {longest:.3g} m"
+        )
 
 
 def check_zmp_box(biped: Biped, zmp_box: tuple[float, float], key: str = "gait.zmp_box") -> None:
@@ -75,21 +83,39 @@ def check_apart(biped: Biped, stance_width: float) -> None:
     least = sum(float(biped.soles[side].half_size[1]) for side in ("left", "right"))
     if stance_width < least:
         raise ModelError(
-            f"gait.stance_width: the soles of robot {biped.config.name!r} overlap with its feet {stance_width:g} m "
-            f"apart; allowed is {least:.4g} m or more"
+            f"{_key(biped, 'stance_width', stance_width)}: the soles of robot {biped.config.name!r} overlap with its "
+            f"feet {stance_width:g} m apart; allowed is {least:.4g} m or more"
         )
 
 
-def _check_com_height(biped: Biped, height: float, stance_width: float) -> None:
-    """Refuses a height at which the robot can't stand upright on both feet at that width."""
-    if reaches(biped, height, stance_width, 0.0):
-        return
+def _height_out_of_reach(biped: Biped, com_height: float, amplitude: float, stance_width: float) -> str:
+    """What is wrong with a height at which the robot can't stand upright on both feet at that width, or with that."""
     good = reachable_heights(biped, stance_width)
-    allowed = f"allowed is {good[0]:.3g} to {good[-1]:.3g} m" if len(good) else "no height is in reach"
-    raise ModelError(
-        f"CoM height {height:g} m is out of reach of robot {biped.config.name!r} "
+    least, most = (good[0] + amplitude, good[-1] - amplitude) if len(good) else (1.0, 0.0)
+    key, allowed = _key(biped, "com_height", com_height), f"allowed is {least:.3g} to {most:.3g} m"
+    if not len(good):
+        key = _key(biped, "stance_width", stance_width)
+        allowed = "no height is in reach with these so far apart"
+    elif least > most:
+        key, allowed = "gait.com_height_amplitude", f"allowed is up to {(good[-1] - good[0]) / 2.0:.3g} m"
+    return (
+        f"{key}: {_at(com_height, amplitude)} is out of reach of robot {biped.config.name!r} "
         f"with its feet {stance_width:g} m apart; {allowed}"
     )
+
+
+def _at(com_height: float, amplitude: float) -> str:
+    """The CoM height as it is given, and what the amplitude makes of it."""
+    around = (
+        f" ({com_height - amplitude:.3g} to {com_height + amplitude:.3g} m with its amplitude)" if amplitude else ""
+    )
+    return f"the CoM at {com_height:g} m{around}"
+
+
+def _key(biped: Biped, name: str, value: float) -> str:
+    """The key of a gait's value, with that of the robot's file where the value is that one."""
+    own = f", by default {name} of the robot's file" if value == getattr(biped.config, name) else ""
+    return f"gait.{name}{own}"
 
 
 def reachable_heights(biped: Biped, stance_width: float) -> np.ndarray:
@@ -97,17 +123,6 @@ def reachable_heights(biped: Biped, stance_width: float) -> np.ndarray:
     leg = leg_length(biped)
     heights = np.arange(0.0, 2.0 * leg, leg * _RESOLUTION)
     return np.array([height for height in heights if reaches(biped, height, stance_width, 0.0)])
-
-
-def _check_stride(biped: Biped, stride: float, stance_width: float, height: float) -> None:
-    """Refuses a stride at which the robot can't stand on both feet with the CoM above their middle."""
-    if reaches(biped, height, stance_width, stride):
-        return
-    longest = longest_stride(biped, stance_width, height)
-    raise ModelError(
-        f"gait.stride: a step of {stride:g} m is beyond the legs' reach of robot {biped.config.name!r} "
-        f"at a CoM height of {height:g} m; allowed is up to {longest:.3g} m"
-    )
 
 
 def longest_stride(biped: Biped, stance_width: float, height: float) -> float:

@@ -77,7 +77,7 @@ def invariant_set(
     """Runs C_k ← X_k ∩ Pre_k(C_{k+1} ⊖ W_k) backward around the cycle from C_k = X_k until nothing changes.
 
     Args:
-        system: x(k+1) = A_k x + B_k u + c_k of period N.
+        system: x(k+1) = A_k x + B_k u + c_k of period N; a time-invariant one has the period of its limits.
         states: X_k, N of them or one; None for an empty one, with which there is no invariant set. Where one is flat,
             as a box with a fixed state is, the equations that it makes within n sweeps leave flat sets. A set without
             an interior, or one within what they leave, counts as none.
@@ -93,6 +93,7 @@ def invariant_set(
     Raises:
         InputError: sizes that do not fit; or no fixed point within the sweeps.
     """
+    system = _with_period(system, max(len(states), len(inputs), len(disturbance)))
     period = system.period
     present = [part for part in states if part is not None]
     if len(present) < len(states):
@@ -233,6 +234,13 @@ def broken_phases(
                 continue
         broken.append(k)
     return tuple(broken)
+
+
+def _with_period(system: PeriodicAffineSystem, period: int) -> PeriodicAffineSystem:
+    """A time-invariant system as one of that period; any other as it is."""
+    if system.period > 1 or period <= 1:
+        return system
+    return PeriodicAffineSystem([system.A(0)] * period, [system.B(0)] * period, [system.c(0)] * period)
 
 
 def _one_per_phase(given: Sequence[Polytope], period: int, size: int, what: str) -> tuple[Polytope, ...]:

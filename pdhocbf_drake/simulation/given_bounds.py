@@ -1,4 +1,4 @@
-"""Notes on bounds that a scenario gives as numbers: which the nominal walk does not keep, and which repeat early."""
+"""Notes on bounds that a scenario gives as numbers: beyond the nominal walk, repeated early, or constant."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ _ROUNDING = 1e-6  # of the largest value
 
 
 def notes_on_bounds(scenario: Scenario) -> Iterator[str]:
-    """A sentence on each table that repeats within a step, and on each bound that the nominal walk exceeds."""
+    """A sentence on each table that repeats within a step, on each harmonic without a wave, and on each bound that the
+    nominal walk exceeds.
+    """
     gait, nominal = scenario.gait, None
     for name, config in scenario.barriers.items():
         bound = config.bound
@@ -26,6 +28,9 @@ def notes_on_bounds(scenario: Scenario) -> Iterator[str]:
         count, step = len(bound.values or ()), gait.ticks_per_step
         if bound.kind == "tabulated" and count not in (step, gait.ticks_per_gait):
             yield f"barriers.{name}.bound.values: the table repeats every {count} ticks; a step has {step} ticks"
+        if bound.kind == "harmonic" and not (bound.cosine or bound.sine):
+            constant = f"is constant, {bound.mean:g} {config.unit}"
+            yield f"barriers.{name}.bound: a harmonic with neither cosine nor sine {constant}"
         if not goes_ahead(scenario) or known_ground(scenario) is not None:
             continue
         quantity, length = config.bounded, gait.ticks_per_gait

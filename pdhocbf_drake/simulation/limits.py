@@ -5,17 +5,19 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+import numpy as np
+
 from pdhocbf_drake.errors import ModelError
 from pdhocbf_drake.fitting.findings import Finding
 from pdhocbf_drake.fitting.held_zmp import held_zmp
-from pdhocbf_drake.fitting.plan_limits import plan_limits
+from pdhocbf_drake.fitting.plan_limits import TORQUE, plan_limits
 from pdhocbf_drake.fitting.preview import Step, preview
 from pdhocbf_drake.fitting.steady_motion import SteadyMotion
 from pdhocbf_drake.fitting.swing_acceleration import swing_acceleration
 from pdhocbf_drake.fitting.walk_checks import is_refused, walk_findings
 from pdhocbf_drake.mpc.config import PlanLimits
 from pdhocbf_drake.mpc.programs import ProgramCache
-from pdhocbf_drake.robot import SIDES, Biped, check_walk, check_zmp_box
+from pdhocbf_drake.robot import ROLES, SIDES, Biped, check_walk, check_zmp_box
 from pdhocbf_drake.simulation.commands import commanded_stride
 from pdhocbf_drake.simulation.granted import Asked, exceeded, longest_granted
 from pdhocbf_drake.simulation.ground_checks import check_start
@@ -52,8 +54,14 @@ def checked_walk(scenario: Scenario) -> tuple[Biped, Kept]:
     """
     biped, gait, recovery = Biped.load(scenario.robot), scenario.gait, scenario.mpc.recovery
     check_start(scenario, biped)
-    heights = (gait.com_height - gait.com_height_amplitude, gait.com_height + gait.com_height_amplitude)
-    check_walk(biped, stride=gait.stride, stance_width=gait.stance_width, com_heights=heights, zmp_box=gait.zmp_box)
+    check_walk(
+        biped,
+        stride=gait.stride,
+        stance_width=gait.stance_width,
+        com_height=gait.com_height,
+        amplitude=gait.com_height_amplitude,
+        zmp_box=gait.zmp_box,
+    )
     if recovery is not None and recovery.zmp_box is not None:
         check_zmp_box(biped, recovery.zmp_box, "mpc.recovery.zmp_box")
     check_known_ground(scenario, biped)
@@ -78,7 +86,7 @@ def within_limits(scenario: Scenario, biped: Biped) -> Kept:
         return Kept(scenario)
     limits = plan_limits(biped, scenario.gait)
     scenario = _with(scenario, mpc={"limits": limits})
-    if not _is_near(biped, scenario):
+    if not _is_near(biped, scenario, limits):
         return Kept(scenario)
     limits = _in_recovery(scenario, biped, limits)
     scenario = _with(scenario, mpc={"limits": limits})
@@ -189,10 +197,23 @@ def _cautious(scenario: Scenario, biped: Biped) -> tuple[Scenario, str]:
     return _with(scenario, gait=changed), said
 
 
-def _is_near(biped: Biped, scenario: Scenario) -> bool:
+def _of_zmp(scenario: Scenario, limits: PlanLimits) -> np.ndarray:
+    """Shares of the joints' torques (12,) that a ZMP at an edge of its box takes, of which a preview has nothing."""
+    x, y = (side / 2.0 - scenario.mpc.zmp_margin for side in scenario.gait.zmp_box)
+    shares = np.zeros((len(SIDES), len(ROLES)))
+    for role, edge, rooms in (
+        ("ankle_pitch", x, (limits.zmp_behind, limits.zmp_ahead)),
+        ("ankle_roll", y, (limits.zmp_inward, limits.zmp_outward)),
+    ):
+        shares[:, ROLES.index(role)] = TORQUE * max(1.0 if room <= edge else edge / room for room in rooms)
+    return shares.ravel()
+
+
+def _is_near(biped: Biped, scenario: Scenario, limits: PlanLimits) -> bool:
     """Whether a limit may be exceeded, or a posture is out of reach."""
     if scenario.believed_friction < _SLIPPERY:
         return True
     seen = preview(biped, Step.of(scenario.gait))
-    used = max((seen.torques / biped.effort_limits).max(), (seen.speeds / biped.velocity_limits).max())
+    torques = seen.torques / biped.effort_limits + _of_zmp(scenario, limits)
+    used = max(torques.max(), (seen.speeds / biped.velocity_limits).max())
     return bool(seen.missed) or bool(used > _FAR)

@@ -18,8 +18,8 @@ from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.sides import BOTH, LEFT
 
 _HALVINGS = 6  # of the rise
-_HEIGHTS = 1.0, 0.95, 0.9, 0.85  # of the CoM, over the scenario's
-_HIGHEST = 0.5  # rise that is tried, over the CoM's height
+_HEIGHTS = 1.0, 0.96, 0.93, 0.9, 0.86  # of the CoM, over the robot's own
+_HIGHEST = 0.5  # rise that is tried, likewise
 _LEVEL = 1e-6  # [m]: by which a sole's corners may be off its plane
 _EDGED = "stairs", "blocks", "boards", "rough"  # kinds whose edges feet have to keep off
 
@@ -44,8 +44,8 @@ def check_known_ground(scenario: Scenario, biped: Biped) -> None:
     _check_sides(scenario, biped, gait)
     for step in uneven_steps(biped, gait, reserve=0.0):
         if step.missed:
-            why = _allowed(scenario, biped) or f": {step.missed}"
-            raise ModelError(f"{_named(scenario, step.place)} is beyond the legs' reach{why}")
+            why = _rise(scenario, biped, step.place) or step.missed
+            raise ModelError(f"{_named(scenario, step.place)} is beyond the legs' reach: {why}")
         if step.clearance < LEAST_CLEARANCE:
             raise ModelError(
                 f"{_named(scenario, step.place)} brings the swing foot to {1e3 * step.clearance:.0f} mm from an edge, "
@@ -82,16 +82,14 @@ def known_ground_findings(scenario: Scenario, biped: Biped) -> Iterator[Finding]
     yield from effort_findings(biped, *effort, "on this ground", ("ground torque", "ground speed"))
     for index, piece in enumerate(scenario.ground):
         if isinstance(piece, Stairs) and piece.known:
-            most = largest_rise(scenario, biped, index)
-            said = f"a rise of up to {most:.2g} m is within reach with the CoM as high as here"
-            yield Finding("ground", "ok", f"ground.{index}.rise", said)
+            yield Finding("ground", "ok", f"ground.{index}.rise", _within_reach(scenario, biped, index))
 
 
 def largest_rise(scenario: Scenario, biped: Biped, index: int) -> float:
     """The largest rise of stairs that the legs reach, of the sign of theirs, at the scenario's CoM height [m]."""
     stairs = scenario.ground[index]
     assert isinstance(stairs, Stairs)
-    sign, low, high = (1.0 if stairs.rise > 0.0 else -1.0), 0.0, _HIGHEST * scenario.gait.com_height
+    sign, low, high = (1.0 if stairs.rise > 0.0 else -1.0), 0.0, _HIGHEST * biped.config.com_height
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if _reached(scenario, biped, stairs, sign * middle) else (low, middle)
@@ -122,23 +120,37 @@ def _check_sides(scenario: Scenario, biped: Biped, gait: Gait) -> None:
 
 def _named(scenario: Scenario, place: float) -> str:
     """The step with its stance at x [m], and the piece of ground that it is on."""
-    spans = [(piece.span(), index, piece.kind) for index, piece in enumerate(scenario.ground) if piece.known]
+    index = _piece(scenario, place)
+    return f"the step at x = {place:.2f} m" + (
+        "" if index is None else f" on ground.{index} ({scenario.ground[index].kind})"
+    )
+
+
+def _piece(scenario: Scenario, place: float) -> int | None:
+    """The first piece of the map that is at most a leg away from x [m]."""
+    spans = [(piece.span(), index) for index, piece in enumerate(scenario.ground) if piece.known]
     reach = scenario.gait.com_height
-    near = [f" on ground.{i} ({kind})" for (low, high), i, kind in spans if low - reach <= place <= high + reach]
-    return f"the step at x = {place:.2f} m{near[0] if near else ''}"
+    return next((index for (low, high), index in spans if low - reach <= place <= high + reach), None)
 
 
-def _allowed(scenario: Scenario, biped: Biped) -> str:
-    """The largest rise of the first stairs, at the scenario's CoM height or a lower one."""
-    for index, piece in enumerate(scenario.ground):
-        if isinstance(piece, Stairs) and piece.known:
-            heights = [round(factor * scenario.gait.com_height, 3) for factor in _HEIGHTS]
-            most, height = max(
-                ((largest_rise(_at_height(scenario, height), biped, index), height) for height in heights),
-                key=lambda found: abs(found[0]),
-            )
-            return f"; a rise of up to {most:.2g} m is possible, with the CoM at {height:g} m (given: {piece.rise:g})"
-    return ""
+def _rise(scenario: Scenario, biped: Biped, place: float) -> str:
+    """What rise of the stairs at x [m] is within reach, beside theirs; empty where there are none."""
+    index = _piece(scenario, place)
+    piece = None if index is None else scenario.ground[index]
+    if index is None or not isinstance(piece, Stairs):
+        return ""
+    return f"{_within_reach(scenario, biped, index)} (given: {piece.rise:g})"
+
+
+def _within_reach(scenario: Scenario, biped: Biped, index: int) -> str:
+    """The largest rise of stairs at the scenario's CoM height, and at that of a few others which allows the most."""
+    heights = [scenario.gait.com_height, *(round(factor * biped.config.com_height, 3) for factor in _HEIGHTS)]
+    rises = [largest_rise(_at_height(scenario, height), biped, index) for height in heights]
+    best = max(range(len(rises)), key=lambda i: abs(rises[i]))
+    said = f"a rise of up to {rises[0]:.2g} m is within reach with the CoM at {heights[0]:g} m, as here"
+    if best:
+        said += f", and of up to {rises[best]:.2g} m with it at {heights[best]:g} m"
+    return said
 
 
 def _at_height(scenario: Scenario, height: float) -> Scenario:

@@ -11,7 +11,7 @@ from pydrake.systems.primitives import ConstantVectorSource
 
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.robot import Biped, InverseDynamics
-from pdhocbf_drake.simulation.biped_diagram import add_robot, connect_joints, initial_posture, model_instance
+from pdhocbf_drake.simulation.biped_plant import add_robot, connect_joints, initial_posture, model_instance
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.disturbance import add_model_error
 from pdhocbf_drake.simulation.scenario import Scenario

@@ -8,7 +8,7 @@ from pydrake.systems.primitives import ConstantVectorSource, TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from pdhocbf_drake.robot import Biped
-from pdhocbf_drake.simulation.biped_diagram import add_robot, connect_joints, initial_posture
+from pdhocbf_drake.simulation.biped_plant import add_robot, connect_joints, initial_posture
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.drake_config import plant_config
 from pdhocbf_drake.simulation.run_log import RunLog
