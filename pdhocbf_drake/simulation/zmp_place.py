@@ -26,9 +26,9 @@ def placed(asked: Asked, stride: float) -> tuple[Asked, str]:
     A force that acts farther ahead on the sole passes closer to a bent knee, and one farther outward closer to the
     ankle. The box moves ahead or back, then outward or inward, as long as that helps the steady walk at a stride [m].
     Where a knee is shortest it moves less: a CoM that rides farther ahead of the foot leaves less to a push ahead, and
-    in a disturbed walk the plan keeps what the knee holds, see `mpc.limits.zmp_held`.
-    Where a joint still lacks torque, the box is cut on one side: a force that leans inwards passes an ankle's axis
-    farther inwards than its ZMP, by more than the share of the torque that `fitting.plan_limits` leaves for it.
+    in a disturbed walk the plan keeps what the knee holds, see `mpc.limits.zmp_held`. Where an ankle still lacks
+    torque, the box is cut on one side: a force that leans inwards passes an ankle's axis farther inwards than its ZMP,
+    by more than the share of the torque that `fitting.plan_limits` leaves for it.
 
     Returns:
         The walk, and what is changed in words, empty where nothing is.
@@ -57,9 +57,9 @@ def placed(asked: Asked, stride: float) -> tuple[Asked, str]:
 
 def _cut(asked: Asked, largest: Largest, stride: float) -> tuple[Asked, str]:
     """The walk with its box cut on the side where that helps the ankle that lacks torque, and that in words."""
-    share, (axis, ways) = largest.share, _ROOMS.get(largest.role, (0, {}))
+    axis, ways = _ROOMS.get(largest.role, (0, {}))
     for room, way in ways.items():
-        best, said = asked, ""
+        share, best, said = largest.share, asked, ""
         for part in range(1, _FARTHEST + 1):
             walk, cut = _without(asked, axis, room, part)
             less = largest_torque(walk, stride).share

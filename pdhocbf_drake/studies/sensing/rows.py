@@ -85,6 +85,6 @@ ROWS: Final[dict[str, Row]] = {
     "IMU lost, 50 ms": _failing(Notice.GYROSCOPE | Notice.ACCELEROMETER, "imu", "lost", 0.05),
     "IMU lost, 1 s": _failing(Notice.GYROSCOPE | Notice.ACCELEROMETER, "imu", "lost", 1.0),
     "contact flicker": _failing(Notice.FLICKER, "left_force_torque", "flicker", 1.0),
-    "slip": _on_sensors(None, 8.0, friction=0.2)._replace(estimate=False, notice=Notice.SLIP),
+    "slip": _on_sensors(None, 8.0, friction=0.2, friction_belief=0.8)._replace(estimate=False, notice=Notice.SLIP),
 }
 """By name, in the order of the table."""

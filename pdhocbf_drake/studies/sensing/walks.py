@@ -8,8 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pdhocbf_drake.analysis.estimate import position_drift
+from pdhocbf_drake.analysis.feet import slip_max
 from pdhocbf_drake.analysis.metrics_schema import EstimatorMetrics
 from pdhocbf_drake.analysis.report import metrics_of
+from pdhocbf_drake.estimation import Notice
 from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.simulation.run_folder import Run
 from pdhocbf_drake.simulation.run_log import FINISHED, RunLog
@@ -24,6 +26,7 @@ ZMP = "ZMP outside its box"
 _FARTHEST = 100.0  # from the origin, at which a walk starts [m]
 _QUICK = 6.0  # [s]
 _SETTLED = 4.0  # [s] of a walk whose speed is not judged, or half of it where it is shorter
+_SLIPPED = 1e-3  # way of a sole on the ground from which on it must be noticed [m]
 _DISTURBED = (Reason.RECOVERING, Reason.NO_STEADY_PLAN)
 
 
@@ -75,7 +78,7 @@ def measure(walk: Walk) -> Outcome:
         found += _estimate_checks(walk.row, metrics.estimator)
         below = (log.after(scenario.from_time)["h"] < 0.0).any(axis=1) if metrics.barriers else np.zeros(1)
         found.append(most(walk.row, "ticks with h < 0", 100.0 * below.mean(), math.inf, "%")._replace(combine="mean"))
-    if row.notice is not None:
+    if row.notice is not None and not (row.notice == Notice.SLIP and slip_max(log) < _SLIPPED):
         notices = log.element("estimator_status", "notice").astype(int)
         seen = (notices & row.notice) == row.notice
         found.append(least(walk.row, "ticks noticed", float(seen.sum()), 1.0))
