@@ -31,7 +31,7 @@ def both(data: Data, change: Change) -> None:
 
 
 def sole_off(data: Data) -> None:
-    size = data["left"]["sole"]["half_size"][1] / 0.06  # 20 mm of the packaged biped's
+    size = max(1.0, data["left"]["sole"]["half_size"][1] / 0.06)  # 20 mm, of larger soles than the packaged ones more
     data["left"]["sole"]["xyz"][0] += 0.02 * size
 
 
