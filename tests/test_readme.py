@@ -26,6 +26,12 @@ def test_tables_are_those_of_the_code() -> None:
     assert all(any(tables[f"{name}_table"]() in text for text in texts) for name in names)
 
 
+def test_badges_are_those_of_the_package() -> None:
+    made = runpy.run_path(str(ROOT / "docs" / "badges.py"))["badges"]()
+    assert all((ROOT / "docs" / name).read_text(encoding="utf-8") == text for name, text in made.items())
+    assert all(f"(docs/{name})" in README for name in made)
+
+
 def test_the_table_of_rooms_names_every_package() -> None:
     rooms = HOUSE.partition("<!-- rooms -->")[2].partition("<!-- end of rooms -->")[0]
     package = ROOT / "pdhocbf_drake"
