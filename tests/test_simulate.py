@@ -141,7 +141,7 @@ def test_a_push_beyond_help_ends_in_a_fall_with_a_complete_log() -> None:
     [
         ("{gait: {zmp_box: [0.3, 0.1]}}", "ZMP box"),
         ("{gait: {stride: 2.0}}", "stride"),
-        ("{gait: {com_height: 0.9}}", "CoM height"),
+        ("{gait: {com_height: 0.9}}", "gait.com_height: the CoM at 0.9 m"),
         ("{mpc: {horizon: 100}}", "Lemma 2"),
         ("{barriers: {forward_speed: {gamma: [0.5]}}}", "relative degree"),
         ("{barriers: {forward_speed: {side: lower}}}", "outside the safe set"),
