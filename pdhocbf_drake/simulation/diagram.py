@@ -95,10 +95,9 @@ def connect_controller(wiring: Wiring, walk: Walk, controller: System) -> None:
         wiring.connect(wiring.port("path").get_system(), "gait_phase", *changes)
         wiring.builder.ExportInput(controller.GetInputPort("command"), "command")
     if walk.barriers:
-        stance = ["stance_plan"] * any(barrier.from_stance for barrier in walk.barriers)
-        schedule = wiring.port("h").get_system()
-        wiring.connect(schedule, "gait_phase", *changes, *stance, *path)
-        wiring.builder.Connect(wiring.true_state(), schedule.GetInputPort("lip_state"))
+        from_stance, schedule = _from_stance(walk), wiring.port("h").get_system()
+        wiring.connect(schedule, "gait_phase", *changes, *["stance_plan"] * from_stance, *path)
+        wiring.builder.Connect(wiring.true_state(from_stance), schedule.GetInputPort("lip_state"))
         wiring.connect(controller, "barrier_bound")
     log_controller(wiring, walk)
 
@@ -109,8 +108,12 @@ def connect_fused_controller(wiring: Wiring, walk: Walk, controller: System) -> 
     if walk.gait.turns:
         wiring.builder.ExportInput(controller.GetInputPort("command"), "command")
     if walk.barriers:
-        wiring.builder.Connect(wiring.true_state(), controller.GetInputPort("true_state"))
+        wiring.builder.Connect(wiring.true_state(_from_stance(walk)), controller.GetInputPort("true_state"))
     log_controller(wiring, walk)
+
+
+def _from_stance(walk: Walk) -> bool:
+    return any(barrier.from_stance for barrier in walk.barriers)
 
 
 def log_controller(wiring: Wiring, walk: Walk) -> None:

@@ -111,9 +111,10 @@ class Wiring:
         """The output port of that name, or its measured copy if it has one."""
         return self._ports.get(name + _MEASURED * measured, self._ports[name])
 
-    def true_state(self) -> OutputPort:
-        """What a walk's barriers are judged on: lip_state, as the plan counts it."""
-        return self._ports.get("true_state", self._ports["lip_state"])
+    def true_state(self, from_stance: bool) -> OutputPort:
+        """What barriers are judged on: lip_state, for those seen `from_stance` as the plan counts it."""
+        lip = self._ports["lip_state"]
+        return self._ports.get("true_state", lip) if from_stance else lip
 
     def connect(self, system: System, *names: str, measured: bool = False) -> None:
         """Connects input ports to the output ports of the same names, or to their measured copies."""
