@@ -108,8 +108,8 @@ def test_the_order_of_the_work_may_be_another_one_than_that_of_the_table() -> No
 @pytest.mark.parametrize(
     ("scenario", "changes", "rows", "message"),
     [
-        ("walking", "", ["spiral"], r"^rows: some of .*, .* are needed \(given: 'spiral'\)$"),
-        ("walking", "", [], r"^rows: some of .*, .* are needed \(given: none\)$"),
+        ("walking", "", ["spiral"], r"^rows: some of .*; .* are needed \(given: 'spiral'\)$"),
+        ("walking", "", [], r"^rows: some of .*; .* are needed \(given: none\)$"),
         (
             "walking",
             "gait: {walk_steps: 3}",

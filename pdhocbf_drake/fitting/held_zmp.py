@@ -56,7 +56,7 @@ class HeldZmp(NamedTuple):
                     _, vdot = ik.derivatives(found.q, rest, wanted)
                     torques.append(dynamics(found.q, rest, vdot, 1.0).tau[_LEG][joints])
                 still, slope = torques[0], torques[1] - torques[0]
-                with np.errstate(divide="ignore"):  # of a joint that c̈ doesn't load
+                with np.errstate(divide="ignore", invalid="ignore"):  # of a joint that c̈ doesn't load
                     ends = np.sort((np.outer([-1.0, 1.0], limits) - still) / slope, axis=0)
                 low[tick, place] = max(c - ends[1].min() / eta, -sole)
                 high[tick, place] = min(c - ends[0].max() / eta, sole)

@@ -67,7 +67,7 @@ class TableStudy:
         left_out = table.unless_quick if quick else ()
         chosen = [row for row in known if row not in left_out] if rows is None else list(rows)
         if unknown := [repr(row) for row in chosen if row not in known] or ([] if chosen else ["none"]):
-            raise InputError(f"rows: some of {', '.join(known)} are needed (given: {unknown[0]})")
+            raise InputError(f"rows: some of {'; '.join(known)} are needed (given: {unknown[0]})")
         asked = Asked(scenario.model_dump_json(), quick, self._given(quick, numbers), table.prepare(scenario))
         wanted = dict.fromkeys([*table.always, *chosen])
         work = [piece for row in wanted for piece in table.kinds[row].plan(row, asked)]
