@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from pdhocbf_drake.mpc.kernels import (
-    add_cancelling,
     believe,
     same_bits,
+    write_cancelling,
     write_common,
     write_plan,
     write_sent,
@@ -95,6 +95,6 @@ def test_what_is_sent_cancels_the_disturbance_and_leads_the_lag(seed: int) -> No
 def test_the_offset_that_cancels_a_disturbance(first: int) -> None:
     random = np.random.default_rng(first)
     w, eta, offset = random.normal(size=4), 10.0 + random.random(5), random.normal(size=(2, 9))
-    both = offset.copy()
-    add_cancelling(w, eta, first, both)
+    both = np.empty((2, 9))
+    write_cancelling(w, eta, first, offset, both)
     np.testing.assert_allclose(both, offset + w[2:, None] / np.resize(np.roll(eta, -first), 9))

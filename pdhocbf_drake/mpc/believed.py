@@ -12,7 +12,7 @@ import numpy as np
 from pdhocbf_drake.mpc.cancelling import estimated, lead
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.filtering import CoMFilter
-from pdhocbf_drake.mpc.kernels import add_cancelling, believe, carry_forward, write_sent
+from pdhocbf_drake.mpc.kernels import believe, carry_forward, write_cancelling, write_sent
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.prediction import zmp_before
 from pdhocbf_drake.walking.vhip import Vhip
@@ -78,6 +78,7 @@ class Believer:
         self._filter = None if config.noise is None else CoMFilter(vhip, config.noise, self._delay)
         self._disturbance, self._lead = config.disturbance, lead(config.zmp_lag, vhip.tick)
         self._eta: list[float] = vhip.eta.tolist()
+        self._no_offset = np.zeros((2, self._horizon))
         self._shifts = self._disturbance is not None or self._lead > 0.0
 
     def state(
@@ -122,9 +123,9 @@ class Believer:
         if self._filter is not None:
             beliefs = beliefs._replace(evidence=self._filter.believed(predicted, state, beliefs.evidence))
         if self._disturbance is not None:
-            error, w, acted = state[:, 1] - predicted[:, 1], beliefs.input_disturbance, beliefs.acted
-            delta, age = self._vhip.tick, max(then, 0)
-            after = estimated(self._disturbance, delta, age, w, error, acted[:, 0], disturbed)
+            w, acted, age = beliefs.input_disturbance, beliefs.acted, max(then, 0)
+            error = float(state[0, 1] - predicted[0, 1]), float(state[1, 1] - predicted[1, 1])
+            after = estimated(self._disturbance, self._vhip.tick, age, w, error, acted[:, 0], disturbed)
             acted = np.column_stack([acted[:, 1:], w[2:]]) if self._delay else w[2:, None]
             beliefs = Beliefs(after, beliefs.zmp_shift, beliefs.evidence, beliefs.sent, acted)
         return Believed(state, Reason.SOLVED, com, beliefs)
@@ -134,8 +135,8 @@ class Believer:
         cancelled = beliefs.input_disturbance[2:]
         if self._disturbance is None or (cancelled[0] == 0.0 and cancelled[1] == 0.0):
             return offset
-        both = np.zeros((2, self._horizon)) if offset is None else offset.copy()
-        add_cancelling(beliefs.input_disturbance, self._vhip.eta, tick + 1, both)
+        given, both = self._no_offset if offset is None else offset, np.empty((2, self._horizon))
+        write_cancelling(beliefs.input_disturbance, self._vhip.eta, tick + 1, given, both)
         return both
 
     def sent(

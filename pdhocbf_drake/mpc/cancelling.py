@@ -25,8 +25,8 @@ _SLOWER, _WIDER = 0.25, 2.5
 
 
 def estimated(
-    config: DisturbanceConfig, tick: float, age: int, w: np.ndarray, error: np.ndarray, acted: np.ndarray,
-    disturbed: bool = False,
+    config: DisturbanceConfig, tick: float, age: int, w: np.ndarray, error: tuple[float, float],
+    acted: np.ndarray, disturbed: bool = False,
 ) -> np.ndarray:  # fmt: skip
     """Estimate and what of it is cancelled, one tick later: w_x, w_y, cancelled x, y (4,) [m/s²].
 
@@ -43,7 +43,7 @@ def estimated(
         tick: δ [s].
         age: ticks since the walk began.
         w: estimate and what is cancelled so far (4,) [m/s²].
-        error: believed minus predicted velocity, in x and y (2,) [m/s].
+        error: believed minus predicted velocity, in x and y [m/s].
         acted: what was cancelled in the tick that the error is of (2,) [m/s²]; with what is cancelled by now instead, a
             late measurement would feed the estimate back to itself.
         disturbed: whether the walk is being recovered.

@@ -126,8 +126,8 @@ def carry_forward(A: np.ndarray, B: np.ndarray, tick: int, sent: np.ndarray, sta
 
 @compiled
 def write_disturbance(
-    gain: float, fastest: float, most: float, band: float, tick: float, w: np.ndarray, error: np.ndarray,
-    acted: np.ndarray, after: np.ndarray,
+    gain: float, fastest: float, most: float, band: float, tick: float, w: np.ndarray,
+    error: tuple[float, float], acted: np.ndarray, after: np.ndarray,
 ) -> None:  # fmt: skip
     """Writes what `cancelling.estimated` returns into `after` (4,); `fastest`: the estimate's longest step [m/s²]."""
     for i in range(4):
@@ -170,13 +170,15 @@ def write_sent(
 
 
 @compiled
-def add_cancelling(w: np.ndarray, eta: np.ndarray, first: int, offset: np.ndarray) -> None:
-    """Adds the ZMP's way w/eta that cancels a disturbance at ticks `first` … to an offset (2, H) [m].
+def write_cancelling(w: np.ndarray, eta: np.ndarray, first: int, given: np.ndarray, offset: np.ndarray) -> None:
+    """Writes an offset (2, H) that is `given`, and the ZMP's way w/eta that cancels a disturbance at ticks `first` … [m].
 
     Args:
         w: estimated disturbance, then what is cancelled of it, (4,) [m/s²]. eta: over one period, (N,) [1/s²].
     """
+    phase = first % len(eta)
     for i in range(offset.shape[1]):
-        at = eta[(first + i) % len(eta)]
-        offset[0, i] += w[2] / at
-        offset[1, i] += w[3] / at
+        at = eta[phase]
+        offset[0, i] = given[0, i] + w[2] / at
+        offset[1, i] = given[1, i] + w[3] / at
+        phase = phase + 1 if phase + 1 < len(eta) else 0

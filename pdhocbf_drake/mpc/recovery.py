@@ -63,7 +63,7 @@ class Disturbance(NamedTuple):
         """
         kept = 1.0 - 2.0 / period
         error_sum = (kept * self.error_sum[0] + error[0], kept * self.error_sum[1] + error[1])
-        trouble = max(map(abs, error_sum)) > config.noticed
+        trouble = abs(error_sum[0]) > config.noticed or abs(error_sum[1]) > config.noticed
         active = self.active or trouble
         return Disturbance(error_sum, active, self.quiet + 1 if active and not trouble else 0)
 

@@ -32,7 +32,7 @@ _SWING_FOOT: dict[float, Side] = {1.0: "right", -1.0: "left"}  # by the stance f
 _TURNS = [turn.start + 2 for turn in (LEFT_TURN, RIGHT_TURN, TORSO_TURN)]  # about the vertical
 _LARGEST_ERROR = 1e3  # in ik_status, where a refused target has an infinite one
 (_SUPPORT,) = places("gait_phase", "support")
-_ZMP = places("zmp_reference", "x_zmp", "y_zmp")
+_ZMP = stretch("zmp_reference", "x_zmp", "y_zmp")
 (_Z_ZMP,) = places("ground_reference", "z_zmp")
 _ALOFT = stretch("ground_reference", "left_aloft", "right_aloft")
 _TILTS = [slice(start, start + 6) for start in places("ground_reference", "left_roll", "right_roll")]
@@ -192,7 +192,7 @@ class InverseKinematics(Block):
         status, out = (found.ok, min(found.error, _LARGEST_ERROR), found.iterations), solution[self._own]
         write_motion(q, v, vdot, motion, self._joints, self._tick, torque.tau, reached, status, out)
         start = self.coming.start
-        solution[start + self._yaw.start : start + self._yaw.stop] = yaw.after(turning, self._tick)
+        solution[start + self._yaw.start], solution[start + self._yaw.stop - 1] = yaw.after(turning, self._tick)
         return solution
 
 

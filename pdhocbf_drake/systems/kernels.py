@@ -152,8 +152,9 @@ def write_table_offset(phase: int, side: np.ndarray, table: np.ndarray, out: np.
         table: offset in x, then in y, at each tick of a step on the left foot (2 N,) [m].
     """
     period = len(table) // 2
+    place = phase % period
     for i in range(len(side)):
-        place = (phase + 1 + i) % period
+        place = place + 1 if place + 1 < period else 0  # a division takes longer than all else here
         out[0, i] = table[place] * abs(side[i])
         out[1, i] = table[period + place] * side[i]
 

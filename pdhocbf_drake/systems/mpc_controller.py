@@ -70,7 +70,8 @@ class MpcController(Block):
         self.layout, self.latency = MemoryLayout(mpc), latency
         outputs = (*OUTPUTS, "input_disturbance", "last_step", "resumed", *["course"] * mpc.gait.turns)
         self.parts = {name: self.layout.sizes[name] for name in outputs}
-        self.mpc, self._names = mpc, [name for _, name in barriers]
+        self.mpc, samples = mpc, mpc.config.horizon + 1
+        self._places = [(name, slice(i * samples, (i + 1) * samples)) for i, (_, name) in enumerate(barriers)]
         # A plan has the barriers of x before those of y: where it has each one of ours.
         columns = np.argsort(np.argsort([axis for axis, _ in barriers], kind="stable"))
         self._columns = slice(None) if np.array_equal(columns, np.arange(len(columns))) else columns
@@ -112,8 +113,7 @@ class MpcController(Block):
         """The measurement of a tick from the values of the ports."""
         feet = None if feet is None else feet.take(_SOLES)
         offset = None if offset is None else offset.reshape(2, -1)
-        samples = None if bounds is None else bounds.reshape(len(self._names), -1)
-        named = None if samples is None else dict(zip(self._names, samples, strict=True))
+        named = None if bounds is None else {name: bounds[place] for name, place in self._places}
         delay = 0.0 if late is None else float(late[0])
         return Measurement(tick, lip.reshape(2, 3), feet, offset, named, command, delay)
 

@@ -57,10 +57,10 @@ class StateEstimator(Block):
         values.set_value(self._estimate.Eval(context)[_ZMP])
 
     def _calc(self, context: Context, output: BasicVector) -> None:
+        forces = self._forces.Eval(context)  # before all else here, which its contact solve would drive from the cache
         task, state = self._task_space, self._state.Eval(context)
         poses, velocity = task.poses_and_velocity(state[: self._positions], state[self._positions :])
-        held, estimate = context.get_discrete_state_vector().value(), np.empty(self._size)
-        forces, ground = self._forces.Eval(context), 0.0
+        held, estimate, ground = context.get_discrete_state_vector().value(), np.empty(self._size), 0.0
         if self._ground is not None:
             ground = float(self._ground.Eval(context)[_Z_ZMP])
         write_estimate(poses, velocity, state, self._origin, forces, self._base, ground, self._least, held, estimate)

@@ -181,7 +181,10 @@ def add_accelerations(
         if coming < horizon:
             foot = 1 if support[coming] > 0.0 else 0
             way = after[axis] - plan[foot, 1, axis]
+            step, place = divmod(phase + 1 + count, period)
             for i in range(count, horizon):
-                step = min((phase + 1 + i) // period, len(whole) - 1)
-                value = way * whole[step, axis, (phase + 1 + i) % period] * abs(support[i])
+                value = way * whole[min(step, len(whole) - 1), axis, place] * abs(support[i])
                 out[axis, i] += min(max(factor[axis] * value, -most), most)
+                place += 1
+                if place == period:
+                    step, place = step + 1, 0
