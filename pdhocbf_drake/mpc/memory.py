@@ -205,6 +205,8 @@ class Memory:
 
     def problem(self, mpc: PeriodicMpc) -> PeriodicMpc:
         """The compiled problem `mpc` for the walk as it goes on from here."""
+        if self.course is None and self.last_step < 0 and self.resumed == mpc.gait.footsteps.resumed:
+            return mpc
         return mpc.following(self.course).ended_by(self.last_step).resumed_by(self.resumed)
 
     def read(self, mpc: PeriodicMpc, tick: int, command: np.ndarray) -> None:

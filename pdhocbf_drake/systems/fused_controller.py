@@ -12,6 +12,7 @@ from pdhocbf_drake.mpc.axis_problem import layout
 from pdhocbf_drake.mpc.kernels import same_bits
 from pdhocbf_drake.mpc.loop import Measurement
 from pdhocbf_drake.mpc.memory import Memory
+from pdhocbf_drake.mpc.memory_layout import joined
 from pdhocbf_drake.systems.barrier_schedule import BarrierSchedule
 from pdhocbf_drake.systems.block import Block, weakly
 from pdhocbf_drake.systems.foot_reference import FootReference
@@ -231,7 +232,7 @@ class FusedController(Block):
                 front.append(body.bias.torques(before["bias"], solution[body.kinematics.feedforward]))
                 behind.append(before["bias"])
         parts = self._controller.layout.parts(memory)
-        return _Known(np.concatenate([*front, *parts, *behind], axis=None), tick, gait, memory)
+        return _Known(joined([*front, *parts, *behind]), tick, gait, memory)
 
     def _h(self, context: Context, output: BasicVector) -> None:
         assert self._schedule is not None

@@ -7,13 +7,13 @@ from pydrake.systems.framework import Context, DiscreteValues
 
 from pdhocbf_drake.systems.block import Block
 from pdhocbf_drake.systems.optional_input import OptionalInput
-from pdhocbf_drake.systems.signals import places, size
+from pdhocbf_drake.systems.signals import size, stretch
 from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.uneven_eta import UnevenEta
 from pdhocbf_drake.walking.vhip import Vhip
 
-_ZMP_VELOCITY = places("zmp_reference", "ux", "uy")
-_HORIZONTAL = places("push", "fx", "fy")
+_ZMP_VELOCITY = stretch("zmp_reference", "ux", "uy")
+_HORIZONTAL = stretch("push", "fx", "fy")
 
 
 class VhipPlant(Block):
@@ -49,7 +49,7 @@ class VhipPlant(Block):
         self.DeclareStateOutputPort("lip_state", state)
 
     def _step(self, context: Context, values: DiscreteValues) -> None:
-        tick, step, _ = self._phase.Eval(context)
+        tick, step, _ = self._phase.Eval(context).tolist()
         phase = round(tick) - 1  # half a tick after the clock's update gait_phase is that of the coming tick
         velocity = self._zmp.Eval(context)[_ZMP_VELOCITY]
         state = context.get_discrete_state_vector().value().reshape(2, 3)
