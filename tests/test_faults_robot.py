@@ -31,9 +31,9 @@ class FaultyEstimator(Block):
 
     fault: Callable[[float, np.ndarray], np.ndarray] | None = None
 
-    def __init__(self, biped: Biped, tick: float, uneven: bool = False) -> None:
+    def __init__(self, biped: Biped, uneven: bool = False) -> None:
         super().__init__()
-        self._true = StateEstimator(biped, tick, uneven)
+        self._true = StateEstimator(biped, uneven)
         self._context = self._true.CreateDefaultContext()
         self.parts = self._true.parts
         ports = map(self._true.get_input_port, range(self._true.num_input_ports()))

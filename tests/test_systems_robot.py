@@ -13,7 +13,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
 from pdhocbf_drake.systems.joint_targets import joint_targets
 from pdhocbf_drake.systems.kernels import write_step
-from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.state_estimator import StateEstimator, last_zmp
 from pdhocbf_drake.systems.unbundled import unbundled
 from pdhocbf_drake.walking import Gait, GaitConfig
 
@@ -219,9 +219,13 @@ def test_estimator_outputs_the_derivatives_of_the_com_and_the_tilt_of_the_soles(
 
 
 def test_estimator_keeps_the_last_zmp_while_nothing_is_loaded(biped: Biped, posture: np.ndarray) -> None:
-    estimator = unbundled(StateEstimator(biped, 0.01))
-    simulator = Simulator(estimator)
-    context = simulator.get_mutable_context()
+    builder = DiagramBuilder()
+    estimator = builder.AddSystem(unbundled(StateEstimator(biped)))
+    memory = builder.AddSystem(last_zmp(0.01))
+    builder.Connect(estimator.GetOutputPort("lip_state"), memory.get_input_port())
+    builder.Connect(memory.get_output_port(), estimator.GetInputPort("last_zmp"))
+    simulator = Simulator(builder.Build())
+    context = estimator.GetMyMutableContextFromRoot(simulator.get_mutable_context())
     estimator.GetInputPort("robot_state").FixValue(context, np.concatenate([posture, np.zeros(18)]))
     wrench = np.zeros(18)
     point, force = np.array([0.03, -0.02, 0.0]), np.array([0.0, 0.0, 280.0])

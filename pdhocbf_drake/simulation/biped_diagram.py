@@ -26,7 +26,7 @@ from pdhocbf_drake.systems.fall_detector import FallDetector
 from pdhocbf_drake.systems.footing import Footing
 from pdhocbf_drake.systems.joint_targets import LATENCY, joint_targets
 from pdhocbf_drake.systems.push_schedule import PushSchedule
-from pdhocbf_drake.systems.state_estimator import StateEstimator
+from pdhocbf_drake.systems.state_estimator import StateEstimator, last_zmp
 from pdhocbf_drake.systems.unbundled import unbundled
 
 
@@ -94,8 +94,11 @@ def _add_measured_state(
 ) -> System:
     """The true state, and what of it the controller gets; returns the block of the former."""
     uneven, start = walk.gait.uneven or footing is not None, walk.gait.step(-1)
-    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, wiring.tick, uneven)))
+    estimator = wiring.add("state_estimator", unbundled(StateEstimator(biped, uneven)))
     wiring.connect(estimator, "robot_state", "contact_forces")
+    memory = wiring.builder.AddNamedSystem("last_zmp", last_zmp(wiring.tick))
+    wiring.builder.Connect(wiring.port("lip_state"), memory.get_input_port())
+    wiring.builder.Connect(memory.get_output_port(), estimator.GetInputPort("last_zmp"))
     add_joint_sensors(wiring, plant, biped)
     sensed = scenario.measurement.source == "sensors"
     if sensed:

@@ -19,6 +19,7 @@ COM, LEFT, RIGHT = 0, 6, 12  # of task coordinates
 COM_Z, FEET, LOAD = 6, 8, 20  # of the state estimate: lip_state (6), com_z (2), foot_state (12), ground_load (1)
 LEFT_POSE, RIGHT_POSE = 15, 27  # of poses
 LEAST_LOAD = 0.0035  # share of the weight: with less vertical force no foot carries the robot, and there is no ZMP
+NO_ZMP = 1e300  # [m]: where there has been no ZMP; a number, since 0 · NaN is NaN
 LEARNING_RATE = 0.5  # weight of a new sample in the table of ZMP offsets [1]
 
 
@@ -61,7 +62,7 @@ def write_estimate(
         force: generalized contact forces (18,). base: places of the base's moment and force among them (6,).
         ground: height of the ZMP [m].
         least: vertical force above which there is a ZMP [N].
-        held: the last ZMP (2,) [m]; NaN where there has been none.
+        held: the last ZMP (2,) [m]; `NO_ZMP` where there has been none.
     """
     mx, my = force[base[0]], force[base[1]]
     fx, fy, fz = force[base[3]], force[base[4]], force[base[5]]
@@ -69,7 +70,7 @@ def write_estimate(
     zmp_x, zmp_y = held[0], held[1]
     if fz > least:
         zmp_x, zmp_y = x - (my + z * fx) / fz, y + (mx - z * fy) / fz
-    elif math.isnan(zmp_x):
+    elif zmp_x >= NO_ZMP:
         zmp_x, zmp_y = poses[0], poses[1]
     out[0], out[1], out[2] = poses[0], velocity[0], zmp_x
     out[3], out[4], out[5] = poses[1], velocity[1], zmp_y

@@ -113,6 +113,8 @@ SIGNALS: Final[tuple[Signal, ...]] = (
             "measured sole centres and roll, pitch, yaw"),
     _signal("ground_load", "state_estimator", "fz", "N",
             "vertical force of the ground on the robot; below 1 N there is no ZMP, and lip_state keeps the last one"),
+    _signal("last_zmp", "last_zmp", "x_zmp y_zmp", "m",
+            "the ZMP in lip_state at the tick before; 1e300 where there was none", logged=False),
     _signal("foot_load", "foot_loads", SIDES, "N", "vertical force of the ground on each foot"),
     _signal("foot_load_estimate", "sensed_loads", SIDES, "N", "foot_load as the sensors above the soles have it",
             logged=False),
