@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
+from typing import Any
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -10,6 +12,7 @@ import pytest
 from campaigns import campaign_file
 
 from pdhocbf_drake.errors import RunFolderError
+from pdhocbf_drake.studies.campaign import dispatch as dispatching
 from pdhocbf_drake.studies.campaign.dispatch import Outcome
 from pdhocbf_drake.studies.campaign.plan import PlannedRun, load_campaign, plan_runs
 from pdhocbf_drake.studies.campaign.report import campaign_report
@@ -114,3 +117,64 @@ def test_the_page_has_no_external_resources_and_shows_maps_and_failures(tmp_path
 def test_the_page_of_a_campaign_that_was_stopped_at_once_can_be_read(tmp_path, planned) -> None:
     config, _ = load_campaign(str(tmp_path / "tiny.yaml"))
     assert "40 are still missing" in campaign_report("tiny", config, len(planned), [])
+
+
+class SlowFuture:
+    """A finished run whose row arrives late, or never."""
+
+    status = "finished"
+
+    def __init__(self, late: int) -> None:
+        self._late, self.asked = late, 0
+
+    def result(self, timeout: float) -> dict[str, Any]:
+        self.asked += 1
+        if self.asked <= self._late:
+            raise asyncio.TimeoutError
+        return {"status": "finished", "metrics": {}, "worker": "w"}
+
+    def release(self) -> None:
+        pass
+
+
+class BusyClient:
+    """What of Dask's client a dispatcher needs for one run, which a worker has or has lost."""
+
+    status = "running"
+
+    def __init__(self, future: SlowFuture, holders: tuple[str, ...]) -> None:
+        self._future, self._holders, self.submitted = future, holders, 0
+
+    def submit(self, *_: Any, **__: Any) -> SlowFuture:
+        self.submitted += 1
+        return self._future
+
+    def who_has(self, futures: list[SlowFuture]) -> dict[str, tuple[str, ...]]:
+        return {"key": self._holders}
+
+    def nthreads(self) -> dict[str, int]:
+        return {"w": 1}
+
+    def subscribe_topic(self, *_: Any) -> None:
+        pass
+
+    def unsubscribe_topic(self, *_: Any) -> None:
+        pass
+
+    def cancel(self, *_: Any, **__: Any) -> None:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("late", "holders", "asked", "submitted"), [(0, ("w",), 1, 1), (3, ("w",), 4, 1), (1, (), 2, 2)]
+)
+def test_a_row_that_comes_late_is_waited_for_as_long_as_a_worker_has_it(
+    monkeypatch: pytest.MonkeyPatch, planned: list[PlannedRun], late: int, holders: tuple[str, ...], asked: int,
+    submitted: int,
+) -> None:  # fmt: skip
+    monkeypatch.setattr(dispatching, "wait", lambda *_, **__: None)
+    future = SlowFuture(late)
+    client: Any = BusyClient(future, holders)
+    (outcome,) = [found for found in dispatching.dispatch(client, planned[:1], 1.0) if found is not None]
+    assert (outcome.status, outcome.error, outcome.attempts) == ("finished", None, 1)
+    assert (future.asked, client.submitted) == (asked, submitted)

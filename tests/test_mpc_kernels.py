@@ -13,6 +13,7 @@ from pdhocbf_drake.mpc.kernels import (
     write_plan,
     write_sent,
 )
+from pdhocbf_drake.mpc.memory_layout import joined
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -98,3 +99,13 @@ def test_the_offset_that_cancels_a_disturbance(first: int) -> None:
     both = np.empty((2, 9))
     write_cancelling(w, eta, first, offset, both)
     np.testing.assert_allclose(both, offset + w[2:, None] / np.resize(np.roll(eta, -first), 9))
+
+
+def test_joined_arrays_are_those_of_numpy_however_they_lie_in_memory() -> None:
+    whole = np.random.default_rng(0).normal(size=(4, 5))
+    for odd in (whole, whole.T, whole[:, 1], whole[::2], np.arange(3), np.array([True]), np.zeros((2, 0))):
+        parts = [whole[0], odd, whole[1:3]]
+        found = joined(parts)
+        assert np.array_equal(found, np.concatenate(parts, axis=None))
+        found[0] = 1.0  # an array of its own
+        assert whole[0, 0] != 1.0

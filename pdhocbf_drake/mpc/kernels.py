@@ -171,7 +171,7 @@ def write_sent(
 
 @compiled
 def write_cancelling(w: np.ndarray, eta: np.ndarray, first: int, given: np.ndarray, offset: np.ndarray) -> None:
-    """Writes an offset (2, H) that is `given`, and the ZMP's way w/eta that cancels a disturbance at ticks `first` … [m].
+    """Writes the `given` offset (2, H) with the ZMP's way w/eta that cancels a disturbance at ticks `first` … [m].
 
     Args:
         w: estimated disturbance, then what is cancelled of it, (4,) [m/s²]. eta: over one period, (N,) [1/s²].

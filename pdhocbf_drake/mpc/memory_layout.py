@@ -120,6 +120,6 @@ def joined(parts: Sequence[np.ndarray]) -> np.ndarray:
     if [part for part in parts if part.dtype is not _NUMBER]:
         return np.concatenate(parts, axis=None)
     try:
-        return np.frombuffer(bytearray().join(parts))
+        return np.frombuffer(bytearray().join(parts))  # type: ignore[arg-type]  # arrays are buffers
     except (TypeError, ValueError, BufferError):  # the numbers of one of them do not lie one behind the other
         return np.concatenate(parts, axis=None)

@@ -69,7 +69,7 @@ class StateEstimator(Block):
 
 
 def last_zmp(tick: float) -> LinearSystem:
-    """From lip_state to its ZMP of the tick δ [s] before: the memory of a `StateEstimator`, without a call of Python."""
+    """From lip_state to its ZMP of the tick δ [s] before: memory of a `StateEstimator`, without a call of Python."""
     count = len(_ZMP)
     none, one = np.zeros((count, count)), np.eye(count)
     memory = LinearSystem(none, np.eye(size("lip_state"))[_ZMP], one, np.zeros((count, size("lip_state"))), tick)

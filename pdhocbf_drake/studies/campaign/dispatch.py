@@ -25,8 +25,8 @@ from pdhocbf_drake.studies.campaign.task import DIED, perform
 ATTEMPTS: Final = 2
 _SUBMISSIONS: Final = 5  # a worker may also die before it begins a run that waits there
 _POLL = 0.5  # [s]
-_GONE = "the Dask scheduler went away"
-_FETCH = 10.0  # [s] for a row to arrive
+_GONE, _DIED = "the Dask scheduler went away", "its worker died"
+_FETCH, _FETCHES = 10.0, 30  # [s] for a row to arrive, and how often it is asked for while a worker has it
 _AHEAD = 3  # runs submitted at a time for each core
 
 
@@ -67,6 +67,7 @@ class _Dispatcher:
         self._topic = f"pdhocbf-campaign-{uuid.uuid4().hex}"
         self._begun: Counter[int] = Counter()
         self._submitted: Counter[int] = Counter()
+        self._late: Counter[Future] = Counter()
         self._lock = threading.Lock()
         self._running: dict[Future, PlannedRun] = {}
 
@@ -80,8 +81,12 @@ class _Dispatcher:
                     self._submit(waiting.pop())
                 ended = self._ended()
                 for future in ended:
+                    answer = self._answer(future)
+                    if answer is None:
+                        yield None
+                        continue
                     planned = self._running.pop(future)
-                    outcome = self._outcome(future, planned)
+                    outcome = self._outcome(future, planned, answer)
                     future.release()
                     if outcome is None:
                         self._submit(planned)
@@ -114,15 +119,26 @@ class _Dispatcher:
         done = [future for future in self._running if future.status in ("finished", "error", "cancelled")]
         return done or [future for future, planned in self._running.items() if self._times_begun(planned) > ATTEMPTS]
 
-    def _outcome(self, future: Future, planned: PlannedRun) -> Outcome | None:
+    def _answer(self, future: Future) -> dict[str, Any] | None:
+        """What `task.perform` returned; empty for a run without an answer, None where one may still come."""
+        if future.status != "finished":
+            return {}
+        try:
+            answer: dict[str, Any] = future.result(timeout=_FETCH)
+        except asyncio.TimeoutError:  # of a machine that is busy with other things, as long as a worker has the answer
+            self._late[future] += 1
+            if self._late[future] < _FETCHES and any(self._client.who_has([future]).values()):
+                return None
+            return {DIED: _DIED, "worker": None}
+        except (CancelledError, KilledWorker, OSError):
+            return {DIED: _DIED, "worker": None}  # the worker died after its run, before the result was fetched
+        return answer
+
+    def _outcome(self, future: Future, planned: PlannedRun, answer: dict[str, Any]) -> Outcome | None:
         """The result of the run; None if it is to be begun again."""
         begun = self._times_begun(planned)
-        cause, worker = "its worker died", None
-        if future.status == "finished":
-            try:
-                answer: dict[str, Any] = future.result(timeout=_FETCH)
-            except (asyncio.TimeoutError, CancelledError, KilledWorker, OSError):
-                answer = {DIED: cause, "worker": None}  # the worker died after its run, before the result was fetched
+        cause, worker = _DIED, None
+        if answer:
             if DIED not in answer:
                 status, metrics, error = (answer.get(key) for key in ("status", "metrics", "error"))
                 simulating = answer.get("simulating", 0.0)
