@@ -115,8 +115,10 @@ class Memory:
         A measurement that is d ticks late shows that foot on the ground at tick d of the step.
         """
         step, phase = mpc.gait.phase(tick)
+        if phase != mpc.config.delay_ticks or step == 0:
+            return
         before = mpc.gait.support(step - 1)
-        if phase != mpc.config.delay_ticks or step == 0 or before == BOTH or not np.isfinite(measured[:, :2]).all():
+        if before == BOTH or not np.isfinite(measured[:, :2]).all():
             return
         landed = _ROWS[-before]
         self.feet = self.feet.copy()
@@ -136,9 +138,11 @@ class Memory:
         Returns:
             Whether it did.
         """
+        if not (self.disturbance.active and mpc.gait.turns):
+            return False
         step, phase = mpc.gait.phase(tick)
         before = mpc.gait.support(step - 1)
-        if phase != mpc.config.delay_ticks or not (self.disturbance.active and mpc.gait.turns) or before == BOTH:
+        if phase != mpc.config.delay_ticks or before == BOTH:
             return False
         yaw = math.nan if measured is None else float(measured[_ROWS[-before], 2])
         x, y = self.stance[:, 1].tolist()

@@ -28,10 +28,10 @@ def steps_again(mpc: PeriodicMpc, state: np.ndarray, centre: np.ndarray, plan: P
         centre: of the stance, shape (2,) [m].
     """
     gait, known = mpc.gait, mpc.gait.footsteps.resumed
-    step = plan.tick // gait.period
-    end = gait.seen(step).end
     if mpc.recovery is None or not plan.recovering:
         return known
+    step = plan.tick // gait.period
+    end = gait.seen(step).end
     if gait.support(step) == BOTH:
         return _out_of_a_stand(mpc, mpc.recovery, state, centre, plan)
     if end is None or end > step + 1:
