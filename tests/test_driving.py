@@ -57,6 +57,7 @@ def test_a_drive_simulates_again_to_the_same_bits(name: str, seconds: float) -> 
     driven = Session(load_scenario(name), script(PRESSES).at, pace=False).run(seconds)
     assert driven.log.ending == FINISHED
     assert driven.scenario.duration == pytest.approx(seconds)
+    assert "was driven" in driven.scenario.description  # not what the scenario does by itself
     assert [push.time for push in driven.scenario.pushes] == [2.2, 2.25]
     said = dict(push_rows(Run.of(driven.scenario, driven.log)))["pushed"]
     assert [words.partition(" N s ")[0] for words in said.split("; ")] == ["2", "1"]

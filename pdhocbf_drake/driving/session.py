@@ -29,6 +29,7 @@ LONGEST: Final = 3600.0
 _PUSHES = 16  # that can act at once
 _ROWS = 500  # ticks of which the log is kept in memory
 _FRAMES = 30  # a second
+_DRIVEN = "A walk that was driven: its commands, pushes and changed barriers are those asked for while it walked."
 (_YAW,) = places("path", "yaw")
 
 Signals = dict[str, np.ndarray]
@@ -224,5 +225,6 @@ class Session:
         drive = self._drive
         asked = {"commands": drive.commands, "pushes": drive.pushes, "barrier_changes": drive.barrier_changes}
         duration = {"duration": max(self._ticks, 1) * self._tick}
-        scenario = Scenario.from_dict(self._scenario.to_dict() | asked | duration, "drive")
+        given = asked | duration | {"description": _DRIVEN}
+        scenario = Scenario.from_dict(self._scenario.to_dict() | given, "drive")
         return Driven(scenario, log, self._late / max(1, self._ticks) if self._pace else None)
