@@ -151,7 +151,7 @@ class Believer:
         tick, eta = self._vhip.tick, self._eta[(plan.tick + 1) % self._vhip.period]
         com, zmp, shift, ahead = com.copy(), zmp.copy(), np.empty(2), self._lead * tick
         write_sent(beliefs.input_disturbance, eta, ahead, tick, inputs, beliefs.zmp_shift, com, zmp, shift)
-        return beliefs._replace(zmp_shift=shift), com, zmp
+        return Beliefs(beliefs.input_disturbance, shift, beliefs.evidence, beliefs.sent, beliefs.acted), com, zmp
 
     def zmp_velocity(self, state: np.ndarray, zmp: np.ndarray) -> np.ndarray:
         """Velocity (2,) [m/s] of a ZMP that lags as expected, from `state` (2, 3), under a zmp_reference (4,) sent."""

@@ -11,6 +11,7 @@ from pdhocbf_drake.mpc.believed import Beliefs
 from pdhocbf_drake.mpc.controller import PeriodicMpc
 from pdhocbf_drake.mpc.plan import Plan, Reason
 from pdhocbf_drake.mpc.recovery import CALM, Disturbance, divergent_error
+from pdhocbf_drake.walking import Gait
 from pdhocbf_drake.walking.commands import STOP, Command, read_late
 from pdhocbf_drake.walking.course import Course
 from pdhocbf_drake.walking.footsteps import AS_COMMANDED, Resumed
@@ -92,7 +93,7 @@ class Memory:
             beliefs=Beliefs.at_start(mpc.config.delay_ticks),
         )  # fmt: skip
         footholds = stance[:, 1:] + np.cumsum(mpc.commanded.steps(0).ways, axis=1)
-        memory._write_feet(mpc, 0, footholds)
+        memory._write_feet(gait, 0, footholds)
         memory.zmp_box = mpc.zmp_box(1, stance, footholds).ravel()
         return memory
 
@@ -224,8 +225,10 @@ class Memory:
         Without one the walk goes on as its scenario commands; where it steps in place of a stand, that depends on which
         foot stands, and where it is disturbed it keeps its heading, so that it has a course, too.
         """
+        if not mpc.gait.turns:
+            return
         step, phase = mpc.gait.phase(tick + 1)
-        if not mpc.gait.turns or 0 < 2 * phase <= mpc.gait.period:
+        if 0 < 2 * phase <= mpc.gait.period:
             return
         forward, lateral, turn, stop = self.command
         given = not math.isnan(forward)
@@ -263,12 +266,11 @@ class Memory:
             self.stance = np.stack([self.stance[:, 1], _centre(gait.support(step), self.feet)], axis=1)
             moves = mpc.commanded.steps(step).ways
             footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + moves[:, -1:]])
-        self._write_feet(mpc, tick + 1, footholds)
+        self._write_feet(gait, step, footholds)
 
-    def _write_feet(self, mpc: PeriodicMpc, tick: int, footholds: np.ndarray) -> None:
+    def _write_feet(self, gait: Gait, step: int, footholds: np.ndarray) -> None:
         """`stance_plan` and `foot_plan`: where the feet are and where they go."""
-        gait, planned = mpc.gait, np.empty(16)
-        step, _ = gait.phase(tick)
+        planned = np.empty(16)
         support = gait.support(step)
         swinging = -1 if support == BOTH else _ROWS[-support]
         write_foot_plan(swinging, gait.support(step + 1) == BOTH, self.stance, footholds, self.feet, planned)

@@ -12,7 +12,7 @@ from pdhocbf_drake.barriers import AffineBarrier
 from pdhocbf_drake.errors import InputError
 from pdhocbf_drake.kept import Kept
 from pdhocbf_drake.mpc.axis_problem import AxisProblem
-from pdhocbf_drake.mpc.commanded import CommandedSteps
+from pdhocbf_drake.mpc.commanded import Commanded, CommandedSteps
 from pdhocbf_drake.mpc.config import MpcConfig
 from pdhocbf_drake.mpc.plan import Plan
 from pdhocbf_drake.mpc.robust import zmp_margin
@@ -132,15 +132,19 @@ class WalkProblem:
             stance: centres of the last and this step's box at the tick before, in the world, shape (2, 2) [m].
             footholds: centres of the coming ones, shape (2, n_f) [m].
         """
-        yaw = self.commanded.steps((tick - 1) // self.gait.period).yaw
-        if yaw:
-            stance, footholds = rotation(-yaw) @ stance, rotation(-yaw) @ footholds
-        return self.box(tick, stance, footholds)
+        step, phase = self.gait.phase(tick - 1)
+        ahead = self.commanded.steps(step)
+        if ahead.yaw:
+            seen = rotation(-ahead.yaw)
+            stance, footholds = seen @ stance, seen @ footholds
+        return self._box(phase, ahead, stance, footholds)
 
     def box(self, tick: int, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         """`zmp_box` from centres along the axes of the stance foot."""
         step, phase = self.gait.phase(tick - 1)
-        ahead = self.commanded.steps(step)
+        return self._box(phase, self.commanded.steps(step), stance, footholds)
+
+    def _box(self, phase: int, ahead: Commanded, stance: np.ndarray, footholds: np.ndarray) -> np.ndarray:
         box = self.gait.region.box(phase, stance, footholds, ahead.half, self._margin)
         if ahead.shift is not None:
             box += (self.gait.region.weights(phase, 1, self.footholds) @ ahead.shift.T).T

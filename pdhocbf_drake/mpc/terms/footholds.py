@@ -38,11 +38,12 @@ class Footholds(Term):
         theta[self.places["target"]] = np.cumsum(ahead.moves[self.axis])
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
-        here, most = tick.here[self.axis], self._correction
-        away = tick.ahead.centre[self.axis] - here
+        axis, most = self.axis, self._correction
+        here = tick.here[axis]
+        away = tick.ahead.centre[axis] - here
         shift = here + (most if away > most else -most if away < -most else away)
         targets = self.places["target"]
         for place in range(targets.start, targets.stop):  # a few numbers, faster one by one
             theta[place] += shift
-        if self.axis == 0 and tick.ahead.windows is not None:
+        if axis == 0 and tick.ahead.windows is not None:
             theta[targets] = np.clip(theta[targets], *tick.ahead.windows.T)

@@ -58,14 +58,14 @@ class StepLimits(Term):
         theta[self.places["step_upper"]] = upper[self.axis]
 
     def fill_tick(self, tick: Tick, theta: np.ndarray) -> None:
-        config, gait = self.setting.config, self.setting.gait
-        if self.axis == 0 and tick.ahead.windows is not None:
+        axis, last, config, gait = self.axis, tick.last, self.setting.config, self.setting.gait
+        if axis == 0 and tick.ahead.windows is not None:
             self._keep_in_windows(tick, tick.ahead.windows, theta)
-        if tick.last is None or tick.last.tick // gait.period != tick.step:
+        if last is None or last.tick // gait.period != tick.step:
             return
         low, high = self.places["step_lower"].start, self.places["step_upper"].start
-        if self.axis == 1 and config.step_reach is not None:
-            least = _to_pass(tick.ahead, float(tick.last.footholds[0, 0] - tick.stance[0, 1]))
+        if axis == 1 and config.step_reach is not None:
+            least = _to_pass(tick.ahead, float(last.footholds[0, 0] - tick.stance[0, 1]))
             if tick.ahead.steps[1].side > 0:
                 theta[low] = max(theta[low], least)
             else:
@@ -73,9 +73,9 @@ class StepLimits(Term):
         arriving = tick.ahead.early + _ARRIVING if tick.ahead.early else 0
         left = gait.period - tick.phase - max(config.freeze_ticks, arriving)
         if left <= 0:
-            theta[low] = theta[high] = tick.last.footholds[self.axis, 0] - tick.stance[self.axis, 1]
+            theta[low] = theta[high] = last.footholds[axis, 0] - tick.stance[axis, 1]
         elif config.swing_acceleration is not None and tick.phase > gait.config.double_support_ticks:
-            planned = tick.last.footholds[self.axis, 0] - tick.stance[self.axis, 1]
+            planned = last.footholds[axis, 0] - tick.stance[axis, 1]
             room = config.swing_acceleration / 10.0 * (left * gait.config.tick) ** 2
             theta[low] = min(max(theta[low], planned - room), theta[high])
             theta[high] = max(min(theta[high], planned + room), theta[low])
