@@ -14,7 +14,7 @@ from pdhocbf_drake.systems.signals import SIGNALS, size
 
 DOCS = Path(__file__).parents[1] / "docs"
 # Blocks of Drake, whose ports have names of their own.
-DRAKES = {"plant", "joint_encoders", "torque_sensors", "encoder_rates", "measurement"}
+DRAKES = {"plant", "last_zmp", "joint_encoders", "torque_sensors", "encoder_rates", "measurement"}
 WALKS = {
     "walking": "pushes: [{time: 1.0, force: [10.0, 0.0, 0.0]}]",
     "vhip": "{measurement: {delay_ticks: 1}, pushes: [{time: 1.0, force: [10.0, 0.0, 0.0]}]}",
