@@ -68,7 +68,7 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
     wiring.connect(controller, "zmp_offset")
     wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
-    wiring.connect(kinematics, *["actuation"] * (body.kinematics.layer is not None))
+    wiring.connect(kinematics, *["actuation", "solver_status"] * (body.kinematics.layer is not None))
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference")
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)

@@ -19,6 +19,7 @@ from pdhocbf_drake.robot.ik import LEVEL
 from pdhocbf_drake.robot.kernels import left_share, left_share_of_zmp, use_of_ground
 from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.block import Block, weakly
+from pdhocbf_drake.systems.disturbed import is_disturbed
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes, stretch
@@ -54,6 +55,8 @@ class InverseKinematics(Block):
         gait_phase (3): its support determines the swing foot, which is the one to miss its target where the legs are
             too short; may be left unconnected.
         actuation (12): torques applied, which the whole-body layer learns from.
+        solver_status (6): by which it knows a disturbed walk, of which it forgets what it has learned; may be left
+            unconnected.
     Output parts, see `unbundled`:
         desired_state (24): joint targets, and the constant rates that lead there from the last ones [rad, rad/s].
         feedforward (12): torques of the planned motion [N m].
@@ -101,6 +104,8 @@ class InverseKinematics(Block):
         own = np.zeros(0) if self.layer is None else self.layer.start
         self.start = np.concatenate([initial, np.zeros(self._yaw.stop - positions), own])
         self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if self.layer else None
+        status = self.DeclareVectorInputPort("solver_status", size("solver_status")) if self.layer else None
+        self._status = None if status is None else OptionalInput(status)
         self.coming = slice(sum(self.parts.values()), None)  # state, behind the parts
         self.DeclareDiscreteState(self.start)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
@@ -116,17 +121,23 @@ class InverseKinematics(Block):
         solution = self._solution.Eval(context)
         coming = solution[self.coming]
         if self._applied is not None:
-            coming = self.learned(
-                coming, self._phase(context), solution[: self.coming.start], self._applied.Eval(context)
-            )
+            status = None if self._status is None else self._status(context)
+            parts, applied = solution[: self.coming.start], self._applied.Eval(context)
+            coming = self.learned(coming, self._phase(context), parts, applied, status)
         values.set_value(coming)
 
     def learned(
-        self, state: np.ndarray, gait_phase: np.ndarray | None, parts: np.ndarray, applied: np.ndarray
-    ) -> np.ndarray:
-        """The state, with what the joints' PD added to the feedforward among the parts in the torques applied (12,)."""
+        self, state: np.ndarray, gait_phase: np.ndarray | None, parts: np.ndarray, applied: np.ndarray,
+        status: np.ndarray | None = None,
+    ) -> np.ndarray:  # fmt: skip
+        """The state, with what the joints' PD added to the feedforward among the parts in the torques applied (12,).
+
+        Where the plan of a solver_status (6,) is that of a disturbed walk, all of that is forgotten.
+        """
         state = state.copy()
-        if self.layer is not None:
+        if self.layer is not None and status is not None and is_disturbed(status):
+            self.layer.forget(state[self._yaw.stop :])
+        elif self.layer is not None:
             self.layer.learn(state[self._yaw.stop :], gait_phase, applied, parts[self.feedforward])
         return state
 
