@@ -4,7 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from pdhocbf_drake.whole_body.kernels import JOINTS, learn
+from pdhocbf_drake import load_scenario
+from pdhocbf_drake.mpc.plan import Reason
+from pdhocbf_drake.robot import Biped
+from pdhocbf_drake.robot.grip import Grip
+from pdhocbf_drake.simulation.biped_plant import standing_posture
+from pdhocbf_drake.simulation.build import build_walk
+from pdhocbf_drake.systems.inverse_kinematics import InverseKinematics
+from pdhocbf_drake.whole_body.config import WholeBodyConfig
+from pdhocbf_drake.whole_body.kernels import JOINTS, TABLE, learn
 from pdhocbf_drake.whole_body.memory import BodyMemory
 
 TICKS = 6  # of a gait
@@ -40,3 +48,19 @@ def test_a_torque_that_is_no_number_is_not_learned() -> None:
     for stands in (False, True):
         shown(memory, 1, bad, stands)
         np.testing.assert_array_equal(memory, known)
+
+
+def test_a_disturbed_walk_forgets_what_was_added_and_keeps_the_rest() -> None:
+    stand = standing_posture(build_walk(load_scenario("walking")), biped := Biped.load("biped"))
+    grip, config = Grip.of(biped, stand, 0.8, (0.08, 0.08)), WholeBodyConfig()
+    block = InverseKinematics(biped, stand, 0.01, grip=grip, whole_body=config, ticks_per_step=TICKS // 2, forgets=True)
+    phase, applied = np.array([1.0, 0.0, 1.0]), np.arange(JOINTS, dtype=float)
+    parts = np.zeros(sum(block.parts.values()))
+    for reason, learns in ((Reason.SOLVED, True), (Reason.RECOVERING, False), (Reason.NO_STEADY_PLAN, False)):
+        status = np.array([1.0, 0.0, 0.0, 0.0, 0.0, float(reason)])
+        known = block.learned(block.start, phase, parts, applied)
+        after = block.learned(known, phase, parts, applied, status)
+        memory = BodyMemory.of(after[-(TABLE + JOINTS * TICKS) :])
+        added = [memory.added(tick) for tick in range(TICKS)]
+        assert np.any(added) == learns
+        np.testing.assert_array_equal(after[: -JOINTS * (TICKS + 1)], block.start[: -JOINTS * (TICKS + 1)])

@@ -15,7 +15,7 @@ from pdhocbf_drake.walking.config import GaitConfig
 _LEG: Final = slice(len(ROLES))  # the left one
 _ROLES = ("hip_pitch", "knee_pitch")
 _NEAR, _COUNT = 0.17, 5  # how far the CoM is from the sole's centre at most, over its height, and places tried
-_TORQUE = 1.0  # share of a joint's torque
+_TORQUE = 0.9  # share of a joint's torque; the rest is for the PD, which holds up a robot that has sunk
 
 
 class HeldZmp(NamedTuple):

@@ -41,9 +41,11 @@ def body_blocks(
     # Where left and right differ, as in a turn or on a robot that is no mirror image of itself, each foot has a table.
     mirrored = is_mirrored(preview(biped, Step.of(gait.config)), leg_length(biped))
     zmp_offset = ZmpOffset if mirrored and not gait.turns else TurningZmpOffset
+    limits = walk.mpc.config.plan_limits
+    short = limits is not None and bool(limits.zmp_held)  # of torque in hips or knees
     return BodyBlocks(
         FootReference(gait),
-        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, uneven, layer, gait.period),
+        InverseKinematics(biped, posture, gait.config.tick, gait.turns, grip, uneven, layer, gait.period, short),
         zmp_offset(gait, walk.mpc.config.horizon, lever),
         TurnReference(gait) if gait.turns else None,
         GroundReference(gait) if gait.uneven else None,
@@ -69,6 +71,7 @@ def _add_blocks(wiring: Wiring, walk: Walk, body: BodyBlocks, latency: float) ->
     wiring.connect(controller, "foot_state", measured=True)
     wiring.connect(foot_reference, "gait_phase", "foot_plan", "resumed")
     wiring.connect(kinematics, *["actuation"] * (body.kinematics.layer is not None))
+    wiring.connect(kinematics, *["solver_status"] * body.kinematics.forgets)
     wiring.connect(kinematics, "gait_phase", "com_height", "com_reference", "zmp_reference")
     changes = "last_step", "resumed", *["course"] * walk.gait.turns
     wiring.connect(offset, "gait_phase", "whole_body_zmp", "zmp_reference", *changes)

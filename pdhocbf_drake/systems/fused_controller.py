@@ -175,9 +175,10 @@ class FusedController(Block):
             before = {"foot_reference": feet, "table": table, "motion": motion}
             if self._applied is not None:
                 applied, parts = self._applied.Eval(context), state[self._kinematics]
-                before["motion"] = self._body.kinematics.learned(motion, phase, parts, applied)
+                status = state[part["solver_status"]]
+                before["motion"] = self._body.kinematics.learned(motion, phase, parts, applied, status)
                 if self._body.bias is not None:
-                    status, feedforward = state[part["solver_status"]], state[part["feedforward"]]
+                    feedforward = state[part["feedforward"]]
                     before["bias"] = self._body.bias.learned(state[part["bias"]], phase, status, feedforward, applied)
             if self._body.turn is not None:
                 before["turn_reference"] = state[part["turn_reference"]]

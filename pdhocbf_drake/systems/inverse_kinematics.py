@@ -19,6 +19,7 @@ from pdhocbf_drake.robot.ik import LEVEL
 from pdhocbf_drake.robot.kernels import left_share, left_share_of_zmp, use_of_ground
 from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN
 from pdhocbf_drake.systems.block import Block, weakly
+from pdhocbf_drake.systems.disturbed import is_disturbed
 from pdhocbf_drake.systems.kernels import write_motion, write_step, write_wanted
 from pdhocbf_drake.systems.optional_input import OptionalInput
 from pdhocbf_drake.systems.signals import places, size, sizes, stretch
@@ -54,6 +55,7 @@ class InverseKinematics(Block):
         gait_phase (3): its support determines the swing foot, which is the one to miss its target where the legs are
             too short; may be left unconnected.
         actuation (12): torques applied, which the whole-body layer learns from.
+        solver_status (6): of a layer that forgets what it has learned where the walk is disturbed.
     Output parts, see `unbundled`:
         desired_state (24): joint targets, and the constant rates that lead there from the last ones [rad, rad/s].
         feedforward (12): torques of the planned motion [N m].
@@ -63,7 +65,7 @@ class InverseKinematics(Block):
 
     Attributes:
         layer: the whole-body layer, of a walk that has one.
-        feedforward: where the torques are among the parts.
+        feedforward: where the torques are among the parts. forgets: as below.
 
     Args:
         initial: q at the start (19,).
@@ -72,11 +74,13 @@ class InverseKinematics(Block):
         grip: of the soles; without one the torso always keeps to its reference.
         uneven: whether the ground is not level.
         whole_body, ticks_per_step: config of the whole-body layer, which needs a grip, and N; None for no layer.
+        forgets: whether the layer forgets in a disturbed walk what the joints' PD has added, see `BodyTicks.forget`.
     """
 
     def __init__(
         self, biped: Biped, initial: np.ndarray, tick: float, turns: bool = False, grip: Grip | None = None,
         uneven: bool = False, whole_body: WholeBodyConfig | None = None, ticks_per_step: int = 1,
+        forgets: bool = False,
     ) -> None:  # fmt: skip
         super().__init__()
         self.parts = sizes(*_OUTPUTS)
@@ -101,6 +105,9 @@ class InverseKinematics(Block):
         own = np.zeros(0) if self.layer is None else self.layer.start
         self.start = np.concatenate([initial, np.zeros(self._yaw.stop - positions), own])
         self._applied = self.DeclareVectorInputPort("actuation", size("actuation")) if self.layer else None
+        self.forgets = forgets and self.layer is not None
+        status = "solver_status"
+        self._status = self.DeclareVectorInputPort(status, size(status)) if self.forgets else None
         self.coming = slice(sum(self.parts.values()), None)  # state, behind the parts
         self.DeclareDiscreteState(self.start)
         self.DeclarePeriodicDiscreteUpdateEvent(tick, 0.0, self._update)
@@ -116,17 +123,23 @@ class InverseKinematics(Block):
         solution = self._solution.Eval(context)
         coming = solution[self.coming]
         if self._applied is not None:
-            coming = self.learned(
-                coming, self._phase(context), solution[: self.coming.start], self._applied.Eval(context)
-            )
+            status = None if self._status is None else self._status.Eval(context)
+            parts, applied = solution[: self.coming.start], self._applied.Eval(context)
+            coming = self.learned(coming, self._phase(context), parts, applied, status)
         values.set_value(coming)
 
     def learned(
-        self, state: np.ndarray, gait_phase: np.ndarray | None, parts: np.ndarray, applied: np.ndarray
-    ) -> np.ndarray:
-        """The state, with what the joints' PD added to the feedforward among the parts in the torques applied (12,)."""
+        self, state: np.ndarray, gait_phase: np.ndarray | None, parts: np.ndarray, applied: np.ndarray,
+        status: np.ndarray | None = None,
+    ) -> np.ndarray:  # fmt: skip
+        """The state, with what the joints' PD added to the feedforward among the parts in the torques applied (12,).
+
+        A layer that forgets has none of that where the plan of a solver_status (6,) is that of a disturbed walk.
+        """
         state = state.copy()
-        if self.layer is not None:
+        if self.forgets and self.layer is not None and status is not None and is_disturbed(status):
+            self.layer.forget(state[self._yaw.stop :])
+        elif self.layer is not None:
             self.layer.learn(state[self._yaw.stop :], gait_phase, applied, parts[self.feedforward])
         return state
 

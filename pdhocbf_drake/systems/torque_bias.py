@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
-from pdhocbf_drake.mpc.plan import Reason
 from pdhocbf_drake.robot.config import SIDES
 from pdhocbf_drake.robot.per_joint import ROLES
 from pdhocbf_drake.systems.block import Block, weakly
+from pdhocbf_drake.systems.disturbed import is_disturbed
 from pdhocbf_drake.systems.kernels import learn_bias, write_sent_torque
-from pdhocbf_drake.systems.signals import places, size, sizes
+from pdhocbf_drake.systems.signals import size, sizes
 from pdhocbf_drake.walking.gait import Gait
 
 _INPUTS = "gait_phase", "solver_status", "feedforward", "actuation"
@@ -19,8 +19,6 @@ _GAIN = 0.02  # share of an error by which the bias moves in a tick [1]
 _BAND, _ERROR = 0.01, 0.04  # bias below which nothing is added, largest error of a tick; over weight times CoM height
 _FROM, _TO = 0.15, 0.85  # of a step: before and after it the load changes feet
 _SHIFT = 0.1  # of a step, in which what is added moves to the other leg
-_DISTURBED = (Reason.RECOVERING, Reason.NO_STEADY_PLAN)
-(_REASON,) = places("solver_status", "reason")
 
 
 class TorqueBias(Block):
@@ -85,7 +83,7 @@ class TorqueBias(Block):
         Torques that are not finite teach nothing.
         """
         memory, (tick, _, support) = memory.copy(), gait_phase.tolist()
-        stands = support and _FROM <= tick / self._period <= _TO and float(status[_REASON]) not in _DISTURBED
+        stands = support and _FROM <= tick / self._period <= _TO and not is_disturbed(status)
         leg = (0 if support > 0.0 else 1) if stands else -1
         share, most = 0.5 * (1.0 + support), 1.0 / (_SHIFT * self._period)
         learn_bias(memory, self._learned, leg, applied, feedforward, _GAIN, _ERROR * self._moment, (share, most))

@@ -14,7 +14,7 @@ from pdhocbf_drake.robot.posture import LEFT, LEFT_TURN, RIGHT, RIGHT_TURN
 from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.whole_body.config import WholeBodyConfig
 from pdhocbf_drake.whole_body.deviation import TASKS, Deviation
-from pdhocbf_drake.whole_body.kernels import AWAY, learn, limit_step
+from pdhocbf_drake.whole_body.kernels import AWAY, ERROR, learn, limit_step
 from pdhocbf_drake.whole_body.layer import EXCEEDED, Moving, WholeBody
 from pdhocbf_drake.whole_body.memory import BodyMemory
 from pdhocbf_drake.whole_body.reason import Reason
@@ -121,6 +121,15 @@ class BodyTicks:
         """Writes what the PD added at a tick into the memory's vector: applied less feedforward torques (12,) [N m]."""
         stands = gait_phase is not None and gait_phase[_SUPPORT] == 0.0
         learn(memory, self._tick_of_gait(gait_phase), applied, feedforward, stands)
+
+    def forget(self, memory: np.ndarray) -> None:
+        """Forgets in the memory's vector what the PD has added.
+
+        In a disturbed walk it adds something else than a gait ago; and where a joint gives all its torque, it adds more
+        the farther the robot sinks. To let torso and swing foot give way for that borrows from the ticks to come, in
+        which the knee has less to give: a foot that lands on another place, and a torso that leans.
+        """
+        memory[ERROR:] = 0.0
 
     def _deviation(self, now: Now) -> Deviation:
         """That of the last tick, but for feet that carry load."""
