@@ -29,11 +29,11 @@ def write_estimate(random: np.random.Generator) -> tuple[Values, Values]:
     rotations = [RollPitchYaw(rpy).ToRotationMatrix().matrix() for rpy in angles]
     frames = [np.column_stack([R, p]).ravel() for R, p in zip(rotations, origins, strict=True)]
     origin, base = random.permutation(19)[:3], random.permutation(18)[:6]
-    held = random.choice([kernels.NO_ZMP, 0.3]) + np.array([0.0, 0.1])
+    held = random.choice([kernels.NO_ZMP, np.nan, 0.3]) + np.array([0.0, 0.1])
     force[base[5]] = random.choice([-5.0, 0.5, 300.0])
     ground = random.choice([0.0, 0.3])
     kernels.write_estimate(np.concatenate([com, *frames]), velocity, q, origin, force, base, ground, 1.0, held, out)
-    zmp = com[:2] if (held >= kernels.NO_ZMP).any() else held
+    zmp = com[:2] if not (held < kernels.NO_ZMP).all() else held
     if force[base[5]] > 1.0:  # the moment about the ZMP (x, y, ground) has no horizontal part
         moment = force[base[:3]] + np.cross(q[origin] - [0.0, 0.0, ground], force[base[3:]])
         zmp = np.array([-moment[1], moment[0]]) / force[base[5]]

@@ -210,6 +210,7 @@ class Memory:
 
     def problem(self, mpc: PeriodicMpc) -> PeriodicMpc:
         """The compiled problem `mpc` for the walk as it goes on from here."""
+        # Asked several times a tick, of a walk that goes on as it was commanded.
         if self.course is None and self.last_step < 0 and self.resumed == mpc.gait.footsteps.resumed:
             return mpc
         return mpc.following(self.course).ended_by(self.last_step).resumed_by(self.resumed)

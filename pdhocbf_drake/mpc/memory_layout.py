@@ -116,7 +116,7 @@ class MemoryLayout:
 
 
 def joined(parts: Sequence[np.ndarray]) -> np.ndarray:
-    """All numbers of the arrays one behind the other, as `np.concatenate` with no axis, in a quarter of its time."""
+    """All numbers of the arrays one behind the other, as `np.concatenate` with no axis, in half of its time."""
     if [part for part in parts if part.dtype is not _NUMBER]:
         return np.concatenate(parts, axis=None)
     try:

@@ -70,7 +70,7 @@ def write_estimate(
     zmp_x, zmp_y = held[0], held[1]
     if fz > least:
         zmp_x, zmp_y = x - (my + z * fx) / fz, y + (mx - z * fy) / fz
-    elif zmp_x >= NO_ZMP:
+    elif not zmp_x < NO_ZMP:  # NaN, too
         zmp_x, zmp_y = poses[0], poses[1]
     out[0], out[1], out[2] = poses[0], velocity[0], zmp_x
     out[3], out[4], out[5] = poses[1], velocity[1], zmp_y
