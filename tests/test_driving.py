@@ -18,6 +18,7 @@ from pdhocbf_drake.cli.main import main
 from pdhocbf_drake.config import parse_config
 from pdhocbf_drake.driving.barrier_sliders import BarrierSliders, said_of
 from pdhocbf_drake.driving.controls import SIDES, Asked, Kept, Pushed
+from pdhocbf_drake.driving.panel import AT_FIRST, strongest_push
 from pdhocbf_drake.driving.script import Press, Script
 from pdhocbf_drake.driving.session import Session, drivable
 from pdhocbf_drake.errors import InputError
@@ -106,6 +107,18 @@ def test_a_restart_forgets_and_a_pause_waits() -> None:
     assert [command.stop for command in driven.scenario.commands] == [True]
     assert len(driven.log) == 51
     assert np.abs(driven.log.element("lip_state", "vx")).max() < 1e-9
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_the_first_push_of_the_panel_is_survived_whenever_it_comes(side: str) -> None:
+    scenario = load_scenario("vhip")
+    impulse = AT_FIRST * strongest_push(scenario)
+    times = 2.0 + 2.9 * np.arange(8)  # each tenth of a second of a gait of 0.8 s
+    pushes = [{"time": float(time), "push": side, "impulse": impulse} for time in times]
+    pressed = script([{"time": 0.2, "forward": 0.2}, *pushes])
+    driven = Session(scenario, pressed.at, pace=False).run(25.0)
+    assert driven.log.ending == FINISHED
+    assert len(driven.scenario.pushes) == len(times)
 
 
 def test_a_fall_is_recorded() -> None:

@@ -23,6 +23,8 @@ SLIDERS: Final = {
 STRENGTH: Final = "push [N s]"
 WALK, PAUSE, RESTART, END = "stand / walk (Space)", "pause (P)", "restart (R)", "end"
 _BUTTONS = {WALK: "Space", PAUSE: "KeyP", RESTART: "KeyR", END: ""}
+AT_FIRST: Final = 0.1
+"""The share of the strongest push that a push has at first: `vhip` and `walking` survive it at any tick."""
 _DEAD = 0.15  # share of a stick's way that counts as none
 
 
@@ -44,7 +46,7 @@ class Panel:
         self._meshcat = meshcat
         for name, (least, largest, step, less, more) in SLIDERS.items():
             meshcat.AddSlider(name, least, largest, step, 0.0, less, more)
-        meshcat.AddSlider(STRENGTH, 0.0, strongest, strongest / 20, strongest / 4)
+        meshcat.AddSlider(STRENGTH, 0.0, strongest, strongest / 20, strongest * AT_FIRST)
         for name, key in _BUTTONS.items():
             meshcat.AddButton(name, key)
         for side in SIDES:
