@@ -97,7 +97,7 @@ def test_another_box_changes_nothing_else() -> None:
     walk = Gait(GaitConfig(walk_steps=4))
     wide = walk.with_box((0.18, 0.12))
     assert wide.footsteps == walk.footsteps
-    np.testing.assert_array_equal(wide.region.half(wide.step(3)), [0.09, 0.06])
+    np.testing.assert_array_equal(wide.region.half(wide.support(3)), [0.09, 0.06])
     np.testing.assert_array_equal(wide.region.weight, walk.region.weight)
 
 
@@ -121,8 +121,8 @@ def test_the_box_moves_in_equal_parts_during_double_support_and_jumps_without() 
 
 def test_the_box_of_a_stand_is_that_of_a_foot_and_the_width_between_the_feet() -> None:
     gait = Gait(GaitConfig(zmp_box=(0.1, 0.06), stance_width=0.2, start_steps=1))
-    np.testing.assert_allclose(gait.region.half(gait.step(1)), [0.05, 0.03])
-    np.testing.assert_allclose(gait.region.half(gait.step(0)), [0.05, 0.13])
+    np.testing.assert_allclose(gait.region.half(gait.support(1)), [0.05, 0.03])
+    np.testing.assert_allclose(gait.region.half(gait.support(0)), [0.05, 0.13])
 
 
 REGION = SupportRegion(GaitConfig(ticks_per_step=12, double_support_ticks=3))

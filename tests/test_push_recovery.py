@@ -145,7 +145,7 @@ def test_a_changed_stride_holds_in_recovery_and_in_endings() -> None:
     for walk in (mpc, mpc.recovery, mpc.ending_at(45), mpc.recovery.ending_at(45)):
         assert walk.gait.foothold(40)[0] == pytest.approx(5.80, abs=1e-12)
         np.testing.assert_allclose(walk.commanded.steps(40).moves[0], 0.16)
-    np.testing.assert_array_equal(mpc.recovery.gait.region.half(gait.step(40)), np.array(RECOVERY.zmp_box) / 2.0)
+    np.testing.assert_array_equal(mpc.recovery.gait.region.half(gait.support(40)), np.array(RECOVERY.zmp_box) / 2.0)
 
 
 def test_an_infeasible_plan_is_recovered_from(mpc: PeriodicMpc, settled: Memory) -> None:

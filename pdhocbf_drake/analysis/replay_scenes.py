@@ -74,7 +74,7 @@ def posed_robot(stage: Stage, biped: Biped) -> tuple[Callable[[np.ndarray, float
 def template_scene(stage: Stage, run: Run) -> Draw:
     """The variable-height pendulum: a point mass on a telescopic leg from the ZMP."""
     log, gait = run.log, Gait(run.scenario.gait)
-    box = gait.region.half(gait.step(gait.config.start_steps))
+    box = gait.region.half(gait.support(gait.config.start_steps))
     starts, support = step_starts(log), log.element("gait_phase", "support")
     taken = [
         Foothold(

@@ -47,7 +47,7 @@ class LiveScene:
             f"h {said} [{scenario.barriers[name].unit}]" for name, said in said_of(scenario.barriers).items()
         ]
         self._usual = np.array([barrier.bound.margin or _USUAL for barrier in scenario.barriers.values()])
-        half = self._gait.region.half(self._gait.step(scenario.gait.start_steps))
+        half = self._gait.region.half(self._gait.support(scenario.gait.start_steps))
         self._pose: Callable[[Signals], None]
         if scenario.system == "biped":
             biped = Biped.load(scenario.robot)

@@ -12,7 +12,7 @@ import numpy as np
 from pdhocbf_drake.mpc.config import PlanLimits
 from pdhocbf_drake.walking import Footstep, Gait
 from pdhocbf_drake.walking.frame import inner_share, rotation
-from pdhocbf_drake.walking.sides import BOTH
+from pdhocbf_drake.walking.sides import BOTH, LEFT, RIGHT
 
 _ACROSS = 0.1  # cosine between the axis ahead and x, below which windows along x are no limit ahead
 
@@ -66,25 +66,28 @@ class CommandedSteps:
     """
 
     def __init__(self, gait: Gait, horizon: int, margin: float, limits: PlanLimits | None = None) -> None:
-        self._gait, self._margin, self._count = gait, margin, horizon // gait.period
-        self._limits = limits
+        self._gait, self._count = gait, horizon // gait.period
+        self._boxes = {side: _box(gait, side, margin, limits) for side in (LEFT, RIGHT, BOTH)}
         self.steps = lru_cache(maxsize=4)(self._steps)
 
     def _steps(self, step: int) -> Commanded:
         seen = self._gait.seen(step)
         before, *ahead = (self._gait.step(step - 1), *(seen[step + i] for i in range(self._count + 1)))
         centres = np.array([[s.x, s.y] for s in ahead]).T
-        half = np.array([self._gait.region.half(s) for s in (before, *ahead)]).T - self._margin
+        boxes = [self._boxes[s.side] for s in (before, *ahead)]
+        half, shift = np.array([box.half for box in boxes]).T, None
         yaw, turn = ahead[0].yaw, ahead[-1].yaw - ahead[0].yaw
         if yaw:
             centres = rotation(-yaw) @ centres
-        half, shift = self._cut(half, (before, *ahead), yaw)
+        if any(box.is_cut for box in boxes):
+            middles = zip((before, *ahead), boxes, strict=True)
+            shift = np.column_stack([rotation(s.yaw - yaw) @ np.array(box.middle) for s, box in middles])
         for i, s in enumerate((before, *ahead)):
             if s.yaw != yaw:
                 half[:, i] *= inner_share(-half[:, i], half[:, i], yaw - s.yaw)
         x, y = centres[:, 0].tolist()
         repeats = BOTH not in (ahead[0].side, ahead[-1].side) and seen.settled(step)
-        flipped, moves = self._gait.flipped(step), np.diff(centres, axis=1)
+        flipped, moves = self._gait.flipped(step), centres[:, 1:] - centres[:, :-1]
         windows, early = None, 0
         if self._gait.uneven:
             windows, early = _windows(ahead[1:], centres[0, 1:], yaw), self._gait.profiles(step)[0].early
@@ -92,26 +95,38 @@ class CommandedSteps:
             tuple(ahead), moves, half, shift, (x, y), repeats, yaw, turn, seen.sole, flipped, windows, early
         )
 
-    def _cut(self, half: np.ndarray, steps: Sequence[Footstep], yaw: float) -> tuple[np.ndarray, np.ndarray | None]:
-        """Half sides (2, n) of the boxes as limits leave them, and how far their middles move for that."""
-        limits = self._limits
-        if limits is None:
-            return half, None
-        low, high = -half, half.copy()
-        for i, step in enumerate(steps):
-            apart = self._gait.region.half(step)[1] - self._gait.region.half_of_foot[1]  # 0 but in a stand
-            inward = limits.zmp_outward if step.side == BOTH else limits.zmp_inward
-            aside = np.array([inward, limits.zmp_outward])[:: -1 if step.side < 0 else 1] + apart
-            for edge in (low, high):
-                edge[:, i] += np.array(limits.zmp_middle) * [step.side != BOTH, step.side]
-            low[:, i] = np.maximum(low[:, i], [-limits.zmp_behind, -aside[0]])
-            high[:, i] = np.minimum(high[:, i], [limits.zmp_ahead, aside[1]])
-        if (low == -half).all() and (high == half).all():
-            return half, None
-        high = np.maximum(high, low)  # `fitting.plan_limits` refuses what leaves nothing
-        middles = zip(steps, 0.5 * (low + high).T, strict=True)
-        shift = np.column_stack([rotation(step.yaw - yaw) @ middle for step, middle in middles])
-        return 0.5 * (high - low), shift
+
+class _Box(NamedTuple):
+    """The ZMP box of a step as limits leave it, in the axes of its foot.
+
+    Attributes:
+        half: half sides [m].
+        middle: from the centre of the stance to the box's [m].
+        is_cut: whether limits cut a side off.
+    """
+
+    half: tuple[float, float]
+    middle: tuple[float, float]
+    is_cut: bool
+
+
+def _box(gait: Gait, side: int, margin: float, limits: PlanLimits | None) -> _Box:
+    """That of a step on this foot."""
+    own = gait.region.half(side)
+    half = own - margin
+    low, high = -half, half.copy()
+    if limits is not None:
+        apart = own[1] - gait.region.half_of_foot[1]  # 0 but in a stand
+        inward = limits.zmp_outward if side == BOTH else limits.zmp_inward
+        aside = np.array([inward, limits.zmp_outward])[:: -1 if side < 0 else 1] + apart
+        for edge in (low, high):
+            edge += np.array(limits.zmp_middle) * [side != BOTH, side]
+        low = np.maximum(low, [-limits.zmp_behind, -aside[0]])
+        high = np.minimum(high, [limits.zmp_ahead, aside[1]])
+    is_cut = not ((low == -half).all() and (high == half).all())
+    high = np.maximum(high, low)  # `fitting.plan_limits` refuses what leaves nothing
+    (x, y), (ahead, aside_of_it) = (0.5 * (high - low)).tolist(), (0.5 * (low + high)).tolist()
+    return _Box((x, y), (ahead, aside_of_it), is_cut)
 
 
 def _windows(steps: Sequence[Footstep], places: np.ndarray, yaw: float) -> np.ndarray:

@@ -81,7 +81,7 @@ class Memory:
         """Standing (or walking) at tick 0 in `state`, both feet where they are given."""
         gait = mpc.gait
         centre = _centre(gait.support(0), feet)
-        stance = np.stack([centre, centre], axis=1)
+        stance = _stances(centre, centre)
         eta = mpc.vhip.eta[0]
         com = np.array([[c, v, eta * (c - p)] for c, v, p in state]).ravel()
         zmp = np.array([[p, 0.0] for p in state[:, 2]]).ravel()
@@ -124,7 +124,7 @@ class Memory:
         landed = _ROWS[-before]
         self.feet = self.feet.copy()
         self.feet[landed] = measured[landed, :2]
-        self.stance = np.stack([self.stance[:, 0], _centre(mpc.gait.support(step), self.feet)], axis=1)
+        self.stance = _stances(self.stance[:, 0], _centre(mpc.gait.support(step), self.feet))
 
     def replan(self, mpc: PeriodicMpc, tick: int, measured: np.ndarray | None) -> bool:
         """Lets a disturbed walk at commanded velocities go on from where it stands, at the tick at which a foot lands.
@@ -196,7 +196,7 @@ class Memory:
         step = tick // mpc.gait.period
         here, coming = other.gait.support(step), other.gait.support(step + 1)
         if here != mpc.gait.support(step):  # a foot lifts off that stood
-            self.stance = np.stack([self.stance[:, 1], _centre(here, self.feet)], axis=1)
+            self.stance = _stances(self.stance[:, 1], _centre(here, self.feet))
         moves = np.cumsum(other.commanded.steps(step).ways, axis=1)
         if self.plan is not None:
             footholds = self.stance[:, 1:] + moves
@@ -264,7 +264,7 @@ class Memory:
             if support != BOTH:
                 self.feet = self.feet.copy()
                 self.feet[_ROWS[-support]] = _landing(gait.support(step), self.stance[:, 1], footholds[:, 0])
-            self.stance = np.stack([self.stance[:, 1], _centre(gait.support(step), self.feet)], axis=1)
+            self.stance = _stances(self.stance[:, 1], _centre(gait.support(step), self.feet))
             moves = mpc.commanded.steps(step).ways
             footholds = np.hstack([footholds[:, 1:], footholds[:, -1:] + moves[:, -1:]])
         self._write_feet(gait, step, footholds)
@@ -280,6 +280,13 @@ class Memory:
 
 def _centre(support: int, feet: np.ndarray) -> np.ndarray:
     return feet.mean(axis=0) if support == BOTH else feet[_ROWS[support]]
+
+
+def _stances(last: np.ndarray, this: np.ndarray) -> np.ndarray:
+    """Two centres (2,) as columns (2, 2); `np.stack` takes longer than what it does."""
+    stances = np.empty((2, 2))
+    stances[:, 0], stances[:, 1] = last, this
+    return stances
 
 
 def _landing(following: int, stance: np.ndarray, foothold: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from pdhocbf_drake.simulation.biped_plant import (
     connect_joints,
     initial_posture,
     offer_in_world,
+    remove_what_is_only_seen,
 )
 from pdhocbf_drake.simulation.build import Walk
 from pdhocbf_drake.simulation.disturbance import add_measurement, add_model_error, timed_forces
@@ -45,7 +46,7 @@ def biped_diagram(
         real: the robot as its file has it, where the controller's model is another one.
     """
     wiring, posture = Wiring(walk.gait.config.tick), initial_posture(walk, biped)
-    plant = _add_plant(wiring, scenario, walk, biped, posture, meshcat)
+    plant = _add_plant(wiring, scenario, walk, biped, posture, meshcat, form)
     add_model_error(wiring, scenario.model_error, plant, real or biped)
     footing = footing_of(scenario, walk, biped)
     estimator = _add_measured_state(wiring, scenario, walk, biped, plant, posture, footing)
@@ -69,9 +70,10 @@ def biped_diagram(
 
 
 def _add_plant(
-    wiring: Wiring, scenario: Scenario, walk: Walk, biped: Biped, posture: np.ndarray, meshcat: Meshcat | None
-) -> MultibodyPlant:
-    """The robot on its ground, shown where there is a Meshcat."""
+    wiring: Wiring, scenario: Scenario, walk: Walk, biped: Biped, posture: np.ndarray, meshcat: Meshcat | None,
+    form: Form,
+) -> MultibodyPlant:  # fmt: skip
+    """The robot on its ground, shown where there is a Meshcat; one block's robot has no shapes that are only seen."""
     yaw, pd = walk.gait.step(-1).yaw, scenario.measurement.drives != "sampled"
     plant = add_robot(wiring.builder, scenario, biped, posture, pd, yaw)
     if meshcat is not None:
@@ -79,6 +81,8 @@ def _add_plant(
         from pydrake.visualization import AddDefaultVisualization
 
         AddDefaultVisualization(wiring.builder, meshcat)
+    elif form == "fused":
+        remove_what_is_only_seen(wiring.builder, plant)
     offer_in_world(wiring, plant, biped, yaw)
     return plant
 

@@ -64,6 +64,15 @@ def add_robot(
     return plant
 
 
+def remove_what_is_only_seen(builder: DiagramBuilder, plant: MultibodyPlant) -> None:
+    """Removes the shapes that touch nothing, whose poses would be computed with those of all others at every step."""
+    scene_graph = builder.GetSubsystemByName("scene_graph")
+    assert isinstance(scene_graph, SceneGraph)
+    inspector = scene_graph.model_inspector()
+    for geometry in set(inspector.GetAllGeometryIds()) - set(inspector.GetAllGeometryIds(Role.kProximity)):
+        scene_graph.RemoveGeometry(plant.get_source_id(), geometry)
+
+
 def _set_friction(plant: MultibodyPlant, scene_graph: SceneGraph, friction: CoulombFriction) -> None:
     """Gives every geometry the same friction, since Drake takes the harmonic mean of the two in contact."""
     inspector = scene_graph.model_inspector()

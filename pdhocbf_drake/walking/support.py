@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from pdhocbf_drake.walking.config import GaitConfig
-from pdhocbf_drake.walking.footsteps import Footstep
 from pdhocbf_drake.walking.kernels import write_box
 from pdhocbf_drake.walking.sides import BOTH
 
@@ -36,9 +35,9 @@ class SupportRegion:
         """w_q at ticks of a step, 0 before its first one."""
         return np.clip((ticks + 1.0) / self._ticks, 0.0, 1.0)
 
-    def half(self, step: Footstep) -> np.ndarray:
-        """Half sides of a step's box, shape (2,) [m]; that of a stand is wider by the distance between the feet."""
-        return self._half_of_stand if step.side == BOTH else self.half_of_foot
+    def half(self, side: int) -> np.ndarray:
+        """Half sides of the box over a stance, shape (2,) [m]; on both feet wider by the distance between them."""
+        return self._half_of_stand if side == BOTH else self.half_of_foot
 
     def weights(self, phase: int, horizon: int, footholds: int) -> np.ndarray:
         """S, shape (H, n_f + 2): from phase q on, the centre at k + i is S_i · [last, this, coming …], i = 1 … H.

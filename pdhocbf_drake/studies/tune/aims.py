@@ -14,7 +14,6 @@ if TYPE_CHECKING:  # which load Drake
     from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures
     from pdhocbf_drake.studies.tune.joint_limits import JointLimits
 
-_MOST = 0.9  # share of a joint's torque and speed limit
 _SLOWEST = 0.95  # of the commanded speed
 _POWER = 8  # of the mean of the joints' shares, near the largest of them
 
@@ -47,7 +46,13 @@ AIMS: Final[dict[str, Aim]] = {
 
 
 def cost(
-    gait: GaitMeasures, aim: str, joint: str | None, limits: JointLimits, zmp_inside: float, speed: float = 0.0
+    gait: GaitMeasures,
+    aim: str,
+    joint: str | None,
+    limits: JointLimits,
+    zmp_inside: float,
+    speed: float = 0.0,
+    own: GaitMeasures | None = None,
 ) -> float:
     """The cost of a gait under an aim; infinite where it doesn't walk, or asks too much of joints or ZMP.
 
@@ -58,10 +63,11 @@ def cost(
         limits: of the robot's joints.
         zmp_inside: how far inside its box, or outside if negative, the ZMP must stay at least [m].
         speed: that is commanded, and that a gait of which limits grant less does not reach [m/s].
+        own: the scenario's own gait; without it no joint may use more than `MOST` of its limits.
     """
     if gait.ending != FINISHED or gait.zmp_inside is None or gait.zmp_inside < zmp_inside:
         return math.inf
-    if max(limits.torque_shares(gait).max(), limits.speed_shares(gait).max()) > _MOST:
+    if limits.largest_share(gait) > limits.allowed_share(own):
         return math.inf
     if aim != "speed" and abs(gait.speed or 0.0) < _SLOWEST * abs(speed):
         return math.inf

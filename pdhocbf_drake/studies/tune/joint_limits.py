@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
 from pdhocbf_drake.robot import ROLES, Biped
+from pdhocbf_drake.simulation.run_log import FINISHED
 from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures
+
+MOST: Final = 0.9
+"""Share of a joint's limit in torque or speed that a gait may use where the scenario's own does not use more."""
 
 
 class JointLimits(NamedTuple):
@@ -31,3 +35,11 @@ class JointLimits(NamedTuple):
         """Speed of each role's joints over its limit (6,)."""
         assert gait.joint_speed is not None
         return np.array([gait.joint_speed[role] / self.speed[role] for role in ROLES])
+
+    def largest_share(self, gait: GaitMeasures) -> float:
+        """The largest of both."""
+        return float(max(self.torque_shares(gait).max(), self.speed_shares(gait).max()))
+
+    def allowed_share(self, own: GaitMeasures | None) -> float:
+        """`MOST`, or what a scenario's own gait uses where that is more: a robot short of torque is tuned as well."""
+        return MOST if own is None or own.ending != FINISHED else max(MOST, self.largest_share(own))
