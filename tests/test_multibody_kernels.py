@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from biped_cases import biped, standing
+from biped_cases import biped, random_posture, standing
 from kernel_cases import Values, assert_agreement, by_name, kernels_of
 
 from pdhocbf_drake.robot.damped import nearest_posture, row_weights
 from pdhocbf_drake.robot.drake_task_space import DrakeTaskSpace
+from pdhocbf_drake.robot.feedforward import InverseDynamics
+from pdhocbf_drake.robot.ik import WholeBodyIk
 from pdhocbf_drake.robot.multibody import kernels
 from pdhocbf_drake.robot.posture import COM, LEFT, LEFT_TURN, RIGHT, RIGHT_TURN, TORSO_TURN, TargetPoses
+from pdhocbf_drake.robot.tree_task_space import TreeTaskSpace
 
 QUATERNION = 1
 
@@ -320,12 +323,52 @@ def follow(random: np.random.Generator) -> tuple[Values, Values]:
     return (done, ours, v, vdot), (True, jacobian, robot.v, robot.vdot)
 
 
+def write_shared_wrench(random: np.random.Generator) -> tuple[Values, Values]:
+    needed, base, origin, poses = (
+        random.normal(size=18),
+        random.permutation(18)[:6],
+        random.normal(size=3),
+        random.normal(size=39),
+    )
+    jacobian, share, out, joints = random.normal(size=(18, 18)), random.uniform(), np.empty(24), random.permutation(18)
+    q, joints, places = random.normal(size=19), joints[:12], random.permutation(19)[:3]
+    q[places] = origin
+    left, right = poses[15:27].reshape(3, 4)[:, 3], poses[27:39].reshape(3, 4)[:, 3]
+    moment, force = needed[base[:3]], needed[base[3:]]
+    lever = share * left + (1.0 - share) * right - origin
+    wrench = np.concatenate([force, moment - np.cross(lever, force)])
+    expected = np.concatenate([share * wrench, (1.0 - share) * wrench])
+    torque = needed - expected @ jacobian[LEFT.start :]
+    kernels.write_shared_wrench(needed, base, joints, q, places, poses, share, jacobian, out)
+    return (out,), (np.concatenate([torque[joints], expected]),)
+
+
+def move_along(random: np.random.Generator) -> tuple[Values, Values]:
+    """The same as one call after another, to the last bit; a seed beyond its limits is refused."""
+    body, share, posture = biped(), random.uniform(), random_posture(random)
+    space, other = (TreeTaskSpace(body, body.tree) for _ in range(2))
+    q, goal = WholeBodyIk(body).solve(posture, body.bent_knee).q, TargetPoses.of(posture)
+    space.set_positions(q)
+    wanted = np.array([np.zeros(18), space.jacobian() @ (0.1 * random.normal(size=18)), random.normal(size=18)])
+    seed = space.moved(q, 0.01 * random.normal(size=18))
+    refused = seed.copy()
+    refused[body.q_index[3]] = body.position_limits[3, 1] + 0.1
+    ours, none = other.move_along(goal, seed, wanted, share), other.move_along(goal, refused, wanted, share)
+    found, steps, worst = space.approach(goal, seed)
+    followed = space.follow(found, *wanted[1:])
+    assert ours is not None and followed is not None
+    torque = InverseDynamics(body, space)(found, *followed, share)
+    assert none is None
+    assert np.array_equal(np.concatenate(ours[:4]), np.concatenate([found, *followed, *torque]))
+    return ours[4:], (steps, worst)
+
+
 CASES = by_name(
     vector, store, store_column, plus, times, cross, turned, turned_back, times_inertia, axis, place, write_poses,
     write_jacobian, accelerate, write_bias, write_forces, write_inertial_forces, write_com_velocity,
     write_poses_and_velocity, move,
     factorize, substitute, within_limits, limit, largest, write_error, write_product, weigh, clip_joints, descend,
-    approach, follow,
+    approach, follow, write_shared_wrench, move_along,
 )  # fmt: skip
 
 

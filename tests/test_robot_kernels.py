@@ -7,27 +7,6 @@ import pytest
 from kernel_cases import Values, assert_agreement, by_name, kernels_of
 
 from pdhocbf_drake.robot import kernels
-from pdhocbf_drake.robot.posture import LEFT
-
-
-def write_shared_wrench(random: np.random.Generator) -> tuple[Values, Values]:
-    needed, base, origin, poses = (
-        random.normal(size=18),
-        random.permutation(18)[:6],
-        random.normal(size=3),
-        random.normal(size=39),
-    )
-    jacobian, share, out, joints = random.normal(size=(18, 18)), random.uniform(), np.empty(24), random.permutation(18)
-    q, joints, places = random.normal(size=19), joints[:12], random.permutation(19)[:3]
-    q[places] = origin
-    left, right = poses[15:27].reshape(3, 4)[:, 3], poses[27:39].reshape(3, 4)[:, 3]
-    moment, force = needed[base[:3]], needed[base[3:]]
-    lever = share * left + (1.0 - share) * right - origin
-    wrench = np.concatenate([force, moment - np.cross(lever, force)])
-    expected = np.concatenate([share * wrench, (1.0 - share) * wrench])
-    torque = needed - expected @ jacobian[LEFT.start :]
-    kernels.write_shared_wrench(needed, base, joints, q, places, poses, share, jacobian, out)
-    return (out,), (np.concatenate([torque[joints], expected]),)
 
 
 def left_share_of_zmp(random: np.random.Generator) -> tuple[Values, Values]:
@@ -61,7 +40,7 @@ def use_of_ground(random: np.random.Generator) -> tuple[Values, Values]:
     return kernels.use_of_ground(on_left, left, on_right, right), (np.hypot(*force[:2]) / load, moment[2] / load)
 
 
-CASES = by_name(write_shared_wrench, left_share, left_share_of_zmp, use_of_ground, zmp_of_wrenches)
+CASES = by_name(left_share, left_share_of_zmp, use_of_ground, zmp_of_wrenches)
 
 
 def test_every_kernel_has_a_reference() -> None:

@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from pdhocbf_drake.robot.biped import Biped
-from pdhocbf_drake.robot.ik import WholeBodyIk
-from pdhocbf_drake.robot.kernels import write_shared_wrench
-from pdhocbf_drake.robot.posture import LEFT, TORSO_TURN
+from pdhocbf_drake.robot.config import Side
+from pdhocbf_drake.robot.ik import LEVEL, IkResult, Motion, WholeBodyIk
+from pdhocbf_drake.robot.multibody.kernels import write_shared_wrench
+from pdhocbf_drake.robot.posture import LEFT, TORSO_TURN, TargetPoses
 from pdhocbf_drake.robot.task_space import TaskSpace
 from pdhocbf_drake.robot.tree_task_space import task_space_of
 
@@ -34,16 +35,29 @@ class InverseDynamics:
         """Shares the kinematics of a `WholeBodyIk` when given its task space."""
         self._base, self._joints = biped.base_v_index, biped.v_index
         self._origin = biped.base_q_index[4:]
-        self._task_space = task_space or task_space_of(biped)
+        self.task_space = task_space or task_space_of(biped)
 
     def __call__(self, q: np.ndarray, v: np.ndarray, vdot: np.ndarray, left_share: float) -> Feedforward:
         """Torques of the motion (q (19,), v (18,), vdot (18,)); `left_share` in [0, 1]."""
-        task = self._task_space
+        task = self.task_space
         task.set_state(q, v)
         needed = task.forces(vdot)
         jacobian, out = task.jacobian(), np.empty(24)
         write_shared_wrench(needed, self._base, self._joints, q, self._origin, task.poses(), left_share, jacobian, out)
         return Feedforward(out[:12], out[12:18], out[18:])
+
+    def along(
+        self, ik: WholeBodyIk, wanted: np.ndarray, seed: np.ndarray, share: float, loose: Side | None = None,
+        angles: tuple[float, ...] = LEVEL,
+    ) -> tuple[Motion, Feedforward]:  # fmt: skip
+        """`ik.motion` and its torques, in one call where that is possible; `ik` has the same task space."""
+        found = self.task_space.move_along(TargetPoses(wanted[0], *angles), seed, wanted, share)
+        if found is None:
+            motion = ik.motion(wanted, seed, loose, angles)
+            return motion, self(motion.q, motion.v, motion.vdot, share)
+        q, v, vdot, taken, steps, worst = found
+        motion = Motion(q, v, vdot, IkResult(q, True, steps, worst, ""))
+        return motion, Feedforward(taken[:12], taken[12:18], taken[18:])
 
 
 def swing_lever(biped: Biped, q: np.ndarray) -> np.ndarray:

@@ -12,15 +12,14 @@ from pdhocbf_drake.robot.config import Side
 from pdhocbf_drake.robot.damped import nearest_posture, row_weights
 from pdhocbf_drake.robot.multibody.kernels import largest, limit
 from pdhocbf_drake.robot.posture import Posture, TargetPoses
-from pdhocbf_drake.robot.task_space import LARGEST_RATE, TOLERANCE
+from pdhocbf_drake.robot.task_space import FARTHEST, LARGEST_RATE, TOLERANCE
 from pdhocbf_drake.robot.tree_task_space import task_space_of
 
 LEVEL = (0.0,) * 9
 """An upright torso and level soles that face ahead: roll, pitch and yaw of torso, left and right sole [rad]."""
 
 _STRETCHED_DAMPING = 0.1
-_FARTHEST = 1e6  # [m, rad]: targets and seeds beyond it are refused
-_REFUSED = f"the target is not finite, or beyond {_FARTHEST:g} m"
+_REFUSED = f"the target is not finite, or beyond {FARTHEST:g} m"
 _PARTS = ("CoM", "torso rotation", "left sole", "left sole rotation", "right sole", "right sole rotation")
 _ROWS = tuple(f"{part} {axis}" for part in _PARTS for axis in "xyz")
 
@@ -119,10 +118,10 @@ class WholeBodyIk:
         return v, self._velocity(accelerations - task.bias(), weights)
 
     def _solve(self, goal: TargetPoses, seed: np.ndarray, loose: Side | None, yaw: float) -> IkResult:
-        if not largest(goal.offset) < _FARTHEST:
+        if not largest(goal.offset) < FARTHEST:
             return self._refused(seed, _REFUSED)
         task = self.task_space
-        good = task.within(seed) and largest(seed) < _FARTHEST
+        good = task.within(seed) and largest(seed) < FARTHEST
         q, steps, worst = task.approach(goal, seed if good else self._biped.clipped(self._start(seed)))
         return IkResult(q, True, steps, worst, "") if worst < TOLERANCE else self._damped(goal, q, steps, loose, yaw)
 
@@ -158,7 +157,7 @@ class WholeBodyIk:
     def _start(self, seed: np.ndarray) -> np.ndarray:
         """The seed, or the bent-knee posture where the seed is not finite or has no orientation."""
         oriented = largest(seed[self._quaternion]) > 0.0
-        return seed if oriented and largest(seed) < _FARTHEST else self._biped.bent_knee
+        return seed if oriented and largest(seed) < FARTHEST else self._biped.bent_knee
 
     def _refused(self, seed: np.ndarray, reason: str) -> IkResult:
         q = self._biped.clipped(self._start(seed))

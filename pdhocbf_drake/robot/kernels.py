@@ -10,42 +10,7 @@ import numpy as np
 
 from pdhocbf_drake.jit import compiled
 
-_LEFT = 6  # in task coordinates: the soles
-_LEFT_POSE, _RIGHT_POSE = 15, 27  # in poses
 _LEAST_FORCE = 1e-6  # [N]: a smaller vertical force has no ZMP
-
-
-@compiled
-def write_shared_wrench(
-    needed: np.ndarray, base: np.ndarray, joints: np.ndarray, q: np.ndarray, origin: np.ndarray, poses: np.ndarray,
-    share: float, jacobian: np.ndarray, out: np.ndarray,
-) -> None:  # fmt: skip
-    """Joint torques (12,), then force and moment on the left and on the right sole, each at its centre; `out` (24,).
-
-    The rows of the floating base in the generalized forces `needed` (18,) are the ground's moment about the base's
-    origin and its force. Both are moved to the point that divides the way between the soles by `share` (1 at the left
-    one), and shared likewise. What is left of the other rows when the wrenches have done their part are the torques.
-
-    Args:
-        base, joints: places of the base's moment and force (6,) and of the joints (12,) in v.
-        q: positions. origin: places of the base's origin in q (3,).
-    """
-    mx, my, mz = needed[base[0]], needed[base[1]], needed[base[2]]
-    fx, fy, fz = needed[base[3]], needed[base[4]], needed[base[5]]
-    rest = 1.0 - share
-    # The origin is the last column of a pose (3, 4).
-    x = share * poses[_LEFT_POSE + 3] + rest * poses[_RIGHT_POSE + 3] - q[origin[0]]
-    y = share * poses[_LEFT_POSE + 7] + rest * poses[_RIGHT_POSE + 7] - q[origin[1]]
-    z = share * poses[_LEFT_POSE + 11] + rest * poses[_RIGHT_POSE + 11] - q[origin[2]]
-    wrench = (fx, fy, fz, mx - (y * fz - z * fy), my - (z * fx - x * fz), mz - (x * fy - y * fx))
-    count = len(joints)
-    for i in range(6):
-        out[count + i], out[count + 6 + i] = share * wrench[i], rest * wrench[i]
-    for j in range(count):
-        torque = needed[joints[j]]
-        for i in range(12):
-            torque -= out[count + i] * jacobian[_LEFT + i, joints[j]]
-        out[j] = torque
 
 
 @compiled

@@ -15,7 +15,11 @@ TOLERANCE = 1e-8  # greatest entry of the task error [m, rad]
 NEWTON_STEPS = 12
 LARGEST_STEP = 0.5  # [rad]: a larger joint step means that the Jacobian is near singular
 FIRST_DAMPING = 1e-3  # of `damped.nearest_posture`
+FARTHEST = 1e6  # [m, rad]: targets and seeds beyond it are refused
 LARGEST_RATE = 1e3  # [rad/s, rad/s²]: a larger joint speed or acceleration is none to follow
+
+MovedAlong = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int, float]
+"""q (19,), v and v̇ (18,), torques with the wrenches on both soles (24,), steps taken, largest entry of the error."""
 
 
 class TaskSpace(ABC):
@@ -140,6 +144,15 @@ class TaskSpace(ABC):
                 return q, done, np.inf
             q = moved
         return q, NEWTON_STEPS, np.inf
+
+    def move_along(self, goal: TargetPoses, seed: np.ndarray, wanted: np.ndarray, share: float) -> MovedAlong | None:
+        """`approach`, `follow` and `InverseDynamics` in one call, where there is one: here there is none.
+
+        Args:
+            goal: also the first row of `wanted`, whose others are rates and accelerations (3, 18).
+            seed: q to begin with (19,). share: of the load, on the left sole.
+        """
+        return None
 
     def descend(
         self, goal: TargetPoses, q: np.ndarray, weights: np.ndarray, steps: int

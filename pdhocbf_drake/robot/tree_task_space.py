@@ -9,7 +9,15 @@ from pdhocbf_drake.robot.drake_task_space import DrakeTaskSpace
 from pdhocbf_drake.robot.multibody import kernels
 from pdhocbf_drake.robot.multibody.tree import Tree
 from pdhocbf_drake.robot.posture import TargetPoses
-from pdhocbf_drake.robot.task_space import LARGEST_RATE, LARGEST_STEP, NEWTON_STEPS, TOLERANCE, TaskSpace
+from pdhocbf_drake.robot.task_space import (
+    FARTHEST,
+    LARGEST_RATE,
+    LARGEST_STEP,
+    NEWTON_STEPS,
+    TOLERANCE,
+    MovedAlong,
+    TaskSpace,
+)
 
 
 class TreeTaskSpace(TaskSpace):
@@ -20,8 +28,13 @@ class TreeTaskSpace(TaskSpace):
         self._links, self._numbers, self._lift = tree
         self._work = np.zeros((len(tree.links), kernels.WORK))
         self._q, self._v = np.zeros(len(biped.bent_knee)), np.zeros(18)
-        self._poses, self._jacobian, self._has_jacobian = np.empty(39), np.empty((18, 18)), False
+        self._poses, self._has_jacobian = np.empty(39), False
         self._error, self._step, self._moved = np.empty(18), np.empty(18), np.empty(len(self._q))
+        self._places = np.array([biped.q_index, biped.v_index], dtype=np.int64)
+        self._bounds = np.array([*biped.position_limits.T, biped.velocity_limits])
+        self._base = np.concatenate([biped.base_v_index, biped.base_q_index[4:]]).astype(np.int64)
+        self._vectors, self._matrices = np.empty((4, len(self._q))), np.empty((2, 18, 18))
+        self._jacobian = self._matrices[0]
 
     def set_state(self, q: np.ndarray, v: np.ndarray) -> None:
         """Sets q (19,) and v (18,)."""
@@ -90,6 +103,23 @@ class TreeTaskSpace(TaskSpace):
             return self._approach(goal, q, -1 - steps)
         self._key = q.tobytes()
         return q, steps, kernels.largest(self._error)
+
+    def move_along(self, goal: TargetPoses, seed: np.ndarray, wanted: np.ndarray, share: float) -> MovedAlong | None:
+        """All of it; None where Newton's method gives up, or the motion is none to follow."""
+        count = len(seed)
+        found = np.empty(count + 60)
+        steps, worst = kernels.move_along(
+            seed, goal.map, goal.offset, wanted, share, TOLERANCE, NEWTON_STEPS, LARGEST_STEP, FARTHEST, LARGEST_RATE,
+            self._places, self._bounds, self._base, self._lift, self._links, self._numbers, self._work, self._poses,
+            self._vectors, self._matrices, self._pivots, found,
+        )  # fmt: skip
+        if steps < 0:
+            self._key, self._has_jacobian, self._factorized = b"", False, None
+            return None
+        q, v = found[:count], found[count : count + 18]
+        self._key, self._has_jacobian, self._factorized = q.tobytes(), True, None
+        self._v[:] = v
+        return q, v, found[count + 18 : count + 36], found[count + 36 :], steps, worst
 
     def descend(
         self, goal: TargetPoses, q: np.ndarray, weights: np.ndarray, steps: int

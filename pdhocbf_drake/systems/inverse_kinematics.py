@@ -188,8 +188,7 @@ class InverseKinematics(Block):
         if self.layer is not None:
             now = self.layer.now(state[self._yaw.stop :], gait_phase, share, swing)
             angles = self.layer.add_to(now, wanted, angles)
-        q, v, vdot, found = self._ik.motion(wanted, seed, swing, angles)
-        torque = self._dynamics(q, v, vdot, share)
+        (q, v, vdot, found), torque = self._dynamics.along(self._ik, wanted, seed, share, swing, angles)
         if self._grip is not None:
             used = use_of_ground(torque.left, left, torque.right, right)
             yielding = yaw.yielding(self._grip, turning, *used)

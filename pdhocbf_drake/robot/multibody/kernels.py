@@ -34,6 +34,7 @@ origin; force and moment about the origin; mass times CoM from the origin; the s
 origin; then the number of columns."""
 
 TASKS, FRAMES = 18, 3
+_LEFT_POSE, _RIGHT_POSE = 15, 27  # in poses
 _TURN, _SOLE = 3, 6  # in task coordinates: the first turn and the first sole; the next ones are 6 behind
 _HALF_TURN = 1e-3  # sine of an angle near half a revolution
 _SMALL_TURN = 2.99  # trace of a rotation matrix, 1 + 2 cos: above it the sine of the angle stands for the angle
@@ -507,6 +508,84 @@ def follow(
         bias[i] = accelerations[i] - bias[i]
     substitute(factors, pivots, bias, vdot)
     return largest(vdot) < most
+
+
+@compiled
+def write_shared_wrench(
+    needed: np.ndarray, base: np.ndarray, joints: np.ndarray, q: np.ndarray, origin: np.ndarray, poses: np.ndarray,
+    share: float, jacobian: np.ndarray, out: np.ndarray,
+) -> None:  # fmt: skip
+    """Joint torques (12,), then force and moment on the left and on the right sole, each at its centre; `out` (24,).
+
+    The rows of the floating base in the generalized forces `needed` (18,) are the ground's moment about the base's
+    origin and its force. Both are moved to the point that divides the way between the soles by `share` (1 at the left
+    one), and shared likewise. What is left of the other rows when the wrenches have done their part are the torques.
+
+    Args:
+        base, joints: places of the base's moment and force (6,) and of the joints (12,) in v.
+        q: positions. origin: places of the base's origin in q (3,).
+    """
+    mx, my, mz = needed[base[0]], needed[base[1]], needed[base[2]]
+    fx, fy, fz = needed[base[3]], needed[base[4]], needed[base[5]]
+    rest = 1.0 - share
+    # The origin is the last column of a pose (3, 4).
+    x = share * poses[_LEFT_POSE + 3] + rest * poses[_RIGHT_POSE + 3] - q[origin[0]]
+    y = share * poses[_LEFT_POSE + 7] + rest * poses[_RIGHT_POSE + 7] - q[origin[1]]
+    z = share * poses[_LEFT_POSE + 11] + rest * poses[_RIGHT_POSE + 11] - q[origin[2]]
+    wrench = (fx, fy, fz, mx - (y * fz - z * fy), my - (z * fx - x * fz), mz - (x * fy - y * fx))
+    count = len(joints)
+    for i in range(6):
+        out[count + i], out[count + 6 + i] = share * wrench[i], rest * wrench[i]
+    for j in range(count):
+        torque = needed[joints[j]]
+        for i in range(12):
+            torque -= out[count + i] * jacobian[_SOLE + i, joints[j]]
+        out[j] = torque
+
+
+@compiled
+def move_along(
+    seed: np.ndarray, rows: np.ndarray, offset: np.ndarray, wanted: np.ndarray, share: float, tolerance: float,
+    steps: int, longest: float, farthest: float, most: float, places: np.ndarray, bounds: np.ndarray, base: np.ndarray,
+    lift: Vector, links: np.ndarray, numbers: np.ndarray, work: np.ndarray, poses: np.ndarray, vectors: np.ndarray,
+    matrices: np.ndarray, pivots: np.ndarray, out: np.ndarray,
+) -> tuple[int, float]:  # fmt: skip
+    """A tick's motion and what it takes: `approach`, `follow`, `write_forces` and `write_shared_wrench` one by one.
+
+    Returns the steps taken and the largest error, or −1 and infinity where the seed is not within the limits, or one of
+    the first two gives up. `out` holds q, v, v̇ (18,), and torques and wrenches (24,).
+
+    Args:
+        seed: q to begin with (n_q,), see `approach` for it and for `rows` … `longest`.
+        wanted: its rows 1 and 2 are rates and accelerations, see `follow`, also for `most`.
+        share: see `write_shared_wrench`. farthest: that an entry of offset or seed may be.
+        places: of the joints in q and in v (2, 12). bounds: lower, upper, largest speed (3, 12). base: places of the
+            base's moment and force in v, and of its origin in q (9,).
+        vectors: room (4, n_q). matrices: J and its factors (2, 18, 18). pivots: of the latter.
+    """
+    joints, rates, count = places[0], places[1], len(seed)
+    good = largest(offset) < farthest and largest(seed) < farthest
+    if not (good and within_limits(seed, joints, bounds[0], bounds[1], links[0, Q])):
+        return -1, np.inf
+    q, v, vdot = out[:count], out[count : count + TASKS], out[count + TASKS : count + 2 * TASKS]
+    error, step, bias = vectors[0, :TASKS], vectors[1, :TASKS], vectors[2, :TASKS]
+    for i in range(count):
+        q[i] = seed[i]
+    done = approach(
+        q, rows, offset, tolerance, steps, longest, joints, bounds[0], bounds[1], links, numbers, work, poses, error,
+        step, vectors[3], matrices[1], pivots,
+    )  # fmt: skip
+    if done < 0:
+        return -1, np.inf
+    followed = follow(
+        wanted[1], wanted[2], rates, bounds[2], most, links, numbers, work, matrices[0], matrices[1], pivots, bias, v,
+        vdot,
+    )  # fmt: skip
+    if not followed:
+        return -1, np.inf
+    write_forces(v, vdot, lift, links, numbers, work, step)
+    write_shared_wrench(step, base[:6], rates, q, base[6:], poses, share, matrices[0], out[count + 2 * TASKS :])
+    return done, largest(error)
 
 
 @compiled
