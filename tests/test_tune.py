@@ -18,7 +18,7 @@ from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures, peaks_by_role, steady_walk
 from pdhocbf_drake.studies.shared.gait_variants import KEYS
-from pdhocbf_drake.studies.tune.aims import AIMS, cost
+from pdhocbf_drake.studies.tune.aims import AIMS, BEYOND, cost
 from pdhocbf_drake.studies.tune.chosen import chosen
 from pdhocbf_drake.studies.tune.joint_limits import JointLimits
 from pdhocbf_drake.studies.tune.search import Space, search
@@ -97,13 +97,35 @@ def test_less_of_what_is_aimed_at_costs_more() -> None:
 @pytest.mark.parametrize(
     "bad",
     [
-        gait("fell"), gait(zmp_inside=-0.001), gait(torque=dict.fromkeys(ROLES, 91.0)), gait(h_min={"speed": -1e-3}),
-        gait(joint_speed=dict.fromkeys(ROLES, 9.1)),
+        gait("fell"), gait(zmp_inside=-0.001), gait(h_min={"speed": -1e-3}),
     ],
 )  # fmt: skip
 def test_what_asks_too_much_is_never_chosen(bad: GaitMeasures) -> None:
     for aim in AIMS:
         assert math.isinf(cost(bad, aim, None, LIMITS, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("bad", "worse"),
+    [
+        (gait(torque=dict.fromkeys(ROLES, 91.0)), gait(torque=dict.fromkeys(ROLES, 92.0))),
+        (gait(joint_speed=dict.fromkeys(ROLES, 9.1)), gait(joint_speed=dict.fromkeys(ROLES, 9.2))),
+    ],
+)
+def test_joints_come_to_have_torque_and_speed_to_spare_before_anything_is_aimed_at(
+    bad: GaitMeasures, worse: GaitMeasures
+) -> None:
+    poor = gait(zmp_inside=0.0, speed=0.01, certified_area=0.0, torque=dict.fromkeys(ROLES, 89.0))
+    for aim in AIMS:
+        costs = [cost(tried, aim, None, LIMITS, 0.0) for tried in (poor, bad, worse)]
+        assert costs == sorted(costs)
+        assert costs[0] < BEYOND < costs[1] < costs[2] < math.inf
+
+
+def test_gaits_that_ask_too_much_of_a_joint_are_simulated_only_if_there_are_no_others() -> None:
+    good, bad = gait()._replace(values={"n": 0}), gait()._replace(values={"n": 1})
+    assert chosen({1.0: good, BEYOND + 1.0: bad}, gait(), 2) == [good]
+    assert chosen({BEYOND + 1.0: bad}, gait(), 2) == [bad]
 
 
 def test_every_second_gait_that_is_simulated_keeps_its_zmp_as_far_inside() -> None:

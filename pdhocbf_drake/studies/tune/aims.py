@@ -14,6 +14,9 @@ if TYPE_CHECKING:  # which load Drake
     from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures
     from pdhocbf_drake.studies.tune.joint_limits import JointLimits
 
+_MOST = 0.9  # share of a joint's torque and speed limit
+BEYOND: Final = 1e6
+"""Added to what a gait uses of a joint's limit where that is more than 0.9: worse than every gait that uses less."""
 _SLOWEST = 0.95  # of the commanded speed
 _POWER = 8  # of the mean of the joints' shares, near the largest of them
 
@@ -46,15 +49,12 @@ AIMS: Final[dict[str, Aim]] = {
 
 
 def cost(
-    gait: GaitMeasures,
-    aim: str,
-    joint: str | None,
-    limits: JointLimits,
-    zmp_inside: float,
-    speed: float = 0.0,
-    own: GaitMeasures | None = None,
+    gait: GaitMeasures, aim: str, joint: str | None, limits: JointLimits, zmp_inside: float, speed: float = 0.0
 ) -> float:
-    """The cost of a gait under an aim; infinite where it doesn't walk, or asks too much of joints or ZMP.
+    """The cost of a gait under an aim; infinite where it doesn't walk, or its ZMP leaves its box.
+
+    A gait that asks too much of a joint costs `BEYOND` and more, the more it asks: a search that begins with one goes
+    first to where joints have torque and speed to spare.
 
     Args:
         gait: as measured.
@@ -63,16 +63,15 @@ def cost(
         limits: of the robot's joints.
         zmp_inside: how far inside its box, or outside if negative, the ZMP must stay at least [m].
         speed: that is commanded, and that a gait of which limits grant less does not reach [m/s].
-        own: the scenario's own gait; without it no joint may use more than `MOST` of its limits.
     """
     if gait.ending != FINISHED or gait.zmp_inside is None or gait.zmp_inside < zmp_inside:
-        return math.inf
-    if limits.largest_share(gait) > limits.allowed_share(own):
         return math.inf
     if aim != "speed" and abs(gait.speed or 0.0) < _SLOWEST * abs(speed):
         return math.inf
     if any(least < 0.0 for least in (gait.h_min or {}).values()):
         return math.inf
+    if (share := limits.largest_share(gait)) > _MOST:
+        return BEYOND + share
     if aim == "torque" and joint is not None:
         assert gait.torque is not None
         return gait.torque[joint]

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pdhocbf_drake.robot import ROLES, Biped
-from pdhocbf_drake.simulation.run_log import FINISHED
 from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures
-
-MOST: Final = 0.9
-"""Share of a joint's limit in torque or speed that a gait may use where the scenario's own does not use more."""
 
 
 class JointLimits(NamedTuple):
@@ -39,7 +35,3 @@ class JointLimits(NamedTuple):
     def largest_share(self, gait: GaitMeasures) -> float:
         """The largest of both."""
         return float(max(self.torque_shares(gait).max(), self.speed_shares(gait).max()))
-
-    def allowed_share(self, own: GaitMeasures | None) -> float:
-        """`MOST`, or what a scenario's own gait uses where that is more: a robot short of torque is tuned as well."""
-        return MOST if own is None or own.ending != FINISHED else max(MOST, self.largest_share(own))

@@ -88,26 +88,26 @@ def tune(
                 progress(done)
         return [found[str(values)] for values in all_values]
 
-    space = Space(scenario, searched)
-    own = space.values(space.start)
     least_inside, seen = 0.0, dict[str, GaitMeasures]()
 
-    def cost_of(gait: GaitMeasures, compared: GaitMeasures) -> float:
-        return cost(gait, aim, joint, limits, least_inside, speed, compared)
+    def cost_of(gait: GaitMeasures) -> float:
+        return cost(gait, aim, joint, limits, least_inside, speed)
 
     def costs(all_values: list[Values]) -> list[float]:
         found = measured(quick_measure, all_values)
         seen.update((str(gait.values), gait) for gait in found)
-        return [cost_of(gait, seen[str(own)]) for gait in found]
+        return [cost_of(gait) for gait in found]
 
+    space = Space(scenario, searched)
     tried = search(space, costs)
+    own = space.values(space.start)
     # Gaits of the same cost are the same: without an amplitude, its phase does not matter.
     others = {value: seen[str(values)] for value, values in reversed(tried) if values != own}
     gaits = measured(measure, [own, *(gait.values for gait in chosen(others, seen[str(own)], confirmed))])
     if gaits[0].ending == FINISHED:
         least_inside = min(0.0, gaits[0].zmp_inside or 0.0)
-    best = min(gaits, key=lambda gait: cost_of(gait, gaits[0]))
-    if math.isinf(cost_of(best, gaits[0])):
+    best = min(gaits, key=cost_of)
+    if math.isinf(cost_of(best)):
         raise InputError(f"no gait was found that walks within the robot's limits; the scenario's own: {_why(gaits)}")
     return Tuned(varied(scenario, {} if best.values == own else best.values), gaits, best, len(tried))
 
@@ -122,7 +122,7 @@ def _searched(aim: str, keys: Sequence[str] | None) -> Sequence[str]:
 
 def _why(gaits: list[GaitMeasures]) -> str:
     ending = gaits[0].ending
-    return "its ZMP leaves the box, or a joint is at its limit" if ending == FINISHED else ending
+    return "its ZMP leaves the box, it is too slow, or it misses a barrier" if ending == FINISHED else ending
 
 
 def _check(scenario: Scenario, aim: str, joint: str | None, confirmed: int) -> None:
