@@ -20,7 +20,8 @@ from pdhocbf_drake.studies.tune.joint_limits import JointLimits
 from pdhocbf_drake.studies.tune.quick import quick_measure
 from pdhocbf_drake.studies.tune.search import STRIDE, Space, Values, search
 
-_DIRECTIONS, _PHASES = ("+x", "-x", "+y", "-y"), (4,)  # of the pushes that confirm a gait
+_DIRECTIONS = ("+x", "-x", "+y", "-y")  # of the pushes that confirm a gait
+_PHASES = (0.1, 0.6)  # of a step, at which they begin
 
 
 class Tuned(NamedTuple):
@@ -76,8 +77,9 @@ def tune(
         work, broken = [], []
         for values in all_values:
             try:
-                changed = varied(scenario, values).model_dump_json()
-                work.append(Work(values, changed, directions, _PHASES))
+                changed = varied(scenario, values)
+                phases = tuple(round(share * changed.gait.ticks_per_step) for share in _PHASES)
+                work.append(Work(values, changed.model_dump_json(), directions, phases))
             except InputError as error:
                 broken.append(GaitMeasures(values, str(error)))
         found = {str(gait.values): gait for gait in broken}
