@@ -9,6 +9,8 @@ from typing import Final
 
 _VARIABLE: Final = "GLIBC_TUNABLES"
 _TUNABLE: Final = "glibc.malloc.tcache_count"
+_BEGUN: Final = "PDHOCBF_BEGUN"
+"""Set in a process that has begun again: where something else removes `_VARIABLE`, it would do so for ever."""
 _COUNT: Final = 512
 """Freed pieces of each size that are kept, where glibc keeps 7: a contact solve asks for some hundreds."""
 
@@ -25,11 +27,19 @@ def roomy(environment: Mapping[str, str]) -> dict[str, str]:
 
 
 def begin_again_roomy() -> None:
-    """Starts this process anew with the same command and a roomy cache, unless it has one; on Linux only."""
-    added = roomy(os.environ)
-    if not added or not sys.executable:
+    """Starts this process anew with the same command and a roomy cache; on Linux only, and once.
+
+    Not where that would be another program: with arguments that aren't those of the process, read from a pipe, or in a
+    debugger.
+    """
+    added, own = roomy(os.environ), sys.argv[1:]
+    words = sys.orig_argv
+    same = bool(sys.executable) and words[len(words) - len(own) :] == own and sys.argv[0] not in ("", "-")
+    if not added or not same or sys.gettrace() is not None or _BEGUN in os.environ:
         return
     try:
-        os.execve(sys.executable, sys.orig_argv, {**os.environ, **added})
-    except OSError:  # it is slower without, that is all
+        for stream in filter(None, (sys.stdout, sys.stderr)):
+            stream.flush()
+        os.execve(sys.executable, words, {**os.environ, **added, _BEGUN: "1"})
+    except (OSError, ValueError):  # it is slower without, that is all
         return

@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
 import pdhocbf_drake.__main__ as command
 from pdhocbf_drake.allocation import begin_again_roomy, roomy
+from pdhocbf_drake.cli.main import _VERBS
 from pdhocbf_drake.studies.shared.pool import of_a_worker
 
 TUNABLE = "glibc.malloc.tcache_count"
@@ -36,17 +38,63 @@ def test_a_process_begins_again_once_as_the_same_one_with_the_same_words() -> No
         "import os, sys; from pdhocbf_drake.allocation import begin_again_roomy; print(os.getpid(), flush=True)\n"
         "begin_again_roomy(); print(os.environ['GLIBC_TUNABLES'], sys.argv[1:], sys.flags.optimize)"
     )
-    plain = {name: value for name, value in os.environ.items() if name != "GLIBC_TUNABLES"}
     words = [sys.executable, "-O", "-c", code, "run", "two words"]
-    done = subprocess.run(words, env=plain, capture_output=True, text=True, check=True)
+    done = subprocess.run(words, env=plain(), capture_output=True, text=True, check=True)
     first, again, said = done.stdout.splitlines()
     assert first == again
     assert said == f"{TUNABLE}=512 ['run', 'two words'] 1"
 
 
+def plain() -> dict[str, str]:
+    """The environment of a process that has not begun again."""
+    return {name: value for name, value in os.environ.items() if name not in ("GLIBC_TUNABLES", "PDHOCBF_BEGUN")}
+
+
+@linux
+@pytest.mark.parametrize(
+    "command", [[sys.executable, "-m", "pdhocbf_drake"], [str(Path(sys.executable).parent / "pdhocbf")]]
+)
+def test_the_command_begins_again_and_says_what_it_says(command: list[str]) -> None:
+    if not Path(command[0]).exists():
+        pytest.skip("the package's commands are not installed beside Python")
+    done = subprocess.run([*command, "run", "nosuch"], env=plain(), capture_output=True, text=True)
+    assert done.returncode == 1
+    assert done.stderr.count("unknown scenario 'nosuch'") == 1
+
+
+@linux
+@pytest.mark.parametrize("added", [{"PDHOCBF_BEGUN": "1"}, {"GLIBC_TUNABLES": f"{TUNABLE}=7"}])
+def test_no_process_begins_again_twice(added: dict[str, str]) -> None:
+    assert begun_by(["-c", BEGINS, "run"], added) == 1
+
+
+@linux
+def test_another_program_does_not_begin_again(tmp_path: Path) -> None:
+    script = tmp_path / "script.py"
+    script.write_text(BEGINS, encoding="utf-8")
+    assert begun_by([str(script), "run", "two words"], {}) == 2
+    assert begun_by(["-c", f"import sys; sys.argv = ['x', 'run']; {BEGINS}"], {}) == 1  # other arguments
+    assert begun_by(["-c", f"import sys; sys.settrace(lambda *_: None); {BEGINS}", "run"], {}) == 1  # a debugger
+    assert begun_by(["-", "run"], {}, BEGINS) == 1  # from a pipe, which is empty the second time
+    assert begun_by([], {}, BEGINS) == 1
+
+
+BEGINS = "import sys; print('begun', flush=True); from pdhocbf_drake.allocation import begin_again_roomy as b; b()"
+
+
+def begun_by(words: list[str], added: dict[str, str], given: str = "") -> int:
+    """How many times a Python with these words runs its program."""
+    python = [sys.executable, *words]
+    done = subprocess.run(python, env=plain() | added, input=given, capture_output=True, text=True, check=True)
+    return done.stdout.count("begun")
+
+
 @linux
 def test_a_process_that_cannot_begin_again_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("GLIBC_TUNABLES", raising=False)
+    for name in ("GLIBC_TUNABLES", "PDHOCBF_BEGUN"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(sys, "gettrace", lambda: None)  # that of a measurement of coverage
+    monkeypatch.setattr(sys, "argv", ["x", *sys.orig_argv[1:]])
     tried = []
 
     def refused(*arguments: object) -> None:
@@ -68,6 +116,12 @@ def test_verbs_that_simulate_begin_again(
     monkeypatch.setattr(sys, "argv", ["pdhocbf", *words])
     assert command.start() == 5
     assert bool(begun) == begins_again
+
+
+def test_every_verb_that_simulates_is_among_them() -> None:
+    others = {"certify", "design-bound", "robust"}  # studies of the template alone
+    studies = {verb for verb, (_, place) in _VERBS.items() if place.startswith("studies.")}
+    assert studies - others | {"run", "drive"} == command._SIMULATE
 
 
 @linux

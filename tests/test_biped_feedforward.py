@@ -11,13 +11,46 @@ from pydrake.multibody.math import SpatialForce
 from pydrake.multibody.plant import ExternallyAppliedSpatialForce
 from pydrake.multibody.tree import JacobianWrtVariable
 
-from pdhocbf_drake.robot import InverseDynamics, left_share_of_zmp
+from pdhocbf_drake.robot import InverseDynamics, WholeBodyIk, left_share_of_zmp
+from pdhocbf_drake.robot.posture import COM, LEFT, RIGHT
 
 
 def random_motion(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     rng = np.random.default_rng(seed)
     q = ik().solve(random_posture(rng), biped().bent_knee).q
     return q, rng.normal(size=18), 5 * rng.normal(size=18)
+
+
+def test_a_motion_in_one_call_is_that_of_its_steps_and_leaves_the_same_behind() -> None:
+    """To the last bit, with targets that can't be met, and rates that can't be followed, in between."""
+    once, steps = (WholeBodyIk(biped()) for _ in range(2))
+    dynamics, other = InverseDynamics(biped(), once.task_space), InverseDynamics(biped(), steps.task_space)
+    rng, met = np.random.default_rng(3), []
+    for number in range(60):
+        posture, share = random_posture(rng), rng.uniform()
+        seed = ik().solve(posture, biped().bent_knee).q
+        seed[biped().q_index] += 0.02 * rng.normal(size=12)
+        wanted = np.array([np.zeros(18), 0.3 * rng.normal(size=18), rng.normal(size=18)])
+        wanted[0, COM], wanted[0, LEFT], wanted[0, RIGHT] = posture.com, posture.left[:3], posture.right[:3]
+        angles = (*posture.torso_rpy.tolist(), *posture.left[3:].tolist(), *posture.right[3:].tolist())
+        if number % 6 == 1:
+            wanted[0, COM.start + 2] += 0.4  # out of reach
+        if number % 6 == 2:
+            wanted[1] *= np.nan if number % 12 == 2 else 1e5
+        if number % 6 == 3:
+            seed[biped().q_index[3]] = biped().position_limits[3, 1] + 0.1
+        (*motion, found), torque = dynamics.along(once, wanted, seed, share, None, angles)
+        expected = steps.motion(wanted, seed, None, angles)
+        theirs = other(*expected[:3], share)
+        met.append(found.ok)
+        assert found[1:] == expected.ik[1:]
+        for one, two in zip((*motion, found.q, *torque), (*expected[:3], expected.ik.q, *theirs), strict=True):
+            np.testing.assert_array_equal(one, two)
+        left, right = once.task_space, steps.task_space
+        for name in ("poses", "jacobian", "bias", "com_velocity"):
+            np.testing.assert_array_equal(getattr(left, name)(), getattr(right, name)(), err_msg=name)
+        np.testing.assert_array_equal(left.solve(wanted[2]), right.solve(wanted[2]))
+    assert 20 < sum(met) < 60
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 1.0])

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pytest
 from logs import differences
+from pydrake.geometry import Meshcat, Role
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import Context
 
 from pdhocbf_drake import InputError, simulate
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import make_diagram
-from pdhocbf_drake.simulation.wiring import LoggedDiagram
+from pdhocbf_drake.simulation.wiring import Form, LoggedDiagram
 
 COMMANDS = "commands: [{time: 0.0, velocity: [0.25, 0.04], turn: 0.4}, {time: 2.0, stop: true}]"
 PUSH = "pushes: [{time: 1.9, duration: 0.1, force: [60, 50, 0]}]"
@@ -83,3 +84,13 @@ def _recent(logged: LoggedDiagram, *contexts: Context) -> list:
 def test_a_form_that_there_is_not_is_refused() -> None:
     with pytest.raises(InputError, match=r"^the form of a diagram is one of blocks, fused, given 'flat'$"):
         make_diagram(load_scenario("vhip"), form="flat")  # type: ignore[arg-type]
+
+
+def test_one_block_that_nobody_watches_has_only_the_shapes_that_touch() -> None:
+    def shapes(form: Form, meshcat: Meshcat | None = None) -> tuple[int, int]:
+        diagram = make_diagram(load_scenario("walking_stairs"), meshcat, form=form).diagram
+        inspector = diagram.GetSubsystemByName("scene_graph").model_inspector()
+        return inspector.num_geometries(), inspector.NumGeometriesWithRole(Role.kProximity)
+
+    (whole, touching), (fused, still_touching) = shapes("blocks"), shapes("fused")
+    assert fused == still_touching == touching < whole <= shapes("fused", Meshcat())[0]

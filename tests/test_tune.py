@@ -17,7 +17,7 @@ from pdhocbf_drake.simulation.build import nominal_mpc
 from pdhocbf_drake.simulation.scenario_file import load_scenario
 from pdhocbf_drake.simulation.simulate import simulate
 from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures, peaks_by_role, steady_walk
-from pdhocbf_drake.studies.shared.gait_variants import KEYS
+from pdhocbf_drake.studies.shared.gait_variants import KEYS, Work, varied
 from pdhocbf_drake.studies.tune.aims import AIMS, BEYOND, cost
 from pdhocbf_drake.studies.tune.chosen import chosen
 from pdhocbf_drake.studies.tune.joint_limits import JointLimits
@@ -122,6 +122,14 @@ def test_joints_come_to_have_torque_and_speed_to_spare_before_anything_is_aimed_
         assert costs[0] < BEYOND < costs[1] < costs[2] < math.inf
 
 
+def test_what_is_asked_of_a_joint_is_said_with_its_name() -> None:
+    assert LIMITS.asked_most(gait(torque=dict.fromkeys(ROLES, 50.0) | {"hip_roll": 97.0})) == (
+        "hip_roll uses 97 % of its torque"
+    )
+    fast = gait(torque=dict.fromkeys(ROLES, 50.0), joint_speed=dict.fromkeys(ROLES, 1.0) | {"knee_pitch": 9.5})
+    assert LIMITS.asked_most(fast) == "knee_pitch uses 95 % of its speed"
+
+
 def test_gaits_that_ask_too_much_of_a_joint_are_simulated_only_if_there_are_no_others() -> None:
     good, bad = gait()._replace(values={"n": 0}), gait()._replace(values={"n": 1})
     assert chosen({1.0: good, BEYOND + 1.0: bad}, gait(), 2) == [good]
@@ -182,3 +190,30 @@ def test_only_a_robot_that_walks_on_can_be_tuned() -> None:
             tune(load_scenario(name, text))
     with pytest.raises(InputError, match=r"gait\.stride: must not be 0"):
         tune(load_scenario("walking", "gait: {stride: 0.0}"), aim="speed")
+
+
+@pytest.mark.parametrize(("ticks", "phases"), [(40, (4, 24)), (36, (4, 22))])
+def test_pushes_that_confirm_a_gait_begin_in_both_halves_of_a_step(
+    ticks: int, phases: tuple[int, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    handed: list[Work] = []
+
+    def measured(measuring: object, work: list[Work], workers: int) -> list[GaitMeasures]:
+        handed.extend(work)
+        return [gait()._replace(values=piece.values) for piece in work]
+
+    monkeypatch.setattr("pdhocbf_drake.studies.tune.study.in_processes", measured)
+    found = tune(varied(load_scenario("walking"), {"ticks_per_step": ticks}), aim="push", keys=["com_height"])
+    assert {(piece.phases, piece.directions) for piece in handed} == {(phases, ("+x", "-x", "+y", "-y"))}
+    assert not found.asked
+
+
+def test_a_robot_that_is_always_asked_too_much_is_told_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    def measured(measuring: object, work: list[Work], workers: int) -> list[GaitMeasures]:
+        knee = {role: 0.97 * limits.effort[role] if role == "knee_pitch" else 0.1 for role in ROLES}
+        return [gait(torque=knee, joint_speed=dict.fromkeys(ROLES, 0.1))._replace(values=w.values) for w in work]
+
+    scenario = load_scenario("walking")
+    limits = JointLimits.of(Biped.load(scenario.robot))
+    monkeypatch.setattr("pdhocbf_drake.studies.tune.study.in_processes", measured)
+    assert tune(scenario, keys=["com_height"]).asked == "knee_pitch uses 97 % of its torque"

@@ -24,7 +24,7 @@ STRENGTH: Final = "push [N s]"
 WALK, PAUSE, RESTART, END = "stand / walk (Space)", "pause (P)", "restart (R)", "end"
 _BUTTONS = {WALK: "Space", PAUSE: "KeyP", RESTART: "KeyR", END: ""}
 AT_FIRST: Final = 0.1
-"""The share of the strongest push that a push has at first: `vhip` and `walking` survive it at any tick."""
+"""The share of the strongest push that a push has at first: `vhip` survives it at each tenth of a second of a gait."""
 _DEAD = 0.15  # share of a stick's way that counts as none
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from pdhocbf_drake.mpc.config import PlanLimits
 from pdhocbf_drake.walking import Footstep, Gait
 from pdhocbf_drake.walking.frame import inner_share, rotation
-from pdhocbf_drake.walking.sides import BOTH, LEFT, RIGHT
+from pdhocbf_drake.walking.sides import BOTH
 
 _ACROSS = 0.1  # cosine between the axis ahead and x, below which windows along x are no limit ahead
 
@@ -67,21 +67,21 @@ class CommandedSteps:
 
     def __init__(self, gait: Gait, horizon: int, margin: float, limits: PlanLimits | None = None) -> None:
         self._gait, self._count = gait, horizon // gait.period
-        self._boxes = {side: _box(gait, side, margin, limits) for side in (LEFT, RIGHT, BOTH)}
+        self._box = cache(lambda side: _box(gait, side, margin, limits))
         self.steps = lru_cache(maxsize=4)(self._steps)
 
     def _steps(self, step: int) -> Commanded:
         seen = self._gait.seen(step)
         before, *ahead = (self._gait.step(step - 1), *(seen[step + i] for i in range(self._count + 1)))
         centres = np.array([[s.x, s.y] for s in ahead]).T
-        boxes = [self._boxes[s.side] for s in (before, *ahead)]
+        boxes = [self._box(s.side) for s in (before, *ahead)]
         half, shift = np.array([box.half for box in boxes]).T, None
         yaw, turn = ahead[0].yaw, ahead[-1].yaw - ahead[0].yaw
         if yaw:
             centres = rotation(-yaw) @ centres
         if any(box.is_cut for box in boxes):
             middles = zip((before, *ahead), boxes, strict=True)
-            shift = np.column_stack([rotation(s.yaw - yaw) @ np.array(box.middle) for s, box in middles])
+            shift = np.column_stack([rotation(s.yaw - yaw) @ box.middle for s, box in middles])
         for i, s in enumerate((before, *ahead)):
             if s.yaw != yaw:
                 half[:, i] *= inner_share(-half[:, i], half[:, i], yaw - s.yaw)
@@ -100,13 +100,13 @@ class _Box(NamedTuple):
     """The ZMP box of a step as limits leave it, in the axes of its foot.
 
     Attributes:
-        half: half sides [m].
-        middle: from the centre of the stance to the box's [m].
+        half: half sides (2,) [m].
+        middle: from the centre of the stance to the box's (2,) [m].
         is_cut: whether limits cut a side off.
     """
 
-    half: tuple[float, float]
-    middle: tuple[float, float]
+    half: list[float]
+    middle: np.ndarray
     is_cut: bool
 
 
@@ -123,10 +123,9 @@ def _box(gait: Gait, side: int, margin: float, limits: PlanLimits | None) -> _Bo
             edge += np.array(limits.zmp_middle) * [side != BOTH, side]
         low = np.maximum(low, [-limits.zmp_behind, -aside[0]])
         high = np.minimum(high, [limits.zmp_ahead, aside[1]])
+        high = np.maximum(high, low)  # `fitting.plan_limits` refuses what leaves nothing
     is_cut = not ((low == -half).all() and (high == half).all())
-    high = np.maximum(high, low)  # `fitting.plan_limits` refuses what leaves nothing
-    (x, y), (ahead, aside_of_it) = (0.5 * (high - low)).tolist(), (0.5 * (low + high)).tolist()
-    return _Box((x, y), (ahead, aside_of_it), is_cut)
+    return _Box((0.5 * (high - low)).tolist(), 0.5 * (low + high), is_cut)
 
 
 def _windows(steps: Sequence[Footstep], places: np.ndarray, yaw: float) -> np.ndarray:

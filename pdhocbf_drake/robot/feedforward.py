@@ -35,11 +35,11 @@ class InverseDynamics:
         """Shares the kinematics of a `WholeBodyIk` when given its task space."""
         self._base, self._joints = biped.base_v_index, biped.v_index
         self._origin = biped.base_q_index[4:]
-        self.task_space = task_space or task_space_of(biped)
+        self._task_space = task_space or task_space_of(biped)
 
     def __call__(self, q: np.ndarray, v: np.ndarray, vdot: np.ndarray, left_share: float) -> Feedforward:
         """Torques of the motion (q (19,), v (18,), vdot (18,)); `left_share` in [0, 1]."""
-        task = self.task_space
+        task = self._task_space
         task.set_state(q, v)
         needed = task.forces(vdot)
         jacobian, out = task.jacobian(), np.empty(24)
@@ -50,14 +50,19 @@ class InverseDynamics:
         self, ik: WholeBodyIk, wanted: np.ndarray, seed: np.ndarray, share: float, loose: Side | None = None,
         angles: tuple[float, ...] = LEVEL,
     ) -> tuple[Motion, Feedforward]:  # fmt: skip
-        """`ik.motion` and its torques, in one call where that is possible; `ik` has the same task space."""
-        found = self.task_space.move_along(TargetPoses(wanted[0], *angles), seed, wanted, share)
+        """`ik.motion` and its torques, in one call where that is possible.
+
+        Args:
+            ik: whose kinematics are shared.
+            wanted, seed, loose, angles: of `ik.motion`. share: of the load, on the left sole.
+        """
+        found = ik.task_space.move_along(TargetPoses(wanted[0], *angles), seed, wanted, share)
         if found is None:
             motion = ik.motion(wanted, seed, loose, angles)
             return motion, self(motion.q, motion.v, motion.vdot, share)
-        q, v, vdot, taken, steps, worst = found
+        q, v, vdot, tau, steps, worst = found
         motion = Motion(q, v, vdot, IkResult(q, True, steps, worst, ""))
-        return motion, Feedforward(taken[:12], taken[12:18], taken[18:])
+        return motion, Feedforward(tau[:12], tau[12:18], tau[18:])
 
 
 def swing_lever(biped: Biped, q: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.math import RotationMatrix
@@ -18,8 +19,16 @@ FIRST_DAMPING = 1e-3  # of `damped.nearest_posture`
 FARTHEST = 1e6  # [m, rad]: targets and seeds beyond it are refused
 LARGEST_RATE = 1e3  # [rad/s, rad/s²]: a larger joint speed or acceleration is none to follow
 
-MovedAlong = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, int, float]
-"""q (19,), v and v̇ (18,), torques with the wrenches on both soles (24,), steps taken, largest entry of the error."""
+
+class MovedAlong(NamedTuple):
+    """q (19,), v and v̇ (18,), torques and the wrenches on both soles (24,), steps taken, largest entry of the error."""
+
+    q: np.ndarray
+    v: np.ndarray
+    vdot: np.ndarray
+    torque: np.ndarray
+    steps: int
+    worst: float
 
 
 class TaskSpace(ABC):

@@ -119,7 +119,7 @@ class TreeTaskSpace(TaskSpace):
         q, v = found[:count], found[count : count + 18]
         self._key, self._has_jacobian, self._factorized = q.tobytes(), True, None
         self._v[:] = v
-        return q, v, found[count + 18 : count + 36], found[count + 36 :], steps, worst
+        return MovedAlong(q, v, found[count + 18 : count + 36], found[count + 36 :], steps, worst)
 
     def descend(
         self, goal: TargetPoses, q: np.ndarray, weights: np.ndarray, steps: int

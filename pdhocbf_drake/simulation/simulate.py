@@ -38,7 +38,8 @@ def make_diagram(
     Args:
         walk: that of the scenario, if it has been built before.
         form: "blocks" gives a diagram with a block for each part of the controller, "fused" one with a single block for
-            all of them, which has the same ports and the same log, and takes less time.
+            all of them, which has the same ports and the same log, and takes less time; without `meshcat` its plant has
+            only the shapes that touch.
 
     Raises:
         InputError, ModelError: the scenario can't be built, or there is no such form.

@@ -35,3 +35,9 @@ class JointLimits(NamedTuple):
     def largest_share(self, gait: GaitMeasures) -> float:
         """The largest of both."""
         return float(max(self.torque_shares(gait).max(), self.speed_shares(gait).max()))
+
+    def asked_most(self, gait: GaitMeasures) -> str:
+        """The joint of the largest share, in words."""
+        by_torque, by_speed = self.torque_shares(gait), self.speed_shares(gait)
+        shares, what = (by_torque, "torque") if by_torque.max() >= by_speed.max() else (by_speed, "speed")
+        return f"{ROLES[int(shares.argmax())]} uses {100.0 * shares.max():.0f} % of its {what}"

@@ -14,7 +14,7 @@ from pdhocbf_drake.simulation.scenario import Scenario
 from pdhocbf_drake.studies.shared.gait_measures import GaitMeasures, measure
 from pdhocbf_drake.studies.shared.gait_variants import KEYS, Work, varied
 from pdhocbf_drake.studies.shared.pool import in_processes
-from pdhocbf_drake.studies.tune.aims import AIMS, cost
+from pdhocbf_drake.studies.tune.aims import AIMS, BEYOND, cost
 from pdhocbf_drake.studies.tune.chosen import chosen
 from pdhocbf_drake.studies.tune.joint_limits import JointLimits
 from pdhocbf_drake.studies.tune.quick import quick_measure
@@ -32,12 +32,14 @@ class Tuned(NamedTuple):
         gaits: the scenario's own gait, then those that were simulated, the best one by quick measures first.
         best: of these.
         tried: how many gaits were measured without a simulation.
+        asked: the joint that is asked too much even in the best gait, and how much, in words; empty if none is.
     """
 
     scenario: Scenario
     gaits: list[GaitMeasures]
     best: GaitMeasures
     tried: int
+    asked: str = ""
 
 
 def tune(
@@ -110,8 +112,9 @@ def tune(
         least_inside = min(0.0, gaits[0].zmp_inside or 0.0)
     best = min(gaits, key=cost_of)
     if math.isinf(cost_of(best)):
-        raise InputError(f"no gait was found that walks within the robot's limits; the scenario's own: {_why(gaits)}")
-    return Tuned(varied(scenario, {} if best.values == own else best.values), gaits, best, len(tried))
+        raise InputError(f"no gait was found that walks as it should; the scenario's own: {_why(gaits)}")
+    asked = limits.asked_most(best) if cost_of(best) >= BEYOND else ""
+    return Tuned(varied(scenario, {} if best.values == own else best.values), gaits, best, len(tried), asked)
 
 
 def _searched(aim: str, keys: Sequence[str] | None) -> Sequence[str]:
