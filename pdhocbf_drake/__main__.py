@@ -7,15 +7,12 @@ from typing import Final
 
 from pdhocbf_drake.allocation import begin_again_roomy
 
-_SIMULATE: Final = {
-    "run", "drive", "bench", "gait", "tune", "worth", "push", "directions", "ground", "sensing", "limits", "reproduce",
-    "campaign",
-}  # fmt: skip
+_SIMULATE_ONCE: Final = {"run", "drive"}
 
 
 def start() -> int:
-    """`cli.main`; verbs that simulate have a process with a roomy cache."""
-    if _SIMULATE.intersection(sys.argv[1:2]):
+    """`cli.main`; a verb that simulates one walk has a process with a roomy cache, see `allocation`."""
+    if _SIMULATE_ONCE.intersection(sys.argv[1:2]):
         begin_again_roomy()
     from pdhocbf_drake.cli import main  # not before, since this process may begin again
 

@@ -1,4 +1,8 @@
-"""glibc's cache of freed memory, roomy enough for a step of Drake's plant."""
+"""glibc's cache of freed memory, roomy enough for a step of Drake's plant.
+
+A process that simulates one walk gains by it, and one that simulates many does not: what is kept for later use comes to
+lie far apart.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ _COUNT: Final = 512
 
 
 def roomy(environment: Mapping[str, str]) -> dict[str, str]:
-    """What is to be added to the environment of a process that simulates: nothing if it sets the cache already.
+    """What is to be added to the environment of a process that simulates once: nothing if it sets the cache already.
 
     glibc reads it as a process starts, and other libraries of C don't mind. It changes no result.
     """

@@ -11,8 +11,6 @@ import pytest
 
 import pdhocbf_drake.__main__ as command
 from pdhocbf_drake.allocation import begin_again_roomy, roomy
-from pdhocbf_drake.cli.main import _VERBS
-from pdhocbf_drake.studies.shared.pool import of_a_worker
 
 TUNABLE = "glibc.malloc.tcache_count"
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="glibc is that of Linux")
@@ -106,8 +104,11 @@ def test_a_process_that_cannot_begin_again_goes_on(monkeypatch: pytest.MonkeyPat
     assert [arguments[:2] for arguments in tried] == [(sys.executable, sys.orig_argv)]
 
 
-@pytest.mark.parametrize(("words", "begins_again"), [(["run", "x"], True), (["list"], False), ([], False)])
-def test_verbs_that_simulate_begin_again(
+@pytest.mark.parametrize(
+    ("words", "begins_again"),
+    [(["run", "x"], True), (["drive"], True), (["push", "x"], False), (["list"], False), ([], False)],
+)
+def test_verbs_that_simulate_once_begin_again(
     words: list[str], begins_again: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     begun: list[bool] = []
@@ -116,18 +117,3 @@ def test_verbs_that_simulate_begin_again(
     monkeypatch.setattr(sys, "argv", ["pdhocbf", *words])
     assert command.start() == 5
     assert bool(begun) == begins_again
-
-
-def test_every_verb_that_simulates_is_among_them() -> None:
-    others = {"certify", "design-bound", "robust"}  # studies of the template alone
-    studies = {verb for verb, (_, place) in _VERBS.items() if place.startswith("studies.")}
-    assert studies - others | {"run", "drive"} == command._SIMULATE
-
-
-@linux
-def test_workers_have_it_and_one_thread(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("GLIBC_TUNABLES", "glibc.malloc.check=0")
-    environment = of_a_worker()
-    assert environment["GLIBC_TUNABLES"] == f"glibc.malloc.check=0:{TUNABLE}=512"
-    assert environment["OPENBLAS_NUM_THREADS"] == "1"
-    assert os.environ["GLIBC_TUNABLES"] == "glibc.malloc.check=0"

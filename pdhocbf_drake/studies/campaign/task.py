@@ -21,7 +21,8 @@ from typing import Any, Final
 
 from distributed import get_worker
 
-from pdhocbf_drake.studies.shared.pool import can_fork, of_a_worker
+from pdhocbf_drake.allocation import roomy
+from pdhocbf_drake.studies.shared.pool import ONE_THREAD, can_fork
 
 _STOPPING = 5.0  # time for a run to stop when asked to [s]
 
@@ -75,7 +76,7 @@ class _PreparedProcess:
                 stdin=theirs.fileno(),
                 stdout=self._complaints,
                 stderr=self._complaints,
-                env=of_a_worker(),
+                env={**os.environ, **ONE_THREAD, **roomy(os.environ)},
                 start_new_session=True,  # Ctrl-C stops the command, which then ends its runs
             )
         self._place = Connection(ours.detach())

@@ -16,7 +16,6 @@ from multiprocessing.process import BaseProcess, parent_process
 from typing import Any, Final, TypeVar
 from unittest.mock import patch
 
-from pdhocbf_drake.allocation import roomy
 from pdhocbf_drake.errors import InputError, PdhocbfError
 from pdhocbf_drake.stopping import ctrl_c_blocked
 
@@ -26,12 +25,8 @@ Result = TypeVar("Result")
 MOST_WORKERS: Final = 1024
 """Processes on one machine."""
 
-_ONE_THREAD: Final = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-
-
-def of_a_worker() -> dict[str, str]:
-    """The environment of a process that simulates on a core of its own: libraries start no further threads."""
-    return {**os.environ, **_ONE_THREAD, **roomy(os.environ)}
+ONE_THREAD: Final = dict.fromkeys(("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+"""The environment of a process that has a core for itself: libraries start no further threads."""
 
 
 def check_workers(workers: int) -> None:
@@ -72,7 +67,7 @@ def _context() -> BaseContext:
     from multiprocessing import forkserver  # macOS and Windows may lack it
 
     forkserver.set_forkserver_preload(["pdhocbf_drake.studies.shared.pushing"])
-    with ctrl_c_blocked(), patch.dict(os.environ, of_a_worker()):  # no threads where it forks
+    with ctrl_c_blocked(), patch.dict(os.environ, ONE_THREAD):  # no threads where it forks
         forkserver.ensure_running()
     return multiprocessing.get_context("forkserver")
 
