@@ -16,7 +16,7 @@ _TUNABLE: Final = "glibc.malloc.tcache_count"
 _BEGUN: Final = "PDHOCBF_BEGUN"
 """Set in a process that has begun again: where something else removes `_VARIABLE`, it would do so for ever."""
 _COUNT: Final = 512
-"""Freed pieces of each size that are kept, where glibc keeps 7: a contact solve asks for some hundreds."""
+"""Freed pieces of each size that are kept, where glibc keeps 7; from 64 on the time of a walk hardly changes."""
 
 
 def roomy(environment: Mapping[str, str]) -> dict[str, str]:
